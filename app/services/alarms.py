@@ -1,0 +1,84 @@
+"""The persistent list of what a person should know (after ISA-18.2, in small): active or cleared, acknowledged or not."""
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from datetime import datetime
+from types import MappingProxyType
+from typing import Any
+
+from app.database.alarms import AlarmRepository
+from app.database.connection import Database
+from app.models import Alarm, Priority
+from app.services.changes import Changes, Topic
+from app.services.clock import Clock
+
+log = logging.getLogger(__name__)
+
+# code -> (priority, English sentence). Those marked EVENT have no end of their own: they stand until acknowledged.
+SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
+    "robot_error": (Priority.HIGH, "{robot}: {problem}"),
+    "emergency_stop": (Priority.HIGH, "{robot}: the emergency stop is pressed"),
+    "unreachable": (Priority.MEDIUM, "{robot} does not answer: {problem}"),
+    "unauthorized": (Priority.MEDIUM, "{robot} refuses user name or password"),
+    "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
+    "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; nothing is sent"),
+    "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
+    "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
+    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed: {reason}"),
+    "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
+    "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
+    "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
+    "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
+    "duplicate_running": (Priority.HIGH, "A second copy of {mission} is running on {robot} (queue item {queue_id})"),
+    "unknown_outcome": (Priority.HIGH, "Nobody knows whether {mission} reached {robot}: {problem}"),
+    "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
+})
+EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
+                    "duplicate_running", "unknown_outcome"})
+
+
+class _Known(dict[str, Any]):
+    def __missing__(self, key: str) -> str:
+        return "–"
+
+
+def alarm_sentence(alarm: Alarm, translate: Any = lambda text: text) -> str:
+    """One sentence for people; what is not known stands as a dash."""
+    text = SENTENCES.get(alarm.code, (alarm.priority, alarm.code))[1]
+    return str(translate(text)).format_map(_Known(alarm.details))
+
+
+class Alarms:
+    def __init__(self, db: Database, repository: AlarmRepository, clock: Clock, changes: Changes) -> None:
+        self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
+
+    def raise_(self, code: str, key: str, **details: Any) -> None:
+        """Open an alarm, or count one more on the standing one of the same code and key."""
+        now = self._clock.now()
+        alarm = Alarm(code, key, SENTENCES[code][0], now, details, last_at=now, cleared_at=now if code in EVENTS else None)
+        if self._db.write(lambda c: self._repository.raise_once(c, alarm)):
+            log.warning("alarm: %s", alarm_sentence(alarm))
+        self._changes.publish(Topic.ALARMS)
+
+    def clear(self, code: str, key: str) -> None:
+        """The cause is gone; the alarm stands until it is acknowledged too. Writes only when there is something to clear."""
+        if self._repository.active(self._db.read(), code, key):
+            self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
+            self._changes.publish(Topic.ALARMS)
+
+    def acknowledge(self, alarm_id: int, note: str = "") -> None:
+        self._db.write(lambda c: self._repository.acknowledge(c, alarm_id, self._clock.now(), note))
+        self._changes.publish(Topic.ALARMS)
+
+    def shelve(self, alarm_id: int, until: datetime) -> None:
+        self._db.write(lambda c: self._repository.shelve(c, alarm_id, until))
+        self._changes.publish(Topic.ALARMS)
+
+    def standing(self) -> list[Alarm]:
+        """Not yet cleared *and* acknowledged, most serious and newest first; shelved ones last."""
+        now = self._clock.now()
+        order = list(Priority)
+        return sorted(self._repository.standing(self._db.read()),
+                      key=lambda a: (bool(a.shelved_until and a.shelved_until > now), order.index(a.priority),
+                                     a.cleared_at is not None, -(a.last_at or a.raised_at).timestamp()))

@@ -1,0 +1,53 @@
+"""Who wants to know that something changed: services publish a topic, screens and lanes listen."""
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from enum import StrEnum
+
+log = logging.getLogger(__name__)
+
+
+class Topic(StrEnum):
+    SNAPSHOT = "snapshot"        # of the robot whose id is given
+    EXECUTIONS = "executions"
+    SCHEDULES = "schedules"
+    ROBOTS = "robots"
+    MISSIONS = "missions"
+    SETTINGS = "settings"
+    ALARMS = "alarms"
+    HOLDS = "holds"
+
+
+Listener = Callable[[Topic, int | None], None]
+
+
+class Changes:
+    """Calls every listener on the publisher's thread: a listener only notes the change and returns at once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._listeners: dict[int, Listener] = {}
+        self._next = 0
+
+    def subscribe(self, listener: Listener) -> Callable[[], None]:
+        """Returns the function that ends the subscription."""
+        with self._lock:
+            self._next += 1
+            key = self._next
+            self._listeners[key] = listener
+        return lambda: self._drop(key)
+
+    def _drop(self, key: int) -> None:
+        with self._lock:
+            self._listeners.pop(key, None)
+
+    def publish(self, topic: Topic, about: int | None = None) -> None:
+        with self._lock:
+            listeners = list(self._listeners.values())
+        for listener in listeners:
+            try:
+                listener(topic, about)
+            except Exception:
+                log.exception("A listener to %s failed", topic)      # one broken screen must not stop a lane

@@ -1,0 +1,44 @@
+"""Time as the services see it. Everything that knows the time takes a ``Clock``, so a year of operation runs in seconds under a virtual one."""
+from __future__ import annotations
+
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """Wall-clock time for people and plans, monotonic time for waits and ages (the wall clock may be set at any moment)."""
+
+    def now(self) -> datetime:
+        """The present instant, timezone-aware UTC."""
+
+    def monotonic(self) -> float:
+        """Seconds since some fixed point; never goes back and does not count the time the tablet slept."""
+
+
+class SystemClock:
+    """The tablet's clocks."""
+
+    def now(self) -> datetime:
+        return datetime.now(UTC)
+
+    def monotonic(self) -> float:
+        return time.monotonic()
+
+
+def local_timezone_name() -> str:
+    """IANA name of the tablet's zone; ``UTC`` where the system does not tell."""
+    import os
+    from zoneinfo import available_timezones
+    names = available_timezones()
+    if (name := os.environ.get("TZ", "").lstrip(":")) in names:
+        return name
+    for source in (Path("/etc/timezone"),):
+        try:
+            if (name := source.read_text(encoding="ascii").strip()) in names:
+                return name
+        except (OSError, UnicodeDecodeError):
+            continue
+    parts = Path("/etc/localtime").resolve().parts
+    return next((name for start in range(len(parts)) if (name := "/".join(parts[start:])) in names), "UTC")

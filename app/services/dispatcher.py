@@ -1,0 +1,284 @@
+"""Puts the waiting executions of one robot on its queue, each exactly once (design: "Exactly-once submission").
+
+The robot's POST has no idempotency key and links drop answers, so the intent is on disk before the POST, and an unknown outcome is never
+retried: the robot's queue is asked first. Called by the robot's lane only, one call at a time.
+"""
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from app.models import Execution, Reason, ReasonCode, Robot, Settings, State, Wait
+from app.services import decisions
+from app.services.alarms import Alarms
+from app.services.clock import Clock
+from app.services.downtime import Downtime
+from app.services.holds import Holds
+from app.services.ledger import Ledger
+from app.services.mir.client import RobotClient
+from app.services.mir.errors import Delivery, Rejected, RobotError, Unauthorized
+from app.services.mir.types import QueueItem, RobotStatus
+
+log = logging.getLogger(__name__)
+
+LOOK_AGAIN = 2.0             # s between looks at a queue in which a submission may yet appear
+STATUS_IS_FRESH = 2.0        # s for which one status read serves several executions due together
+RECHECK = 2.0                # s between checks of what an execution waits for (battery, hold)
+
+
+class WrongRobot(Exception):
+    """Another serial number answers at this address."""
+
+    def __init__(self, expected: str, found: str) -> None:
+        self.expected, self.found = expected, found
+        super().__init__(f"serial number {found} answers where {expected} was expected")
+
+
+@dataclass
+class _Memory:
+    """What one robot's dispatch remembers between calls. All instants are monotonic, so a clock step moves none of them;
+    lost with the process, which then waits the full quiet time again."""
+    not_before: dict[int, float] = field(default_factory=dict)
+    unknown_since: dict[int, float] = field(default_factory=dict)
+
+    def forget_all_but(self, open_ids: set[int]) -> None:
+        for memory in (self.not_before, self.unknown_since):
+            for gone in memory.keys() - open_ids:
+                del memory[gone]
+
+
+class Dispatcher:
+    def __init__(self, robot: Robot, client: RobotClient, *, ledger: Ledger, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime,
+                 settings: Callable[[], Settings], read_status: Callable[[], RobotStatus], queue_floor: Callable[[], int | None]) -> None:
+        self._robot, self._client = robot, client
+        self._ledger, self._clock, self._holds, self._alarms, self._downtime = ledger, clock, holds, alarms, downtime
+        self._settings, self._read_status, self._queue_floor = settings, read_status, queue_floor
+        self._memory = _Memory()
+        self._status_read = (-math.inf, None, None)  # type: tuple[float, RobotStatus | None, Exception | None]
+
+    def run(self, only: int | None = None) -> float:
+        """Do what can be done now; returns the seconds until it wants to be called again (inf: when something changes)."""
+        executions = [e for e in self._ledger.open_for(self._robot.id) if only in (None, e.id)]
+        self._memory.forget_all_but({e.id for e in executions})
+        for execution in decisions.in_dispatch_order(e for e in executions if e.state in (State.WAITING, State.SUBMITTING)):
+            if execution.state is State.SUBMITTING:
+                self._look_for(execution)
+            else:
+                self._consider(execution)
+        return self._next_call(only)
+
+    def _next_call(self, only: int | None) -> float:
+        waits = [math.inf]
+        now, mono = self._clock.now(), self._clock.monotonic()
+        for execution in self._ledger.open_for(self._robot.id):
+            if only not in (None, execution.id) or execution.state not in (State.WAITING, State.SUBMITTING):
+                continue
+            until = self._memory.not_before.get(execution.id, mono) - mono
+            if execution.state is State.WAITING:
+                until = min(until, (execution.closes_at - now).total_seconds())
+            waits.append(max(0.0, until))
+        return min(waits)
+
+    def _later(self, execution: Execution, seconds: float) -> None:
+        self._memory.not_before[execution.id] = self._clock.monotonic() + seconds
+
+    # ------------------------------------------------------------------ waiting
+    def _consider(self, execution: Execution) -> None:
+        """One waiting execution: end it, leave it waiting, or try it."""
+        now = self._clock.now()
+        if execution.cancel_code:
+            self._ledger.end(execution, Reason(execution.cancel_code))
+        elif now >= execution.closes_at:
+            was_down = self._downtime.overlaps(execution.planned_at, execution.closes_at)
+            self._ledger.end(execution, decisions.when_window_closed(execution, was_down))
+        elif hold := self._holds.active(self._robot.id):
+            self._ledger.waits(execution, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
+            self._later(execution, RECHECK)
+        elif self._is_held_for_late_start(execution):
+            pass
+        elif self._memory.not_before.get(execution.id, -math.inf) <= self._clock.monotonic():
+            self._try(execution)
+
+    def _is_held_for_late_start(self, execution: Execution) -> bool:
+        """A late start after the app was off is listed for some seconds first; counted on the monotonic clock from when it is first seen."""
+        if execution.hold_until is None or execution.wait is not Wait.LATE_START:
+            return False
+        if execution.id not in self._memory.not_before:
+            left = (execution.hold_until - self._clock.now()).total_seconds()
+            self._later(execution, min(max(left, 0.0), decisions.LATE_START_HOLD.total_seconds()))
+        return self._memory.not_before[execution.id] > self._clock.monotonic()
+
+    def _try(self, execution: Execution) -> None:
+        settings = self._settings()
+        status, error = self._status_now()
+        if status is None:
+            self._status_failed(execution, error, settings)
+            return
+        battery, minimum = status.battery_percentage, execution.minimum_battery_percent
+        if not decisions.battery_allows(battery, minimum):
+            self._ledger.waits(execution, Wait.BATTERY, battery=battery, minimum=minimum)
+            self._later(execution, RECHECK)
+            return
+        floor = self._queue_floor()
+        if floor is None:
+            try:
+                floor = self._client.highest_queue_id() or 0
+            except RobotError as problem:
+                self._attempt_failed(execution, problem.text, settings)
+                return
+        if self._clock.now() >= execution.closes_at:
+            return                                    # the reads took too long; ended by the next call
+        if intent := self._ledger.begin_attempt(execution, floor):
+            self._send(intent, settings)
+
+    def _status_now(self) -> tuple[RobotStatus | None, Exception | None]:
+        """One status read serves all that fall due together: reachability, serial number and battery are judged on it."""
+        read_at, status, error = self._status_read
+        if self._clock.monotonic() - read_at > STATUS_IS_FRESH:
+            try:
+                status, error = self._read_status(), None
+            except (RobotError, WrongRobot) as problem:
+                status, error = None, problem
+            self._status_read = (self._clock.monotonic(), status, error)
+        return status, error
+
+    def _status_failed(self, execution: Execution, error: Exception | None, settings: Settings) -> None:
+        match error:
+            case WrongRobot():
+                self._ledger.end(execution, Reason(ReasonCode.WRONG_ROBOT, {"expected": error.expected, "found": error.found}))
+            case Unauthorized():
+                self._ledger.end(execution, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.text}))
+            case _:
+                self._attempt_failed(execution, getattr(error, "text", str(error)), settings)
+
+    def _attempt_failed(self, execution: Execution, problem: str, settings: Settings) -> None:
+        """Certainly nothing on the robot: try again later, or give up at the retry limit."""
+        waiting = self._ledger.attempt_failed(execution, problem)
+        if waiting is None:
+            return
+        if waiting.cancel_code:
+            self._ledger.end(waiting, Reason(waiting.cancel_code))
+        elif reason := decisions.after_failed_attempt(waiting, settings, problem):
+            self._ledger.end(waiting, reason)
+        else:
+            self._later(waiting, decisions.back_off(waiting.attempts, settings))
+
+    # ------------------------------------------------------------------ submitting
+    def _send(self, intent: Execution, settings: Settings) -> None:
+        """The POST itself. ``description`` carries the token; ``message`` is for people and the robot overwrites it."""
+        try:
+            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, message=f"{intent.schedule or intent.mission}"[:200],
+                                            priority=intent.priority, parameters=dict(intent.parameters))
+        except RobotError as error:
+            self._not_accepted(intent, error, settings)
+        else:
+            self._adopt(intent, queue_id)
+
+    def _not_accepted(self, intent: Execution, error: RobotError, settings: Settings) -> None:
+        if error.delivery is Delivery.NOT_SENT:
+            self._status_read = (-math.inf, None, None)
+            self._attempt_failed(intent, error.text, settings)
+        elif error.delivery is Delivery.REFUSED:
+            self._ledger.end(intent, self._refusal(intent, error))
+        else:
+            log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._robot.name, error.text)
+            self._status_read = (-math.inf, None, None)
+            self._memory.unknown_since[intent.id] = self._clock.monotonic()
+            self._later(intent, LOOK_AGAIN)
+
+    def _refusal(self, intent: Execution, error: RobotError) -> Reason:
+        """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it."""
+        if isinstance(error, Unauthorized):
+            return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.text})
+        if isinstance(error, Rejected) and error.status in (400, 404):
+            try:
+                self._client.mission(intent.mission_guid)
+            except Rejected as answer:
+                if answer.status in (404, 410):
+                    return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
+            except RobotError as unheard:
+                log.info("Whether %r has mission %s could not be asked: %s", self._robot.name, intent.mission_guid, unheard.text)
+        return Reason(ReasonCode.REFUSED, {"problem": error.text})
+
+    def _adopt(self, intent: Execution, queue_id: int) -> None:
+        accepted = self._ledger.accepted(intent, queue_id)
+        if accepted and accepted.cancel_code:         # cancelled while it was on its way
+            self._cancel_item(queue_id)
+
+    def _cancel_item(self, queue_id: int) -> None:
+        try:
+            self._client.cancel(queue_id)
+        except RobotError as error:
+            log.warning("Item %d of %r could not be cancelled yet: %s", queue_id, self._robot.name, error.text)
+
+    # ------------------------------------------------------------------ unknown outcome
+    def _look_for(self, intent: Execution) -> None:
+        """Reconcile a submission whose outcome nobody knows with the robot's queue."""
+        now = self._clock.monotonic()
+        since = self._memory.unknown_since.setdefault(intent.id, now)    # a restart begins the quiet time anew
+        if self._memory.not_before.get(intent.id, -math.inf) > now:
+            return
+        settings = self._settings()
+        quiet_is_over = now - since >= settings.unknown_outcome_quiet_seconds
+        window_is_over = self._clock.now() >= intent.closes_at
+        try:
+            self._read_status()                        # never read another machine's queue as this one's
+            found = self._items_of(intent)
+            if found:
+                self._found(intent, found)
+                return
+            if quiet_is_over and intent.queue_floor and (self._client.highest_queue_id() or 0) < intent.queue_floor:
+                self._give_up_unknown(intent, "its queue numbers began anew")
+                return
+        except (RobotError, WrongRobot) as error:
+            if quiet_is_over and window_is_over:
+                self._give_up_unknown(intent, getattr(error, "text", str(error)))
+            else:
+                self._later(intent, min(decisions.back_off(2, settings), LOOK_AGAIN * 2))
+            return
+        if not quiet_is_over:
+            self._later(intent, min(LOOK_AGAIN, settings.unknown_outcome_quiet_seconds - (now - since)))
+        else:
+            self._absent(intent, window_is_over, settings)
+
+    def _items_of(self, intent: Execution) -> list[QueueItem]:
+        return sorted((item for item in self._client.items_after(intent.queue_floor or 0) if item.description == intent.token),
+                      key=lambda item: item.id)
+
+    def _found(self, intent: Execution, items: list[QueueItem]) -> None:
+        self._memory.unknown_since.pop(intent.id, None)
+        first, *copies = items
+        self._adopt(intent, first.id)
+        for copy in copies:
+            self.heal_duplicate(copy, intent)
+
+    def heal_duplicate(self, item: QueueItem, execution: Execution) -> None:
+        """Step 4: a later item with a token that is already claimed is cancelled while it is pending, and a person is told."""
+        if item.is_pending:
+            self._cancel_item(item.id)
+        self._alarms.raise_("duplicate_healed" if item.is_pending else "duplicate_running", f"execution:{execution.id}",
+                            robot=self._robot.name, mission=execution.mission, queue_id=item.id)
+
+    def _give_up_unknown(self, intent: Execution, problem: str) -> None:
+        self._alarms.raise_("unknown_outcome", f"execution:{intent.id}", robot=self._robot.name, mission=intent.mission, problem=problem)
+        self._ledger.end(intent, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
+
+    def _absent(self, intent: Execution, window_is_over: bool, settings: Settings) -> None:
+        """Not on the robot and nothing in flight can still land: as if the attempt had failed."""
+        self._memory.unknown_since.pop(intent.id, None)
+        problem = "the robot did not receive it"
+        if window_is_over and not intent.cancel_code and intent.attempts <= settings.retry_limit:
+            self._ledger.end(intent, Reason(ReasonCode.WINDOW_CLOSED, {"attempts": intent.attempts, "until": intent.closes_at.isoformat(),
+                                                                      "problem": problem}))
+            return
+        waiting = self._ledger.attempt_failed(intent, problem)
+        if waiting is None:
+            return
+        if waiting.cancel_code:
+            self._ledger.end(waiting, Reason(waiting.cancel_code))
+        elif reason := decisions.after_failed_attempt(waiting, settings, problem):
+            self._ledger.end(waiting, reason)
+        else:
+            self._memory.not_before.pop(waiting.id, None)     # the quiet time was wait enough

@@ -1,0 +1,274 @@
+"""Everything that is done with one robot, step by step on its own lane: read it, follow its executions, idle automation, dispatch.
+
+A lane has no thread of its own (poll_loop gives it one; the simulation steps it directly). A robot that hangs or is gone therefore delays
+nobody but itself.
+"""
+from __future__ import annotations
+
+import logging
+import math
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from zoneinfo import ZoneInfo
+
+from app.database.connection import Database
+from app.database.missions import MissionRepository
+from app.database.observed import ObservedRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.models import Connection, Robot, Settings, State, Trigger
+from app.services.activity import activity_of
+from app.services.alarms import Alarms
+from app.services.clock import Clock
+from app.services.dispatcher import Dispatcher, WrongRobot
+from app.services.downtime import Downtime
+from app.services.holds import Holds
+from app.services.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
+from app.services.ledger import Ledger
+from app.services.mir.client import RobotClient
+from app.services.mir.errors import NotAMir, RobotError, TimedOut, Unauthorized, Unreadable
+from app.services.mir.types import RobotState, RobotStatus
+from app.services.planner import one_off
+from app.services.snapshots import STALE_POLLS, Snapshots
+from app.services.tracker import Tracker
+
+log = logging.getLogger(__name__)
+
+LIVE_EVERY = 2.0                # s between status reads while somebody looks or something of ours runs
+SLOW_ANSWER = 2.0               # s; slower is told, but it is an answer
+LOOK_AROUND_EVERY = 60.0        # s between writes of the observed time
+
+
+@dataclass
+class Services:
+    """What every lane shares."""
+    db: Database
+    clock: Clock
+    ledger: Ledger
+    holds: Holds
+    alarms: Alarms
+    downtime: Downtime
+    snapshots: Snapshots
+    robots: RobotRepository
+    missions: MissionRepository
+    schedules: ScheduleRepository
+    observed: ObservedRepository
+    settings: Callable[[], Settings]
+
+
+class Lane:
+    def __init__(self, robot: Robot, client: RobotClient, services: Services) -> None:
+        self.robot, self.client, self._s = robot, client, services
+        self.polled = False                     # the first poll is over, whatever it brought
+        self.clock_offset: float | None = None  # s, the robot's HTTP Date minus the tablet's clock
+        self.watched = False                    # on screen
+        self._dispatcher = Dispatcher(
+            robot, client, ledger=services.ledger, clock=services.clock, holds=services.holds, alarms=services.alarms,
+            downtime=services.downtime, settings=services.settings, read_status=self.read_status, queue_floor=lambda: self._highest)
+        self._tracker = Tracker(robot, client, services.ledger, self._dispatcher)
+        self._idle = IdleWatch()
+        self._highest: int | None = None        # highest queue id seen on this robot
+        self._identified = False
+        self._refused = False                   # answers, but not to this user; /status alone answers anybody
+        self._failures = 0
+        self._settled: set[str] = set()         # codes judged since the start
+        self._standing: set[str] = set()        # codes of this robot's conditions that are alarmed now
+        self._next_live = -math.inf
+        self._observed: dict[tuple[str, str], float] = {}
+        self._observed_at: float | None = None
+        self._observed_written = services.clock.monotonic()
+
+    # ------------------------------------------------------------------ the steps
+    def step(self, poll: bool) -> float:
+        """One round: a whole poll when asked (or at first), else what is live or due. Returns the seconds until the next is wanted."""
+        if poll or not self.polled:
+            self._poll()
+        elif self._s.clock.monotonic() >= self._next_live and self._wants_live():
+            self._look()
+        wake = self._dispatcher.run()
+        if self._wants_live():
+            wake = min(wake, max(0.0, self._next_live - self._s.clock.monotonic()))
+        return wake
+
+    def dispatch_only(self, execution_id: int) -> float:
+        """Only this execution: a one-shot command sends nothing else."""
+        return self._dispatcher.run(only=execution_id)
+
+    def close(self) -> None:
+        self._write_observed()
+        self.client.close()
+
+    def _wants_live(self) -> bool:
+        return self.robot.enabled and (self.watched or any(e.state is not State.WAITING for e in self._s.ledger.open_for(self.robot.id)))
+
+    def _poll(self) -> None:
+        """One cycle of this robot: status, queue, tracking, idle automation. Dispatch follows in ``step``."""
+        try:
+            if self.robot.enabled:
+                self._look()
+                if self._failures == 0:
+                    self._trigger_idle()
+            else:
+                self._s.snapshots.update(self.robot.id, connection=Connection.DISABLED, queue=(), status=None)
+        finally:
+            self.polled = True
+        if self._s.clock.monotonic() - self._observed_written >= LOOK_AROUND_EVERY:
+            self._write_observed()
+
+    def _look(self) -> None:
+        """Read the robot and follow what runs on it. What can't be read stays as it was, with its age."""
+        mono = self._s.clock.monotonic()
+        try:
+            status = self.read_status()
+            self._identify()
+            self._read_queue(status)
+            self._tracker.follow()
+        except (RobotError, WrongRobot) as error:
+            if self._failures == 0:
+                self._note_failure(error)
+        pause = LIVE_EVERY * 2 ** min(self._failures, 5)
+        self._next_live = mono + min(pause, max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
+
+    # ------------------------------------------------------------------ reading
+    def read_status(self) -> RobotStatus:
+        """Ask for the status; the snapshot and the alarms follow. Raises RobotError, or WrongRobot when another machine answers."""
+        try:
+            status = self.client.status()
+            self._check_serial(status)
+        except (RobotError, WrongRobot) as error:
+            self._note_failure(error)
+            raise
+        self._note_answer(status)
+        return status
+
+    def _check_serial(self, status: RobotStatus) -> None:
+        expected = self.robot.serial_number
+        if expected and status.serial_number and status.serial_number != expected:
+            raise WrongRobot(expected, status.serial_number)
+
+    def _identify(self) -> None:
+        """Once per start: does the password hold (``/status`` answers without one), and which machine is it?"""
+        if self._identified:
+            return
+        identity = self.client.identify()
+        found = {"serial_number": identity.serial_number, "model": identity.model, "software": identity.software}
+        if any(value and value != getattr(self.robot, name) for name, value in found.items()):
+            changes = {name: value for name, value in found.items() if value}
+            self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot.id, **changes))
+            stored = self._s.robots.get(self._s.db.read(), self.robot.id)
+            self.robot = stored or self.robot
+        self._identified, self._refused = True, False
+        self._stands("unauthorized", False)
+        self._change_connection(Connection.CONNECTED, "")
+
+    def _read_queue(self, status: RobotStatus) -> None:
+        items = tuple(sorted(self.client.open_items(), key=lambda item: (item.is_pending, item.id)))
+        highest = max((item.id for item in items), default=0)
+        self._highest = max(highest, self.client.highest_queue_id() or 0)
+        now, mono = self._s.clock.now(), self._s.clock.monotonic()
+        longest_gap = STALE_POLLS * self._s.settings().poll_interval_seconds
+        self._idle.saw(is_idle(status, bool(items)), mono, longest_gap)
+        self._s.snapshots.update(self.robot.id, queue=items, queue_read_at=now)
+        self._tracker.heal(items)
+
+    # ------------------------------------------------------------------ what a reading means
+    @property
+    def _key(self) -> str:
+        return f"robot:{self.robot.id}"
+
+    def _note_answer(self, status: RobotStatus) -> None:
+        now = self._s.clock.now()
+        self._failures = 0
+        connection = Connection.SLOW if status.elapsed_s > SLOW_ANSWER else Connection.CONNECTED
+        problem = ""
+        if self._refused:
+            connection, problem = Connection.UNAUTHORIZED, self._s.snapshots.get(self.robot.id).problem
+        if status.date is not None:
+            self.clock_offset = (status.date - now).total_seconds()
+        self._observe(activity_of(status))
+        self._change_connection(connection, problem, status=status, read_at=now)
+        self._robot_alarms(status)
+
+    def _note_failure(self, error: RobotError | WrongRobot) -> None:
+        self._failures += 1
+        self._idle.lost_sight()
+        self._observe("offline")
+        match error:
+            case WrongRobot():
+                self._stands("wrong_robot", True, expected=error.expected, found=error.found)
+                connection = Connection.WRONG_ROBOT
+            case Unauthorized():
+                self._identified, self._refused = False, True
+                self._stands("unauthorized", True)
+                connection = Connection.UNAUTHORIZED
+            case NotAMir() | Unreadable():
+                connection = Connection.NOT_A_ROBOT
+            case TimedOut() if self._failures == 1:
+                connection = Connection.SLOW          # one slow answer is slow, not unreachable
+            case _:
+                connection = Connection.UNREACHABLE
+        problem = getattr(error, "text", str(error))
+        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and self._failures == 2:
+            code = "unreachable" if connection is Connection.UNREACHABLE else "not_a_robot"
+            self._stands(code, True, problem=problem)
+        self._change_connection(connection, problem)
+
+    def _change_connection(self, connection: Connection, problem: str, **values: object) -> None:
+        before = self._s.snapshots.get(self.robot.id)
+        if before.connection is not connection:
+            values["since"] = self._s.clock.now()
+            level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
+            log.log(level, "%s: %s%s", self.robot.name, connection, f" ({problem})" if problem else "")
+        if connection is Connection.CONNECTED:
+            for code in ("unreachable", "not_a_robot", "wrong_robot"):
+                self._stands(code, False)
+        self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
+
+    def _robot_alarms(self, status: RobotStatus) -> None:
+        problem = "; ".join(error.description for error in status.errors) or status.mission_text or "an error"
+        self._stands("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
+        self._stands("robot_error", status.state is RobotState.ERROR, problem=problem)
+
+    def _stands(self, code: str, on: bool, **details: object) -> None:
+        """Raise or clear the alarm of a condition when it changes (and clear, once after a start, what an earlier run left standing)."""
+        if on and code not in self._standing:
+            self._standing.add(code)
+            self._s.alarms.raise_(code, self._key, robot=self.robot.name, **details)
+        elif not on and (code in self._standing or code not in self._settled):
+            self._standing.discard(code)
+            self._s.alarms.clear(code, self._key)
+        self._settled.add(code)
+
+    # ------------------------------------------------------------------ idle automation
+    def _trigger_idle(self) -> None:
+        rule, status = self.robot.idle, self._s.snapshots.get(self.robot.id).status
+        if rule is None or status is None or self._highest is None or self._s.holds.active(self.robot.id):
+            return
+        db, now, settings = self._s.db.read(), self._s.clock.now(), self._s.settings()
+        situation = IdleSituation(self._idle.seconds(self._s.clock.monotonic()), status, self._highest,
+                                  self._s.ledger.last_idle(self.robot.id), self._s.schedules.next_due(db, self.robot.id))
+        if not idle_mission_is_due(rule, situation, settings, now):
+            return
+        if mission := self._s.missions.get(db, rule.mission_id):
+            self._s.ledger.add(one_off(Trigger.IDLE, self.robot, mission, settings, now, str(uuid.uuid4()), queue_floor=self._highest))
+
+    # ------------------------------------------------------------------ observed time
+    def _observe(self, activity: str) -> None:
+        """The time since the last look belongs to what was seen then and now; a gap longer than 3 polls to nothing."""
+        mono, settings = self._s.clock.monotonic(), self._s.settings()
+        if self._observed_at is not None and 0 < mono - self._observed_at <= STALE_POLLS * max(settings.poll_interval_seconds, LIVE_EVERY):
+            day = self._local_day(self._s.clock.now(), settings)
+            self._observed[day, activity] = self._observed.get((day, activity), 0.0) + mono - self._observed_at
+        self._observed_at = mono
+
+    @staticmethod
+    def _local_day(now: datetime, settings: Settings) -> str:
+        return now.astimezone(ZoneInfo(settings.timezone)).date().isoformat()
+
+    def _write_observed(self) -> None:
+        observed, self._observed = self._observed, {}
+        self._observed_written = self._s.clock.monotonic()
+        if observed:
+            self._s.db.write(lambda c: self._s.observed.add_many(c, self.robot.id, observed))

@@ -1,0 +1,130 @@
+"""The execution ledger: every move of an execution is one short transaction, told to whoever listens and to the log.
+
+Each method returns the row after its move, or None when the row had moved on in the meantime (somebody cancelled it): then nothing was changed
+and the caller must not act on it.
+"""
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.settings import SettingsRepository
+from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Wait
+from app.services.changes import Changes, Topic
+from app.services.clock import Clock
+from app.services.reasons import sentence
+
+log = logging.getLogger("app.executions")
+
+
+class Ledger:
+    def __init__(self, db: Database, executions: ExecutionRepository, settings: SettingsRepository, clock: Clock, changes: Changes) -> None:
+        self._db, self._executions, self._settings, self._clock, self._changes = db, executions, settings, clock, changes
+
+    # ------------------------------------------------------------------ reading
+    def get(self, execution_id: int) -> Execution | None:
+        return self._executions.get(self._db.read(), execution_id)
+
+    def open_for(self, robot_id: int) -> list[Execution]:
+        return self._executions.open_for(self._db.read(), robot_id)
+
+    def by_token(self, token: str) -> Execution | None:
+        return self._executions.by_token(self._db.read(), token)
+
+    def last_idle(self, robot_id: int) -> Execution | None:
+        return self._executions.last_idle(self._db.read(), robot_id)
+
+    # ------------------------------------------------------------------ moves
+    def add(self, execution: Execution) -> Execution | None:
+        """Write a new row; None when this occurrence or token is already in the ledger."""
+        added = self._db.write(lambda c: self._executions.add_once(c, execution))
+        if added:
+            self._tell(added)
+        return added
+
+    def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
+        """Note what holds a waiting execution; writes only when that is something new."""
+        if (execution.wait, dict(execution.wait_details)) == (wait, details):
+            return execution
+        return self._change(execution, (State.WAITING,), quietly=execution.wait is wait, wait=wait, wait_details=details)
+
+    def begin_attempt(self, execution: Execution, queue_floor: int | None) -> Execution | None:
+        """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it.
+
+        The floor of the first attempt is kept: everything that this execution ever put on the robot lies above it.
+        """
+        floor = execution.queue_floor if execution.queue_floor is not None else queue_floor
+        return self._change(execution, (State.WAITING,), state=State.SUBMITTING, attempts=execution.attempts + 1, queue_floor=floor)
+
+    def attempt_failed(self, execution: Execution, problem: str) -> Execution | None:
+        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
+        attempts = execution.attempts + (execution.state is State.WAITING)
+        return self._change(execution, (State.WAITING, State.SUBMITTING), state=State.WAITING, attempts=attempts,
+                            wait=Wait.RETRY, wait_details={"problem": problem})
+
+    def accepted(self, execution: Execution, queue_id: int) -> Execution | None:
+        return self._change(execution, (State.SUBMITTING,), state=State.QUEUED, queue_id=queue_id, submitted_at=self._clock.now())
+
+    def started(self, execution: Execution, robot_delay_s: float | None) -> Execution | None:
+        return self._change(execution, (State.QUEUED,), state=State.EXECUTING, started_at=self._clock.now(), robot_delay_s=robot_delay_s)
+
+    def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None) -> Execution | None:
+        return self._end(execution, (State.QUEUED, State.EXECUTING), state=State.COMPLETED, duration_s=duration_s, robot_delay_s=robot_delay_s)
+
+    def end(self, execution: Execution, reason: Reason, duration_s: float | None = None) -> Execution | None:
+        """End an open execution with a reason, whose code tells the state."""
+        return self._end(execution, (execution.state,), state=reason.state, reason=reason, duration_s=duration_s)
+
+    def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
+        """Note that the operator wants these gone (None takes that back); the robot's answer decides."""
+        def work(c: Any) -> None:
+            for execution in executions:
+                self._executions.change(c, execution.id, OPEN_STATES, cancel_code=code)
+        self._db.write(work)
+        self._changes.publish(Topic.EXECUTIONS)
+
+    def prune(self) -> None:
+        """Keep the newest N ended rows (the setting), for ever is None."""
+        limit = self._settings.load(self._db.read()).history_limit
+        if limit is not None:
+            self._db.write(lambda c: self._executions.prune(c, limit))
+
+    # ------------------------------------------------------------------ inside
+    def _end(self, execution: Execution, expected: Sequence[State], **columns: Any) -> Execution | None:
+        return self._change(execution, expected, ended_at=self._clock.now(), **columns)
+
+    def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
+        changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))
+        if changed:
+            self._tell(changed, quietly)
+        return changed
+
+    def _tell(self, execution: Execution, quietly: bool = False) -> None:
+        if not quietly:
+            log.info("%s", describe(execution))
+        self._changes.publish(Topic.EXECUTIONS, execution.robot_id)
+
+
+def describe(execution: Execution) -> str:
+    """One English line for the log."""
+    parts = [f"#{execution.id} {execution.mission!r} on {execution.robot!r} ({execution.trigger}): {execution.state}"]
+    if execution.state is State.WAITING and execution.wait is not Wait.DUE:
+        parts.append(f"[{execution.wait}]")
+    if execution.queue_id is not None:
+        parts.append(f"queue item {execution.queue_id}")
+    if execution.attempts > 1:
+        parts.append(f"attempt {execution.attempts}")
+    if execution.reason:
+        parts.append("– " + sentence(execution.reason, execution.timezone))
+    return " ".join(parts)
+
+
+def seconds_between(start: datetime | None, end: datetime | None) -> float | None:
+    """The difference of two of the robot's own time stamps; its clock may be wrong, so only the difference counts."""
+    if start is None or end is None:
+        return None
+    return max(0.0, (end - start).total_seconds())

@@ -1,0 +1,158 @@
+"""Turns schedules into executions when they fall due: each occurrence one row, in the same transaction that advances its schedule."""
+from __future__ import annotations
+
+import logging
+import sqlite3
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from itertools import takewhile
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
+from app.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
+from app.services import decisions
+from app.services.alarms import Alarms
+from app.services.calendar import WorkingCalendar
+from app.services.changes import Changes, Topic
+from app.services.clock import Clock
+from app.services.downtime import Downtime, Gap
+from app.services.recurrence import next_occurrence, occurrences
+
+log = logging.getLogger(__name__)
+
+AT_ONCE = 500                # schedules per transaction, so that a burst never holds the writer for long
+
+
+@dataclass
+class Fallen:
+    """What one look at the plan brought."""
+    robot_ids: set[int] = field(default_factory=set)      # with something to send
+    missed: int = 0
+    late_starts: int = 0
+
+
+class Planner:
+    def __init__(self, db: Database, *, schedules: ScheduleRepository, executions: ExecutionRepository, robots: RobotRepository,
+                 missions: MissionRepository, settings: SettingsRepository, clock: Clock, downtime: Downtime, alarms: Alarms,
+                 changes: Changes, hold_late_starts: bool) -> None:
+        self._db, self._schedules, self._executions = db, schedules, executions
+        self._robots, self._missions, self._settings = robots, missions, settings
+        self._clock, self._downtime, self._alarms, self._changes = clock, downtime, alarms, changes
+        self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
+
+    def next_due(self) -> datetime | None:
+        return self._schedules.next_due(self._db.read())
+
+    def fall_due(self) -> Fallen:
+        """Make a row of every occurrence up to now. Costs one indexed look when nothing is due."""
+        fallen = Fallen()
+        while True:
+            now = self._clock.now()
+            due = self._schedules.due(self._db.read(), now, AT_ONCE)
+            if not due:
+                break
+            self._db.write(lambda c, now=now: self._take_due(c, now, fallen))  # type: ignore[misc]
+            if len(due) < AT_ONCE:
+                break
+        if fallen.missed:
+            gap = self._downtime.at(self._clock.now()) or None
+            self._alarms.raise_("executions_missed", "plan", count=fallen.missed, reason="the app was off, asleep or without a true clock"
+                                if gap is None else f"off from {gap.start:%H:%M} to {gap.end:%H:%M}")
+        if fallen.robot_ids or fallen.missed:
+            self._changes.publish(Topic.EXECUTIONS)
+            self._changes.publish(Topic.SCHEDULES)
+        return fallen
+
+    def _take_due(self, c: sqlite3.Connection, now: datetime, fallen: Fallen) -> None:
+        settings = self._settings.load(c)
+        install_id = self._settings.install_id(c)
+        calendar = WorkingCalendar(settings)
+        robots = {robot.id: robot for robot in self._robots.all(c)}
+        for schedule in self._schedules.due(c, now, AT_ONCE):
+            robot, mission = robots[schedule.robot_id], self._missions.get(c, schedule.mission_id)
+            if mission is None:
+                continue
+            maker = _RowMaker(schedule, robot, mission, settings, install_id, now)
+            self._take_schedule(c, schedule, maker, calendar, fallen)
+
+    def _take_schedule(self, c: sqlite3.Connection, schedule: Schedule, make: _RowMaker, calendar: WorkingCalendar, fallen: Fallen) -> None:
+        """The latest instant runs if it is still within its start window; the earlier ones were missed."""
+        now, settings = make.now, make.settings
+        *earlier, latest = _instants(schedule, now, calendar)
+        newest = earlier if settings.history_limit is None else earlier[-settings.history_limit:]     # more would be pruned at once
+        rows = [make.missed(instant, self._downtime.at(instant)) for instant in newest]
+        fallen.missed += len(earlier)
+        if schedule.paused_until is not None and latest < schedule.paused_until:
+            rows.append(make.ended(latest, Reason(ReasonCode.HOLD, {"until": schedule.paused_until.isoformat()})))
+        elif now >= decisions.closes_at(latest, schedule.start_window_minutes, settings):
+            rows.append(make.missed(latest, self._downtime.at(latest)))
+            fallen.missed += 1
+        elif not make.robot.enabled:
+            rows.append(make.ended(latest, Reason(ReasonCode.ROBOT_REMOVED, {"robot": make.robot.name})))
+        elif schedule.overlap is Overlap.SKIP and (previous := self._executions.open_of_schedule(c, schedule.id)):
+            rows.append(make.ended(latest, Reason(ReasonCode.OVERLAP, {"planned_at": previous[-1].planned_at.isoformat()})))
+        else:
+            late = self._hold_late_starts and self._downtime.at(latest) is not None
+            rows.append(make.waiting(latest, late))
+            fallen.late_starts += late
+            fallen.robot_ids.add(schedule.robot_id)
+        for row in rows:
+            if self._executions.add_once(c, row) is None:
+                log.info("The occurrence %s of %r is in the ledger already", row.planned_at, schedule.name)
+        following = next_occurrence(schedule, max(now, latest), calendar)
+        self._schedules.advance(c, schedule.id, following)
+
+
+def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> list[datetime]:
+    """What fell due since the schedule was looked at last, oldest first, at least one."""
+    first = schedule.next_at
+    if first is None:
+        raise ValueError(f"schedule {schedule.id} is not due")
+    after: Iterable[datetime] = (o.instant for o in occurrences(schedule, first, calendar))
+    return [first, *takewhile(lambda instant: instant <= now, after)]
+
+
+@dataclass(frozen=True)
+class _RowMaker:
+    """Rows of one schedule as it stands at ``now``."""
+    schedule: Schedule
+    robot: Robot
+    mission: Mission
+    settings: Settings
+    install_id: str
+    now: datetime
+
+    def waiting(self, planned_at: datetime, late: bool) -> Execution:
+        schedule, settings = self.schedule, self.settings
+        row = Execution(
+            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=self.robot.id, robot=self.robot.name,
+            mission=self.mission.name, mission_guid=self.mission.guid, parameters=schedule.parameters, priority=schedule.priority,
+            minimum_battery_percent=decisions.minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,
+            closes_at=decisions.closes_at(planned_at, schedule.start_window_minutes, settings), created_at=self.now,
+            token=decisions.token_of(self.install_id, schedule.id, planned_at))
+        return replace(row, wait=Wait.LATE_START, hold_until=self.now + decisions.LATE_START_HOLD) if late else row
+
+    def ended(self, planned_at: datetime, reason: Reason) -> Execution:
+        return replace(self.waiting(planned_at, late=False), state=reason.state, reason=reason, ended_at=self.now)
+
+    def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
+        code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
+        times = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap else {}
+        return self.ended(planned_at, Reason(code, times))
+
+
+def one_off(trigger: Trigger, robot: Robot, mission: Mission, settings: Settings, now: datetime, token: str, *,
+            parameters: dict[str, object] | None = None, queue_floor: int | None = None) -> Execution:
+    """The row of a manual or idle execution: due now, within the general start window."""
+    minimum = decisions.minimum_battery(None, settings) if trigger is Trigger.IDLE else None     # Run now has no constraint
+    return Execution(
+        trigger=trigger, robot_id=robot.id, robot=robot.name, mission=mission.name, mission_guid=mission.guid, parameters=parameters or {},
+        minimum_battery_percent=minimum, timezone=settings.timezone, planned_at=now, closes_at=decisions.closes_at(now, None, settings),
+        created_at=now, token=token, queue_floor=queue_floor, state=State.WAITING)
+
+

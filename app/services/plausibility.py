@@ -1,0 +1,25 @@
+"""Whether the tablet's clock can be right. Judged at the start only; a step while running is an event, not a hold (design: "Clock not plausible")."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+
+TOLERANCE = timedelta(minutes=10)
+BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
+
+
+def clock_problem(now: datetime, last_heartbeat: datetime | None, offsets: Sequence[float | None]) -> str | None:
+    """One English sentence part when the clock is not plausible, else None.
+
+    ``offsets`` are the robots' HTTP ``Date`` minus the tablet's clock in seconds, None where unknown. Two or more robots that mostly agree
+    with the tablet overrule a heartbeat from the future; two or more that mostly differ by over ten minutes overrule the tablet.
+    """
+    known = [offset for offset in offsets if offset is not None]
+    differing = [offset for offset in known if abs(offset) > TOLERANCE.total_seconds()]
+    if len(known) >= 2 and len(differing) * 2 > len(known):
+        minutes = round(sorted(differing)[len(differing) // 2] / 60)
+        return f"most robots' clocks are {abs(minutes)} min {'ahead of' if minutes > 0 else 'behind'} it"
+    robots_agree = len(known) >= 2
+    if last_heartbeat is not None and now < last_heartbeat - BACKWARDS and not robots_agree:
+        return f"it shows {now:%Y-%m-%d %H:%M} UTC, but the app already ran on {last_heartbeat:%Y-%m-%d %H:%M} UTC"
+    return None

@@ -1,0 +1,225 @@
+"""The threads: one for the scheduler, one lane for each robot. They only wait and call; what is done stands in scheduler and lane.
+
+With a window, Kivy's Clock asks for a cycle every poll interval (the thesis's Algorithm 1); headless, or when the window has not asked for
+two intervals, the scheduler thread does.
+"""
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections.abc import Callable
+
+from app.database.connection import Database, DatabaseUnavailable
+from app.models import Robot
+from app.services.alarms import Alarms
+from app.services.changes import Changes, Topic
+from app.services.clock import Clock
+from app.services.lane import Lane
+from app.services.scheduler import LONGEST_WAIT, Scheduler
+
+log = logging.getLogger(__name__)
+
+STOP_WITHIN = 4.0           # s: the contract gives a stop 5 s; a request under way is left to its time-out
+FIRST_POLL_WITHIN = 5.0     # s until "ready" whatever the robots do
+AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes on
+
+
+class _LaneThread:
+    """One robot's lane on its thread."""
+
+    def __init__(self, lane: Lane, alarm: Callable[[Exception], None]) -> None:
+        self.lane = lane
+        self._alarm = alarm
+        self._wake = threading.Condition()
+        self._poll_wanted = self._something_new = self._stopping = False
+        self._thread = threading.Thread(target=self._run, name=f"lane-{lane.robot.name}", daemon=True)
+        self._thread.start()
+
+    def kick(self, poll: bool = False) -> None:
+        """Something is due, or a cycle is wanted. A cycle still running is not started twice."""
+        with self._wake:
+            self._poll_wanted |= poll
+            self._something_new = True
+            self._wake.notify()
+
+    def stop(self) -> None:
+        with self._wake:
+            self._stopping = True
+            self._wake.notify()
+
+    def join(self, timeout: float) -> None:
+        self._thread.join(timeout)
+
+    def _run(self) -> None:
+        while True:
+            with self._wake:
+                if self._stopping:
+                    break
+                poll, self._poll_wanted, self._something_new = self._poll_wanted, False, False
+            try:
+                wait = self.lane.step(poll)
+            except Exception as error:       # one robot's trouble must not end its lane, nor touch any other
+                log.exception("The lane of %r met an unexpected error and goes on", self.lane.robot.name)
+                self._alarm(error)
+                wait = AFTER_A_CRASH
+            with self._wake:
+                if not (self._stopping or self._something_new):
+                    self._wake.wait(None if math.isinf(wait) else wait)
+        self.lane.close()
+
+
+class PollLoop:
+    def __init__(self, db: Database, *, scheduler: Scheduler, clock: Clock, alarms: Alarms, changes: Changes,
+                 robots: Callable[[], list[Robot]], make_lane: Callable[[Robot], Lane], poll_interval: Callable[[], float]) -> None:
+        self._db, self._scheduler, self._clock, self._alarms = db, scheduler, clock, alarms
+        self._robots, self._make_lane, self._poll_interval = robots, make_lane, poll_interval
+        self._lanes: dict[int, _LaneThread] = {}
+        self._watched: int | None = None
+        self._lock = threading.Lock()
+        self._wake = threading.Condition()
+        self._woken = self._stopping = False
+        self._cycle_at = -math.inf
+        self._window_drives = False
+        self._thread: threading.Thread | None = None
+        self._chores: list[Callable[[], None]] = []
+        self._robots_changed = True
+        self._unsubscribe = changes.subscribe(self._on_change)
+
+    # ------------------------------------------------------------------ life
+    def add_chore(self, chore: Callable[[], None]) -> None:
+        """Something small to do at every tick (the inbox of one-shot commands)."""
+        self._chores.append(chore)
+
+    def start(self) -> None:
+        self._scheduler.start()
+        self._thread = threading.Thread(target=self._run, name="scheduler", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop all threads; a request under way is abandoned to its time-out, its execution is looked for at the next start."""
+        self._unsubscribe()
+        with self._wake:
+            self._stopping = True
+            self._wake.notify()
+        deadline = self._clock.monotonic() + STOP_WITHIN
+        with self._lock:
+            lanes = list(self._lanes.values())
+        for lane in lanes:
+            lane.stop()
+        for thread in [self._thread, *lanes]:
+            if thread:
+                thread.join(max(0.0, deadline - self._clock.monotonic()))
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether every robot has answered (or failed to answer) its first poll."""
+        with self._lock:
+            return not self._robots_changed and all(thread.lane.polled for thread in self._lanes.values())
+
+    def clock_offsets(self) -> list[float | None]:
+        with self._lock:
+            return [thread.lane.clock_offset for thread in self._lanes.values()]
+
+    # ------------------------------------------------------------------ asked by others
+    def request_cycle(self, by_window: bool = False) -> None:
+        """Poll every robot now, in parallel."""
+        self._window_drives |= by_window
+        self._cycle_at = self._clock.monotonic()
+        with self._lock:
+            for thread in self._lanes.values():
+                thread.kick(poll=True)
+
+    def kick(self, robot_id: int, poll: bool = False) -> None:
+        """Something is new for this robot (a manual run, a cancellation)."""
+        with self._lock:
+            thread = self._lanes.get(robot_id)
+        if thread:
+            thread.kick(poll)
+
+    def watch(self, robot_id: int | None) -> None:
+        """The robot on screen has its status read every 2 s."""
+        with self._lock:
+            self._watched = robot_id
+            for key, thread in self._lanes.items():
+                thread.lane.watched = key == robot_id
+                if key == robot_id:
+                    thread.kick()
+
+    def wake(self) -> None:
+        """The plan changed: look at it now."""
+        with self._wake:
+            self._woken = True
+            self._wake.notify()
+
+    def _on_change(self, topic: Topic, about: int | None) -> None:
+        if topic is Topic.ROBOTS:
+            self._robots_changed = True
+        if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
+            self.wake()
+        elif topic in (Topic.EXECUTIONS, Topic.HOLDS):
+            with self._lock:
+                for key, thread in self._lanes.items():
+                    if about in (None, key):
+                        thread.kick()
+
+    # ------------------------------------------------------------------ the scheduler thread
+    def _run(self) -> None:
+        first_look = self._clock.monotonic()
+        while not self._stopping:
+            try:
+                self._round(first_look)
+                wait = self._scheduler.seconds_to_next()
+                self._alarms.clear("database", "database")
+            except DatabaseUnavailable as error:
+                log.error("%s", error)
+                wait = LONGEST_WAIT
+            except Exception:                # the heart must not stop for anything
+                log.exception("The scheduler met an unexpected error and goes on")
+                wait = LONGEST_WAIT
+            with self._wake:
+                if not (self._woken or self._stopping):
+                    self._wake.wait(wait)
+                self._woken = False
+        self._scheduler.stop()
+
+    def _round(self, first_look: float) -> None:
+        if self._robots_changed:
+            self._match_lanes()
+        if not self.is_ready and self._clock.monotonic() - first_look < FIRST_POLL_WITHIN:
+            self._quickly()
+            return
+        for robot_id in self._scheduler.tick().robot_ids:
+            self.kick(robot_id)
+        for chore in self._chores:
+            chore()
+        due = self._poll_interval() * (2 if self._window_drives else 1)
+        if self._clock.monotonic() - self._cycle_at >= due:
+            self.request_cycle()
+
+    def _quickly(self) -> None:
+        """Not everybody has answered yet: look again soon."""
+        with self._wake:
+            self._wake.wait(0.02)
+            self._woken = True
+
+    def _match_lanes(self) -> None:
+        """One lane for each robot as it is configured now."""
+        self._robots_changed = False
+        wanted = {robot.id: robot for robot in self._robots()}
+        with self._lock:
+            for key in list(self._lanes):
+                if key not in wanted or _settings_of(self._lanes[key].lane.robot) != _settings_of(wanted[key]):
+                    self._lanes.pop(key).stop()
+            for key, robot in wanted.items():
+                if key in self._lanes:
+                    self._lanes[key].lane.robot = robot       # name, idle rule
+                else:
+                    lane = self._make_lane(robot)
+                    lane.watched = key == self._watched
+                    self._lanes[key] = _LaneThread(lane, lambda error, robot=robot: None)  # type: ignore[misc]
+
+
+def _settings_of(robot: Robot) -> tuple[object, ...]:
+    """What a lane's connection is made of; when it changes, the lane is made anew."""
+    return robot.address, robot.token, robot.certificate_sha256, robot.enabled

@@ -1,0 +1,110 @@
+"""The heart that beats once a second or when something falls due: heartbeat, gaps, plausibility of the clock, the plan (Algorithms 1 and 2).
+
+It has no thread of its own and talks to no robot; poll_loop calls ``tick`` and hands what fell due to the robots' lanes.
+"""
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from datetime import datetime, timedelta
+
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.services.alarms import Alarms
+from app.services.clock import Clock
+from app.services.downtime import HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
+from app.services.holds import Holds
+from app.services.ledger import Ledger
+from app.services.planner import Fallen, Planner
+from app.services.plausibility import clock_problem
+
+log = logging.getLogger(__name__)
+
+LONGEST_WAIT = 1.0          # s: bounds what a clock step or a sleep can delay
+STEP_WORTH_TELLING = 5.0    # s
+PRUNE_EVERY = 3600.0        # s
+
+
+class Scheduler:
+    def __init__(self, db: Database, *, settings: SettingsRepository, clock: Clock, planner: Planner, ledger: Ledger, holds: Holds,
+                 alarms: Alarms, downtime: Downtime, clock_offsets: Callable[[], Sequence[float | None]]) -> None:
+        self._db, self._settings, self._clock = db, settings, clock
+        self._planner, self._ledger, self._holds, self._alarms, self._downtime = planner, ledger, holds, alarms, downtime
+        self._clock_offsets = clock_offsets
+        self._last: tuple[datetime, float] | None = None      # wall and monotonic time of the last tick
+        self._beat_at = self._pruned_at = -1e9
+        self._last_heartbeat: datetime | None = None          # of the previous run
+        self._clock_doubted_since: datetime | None = None
+        self._clock_trusted = False
+
+    def start(self) -> None:
+        """Find out for how long the app was off. Called once, before the first tick."""
+        self._last_heartbeat = self._settings.heartbeat(self._db.read())
+        now = self._clock.now()
+        if self._last_heartbeat is not None and now - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
+            self._away(self._last_heartbeat, now)
+
+    def tick(self) -> Fallen:
+        """One beat. Returns what fell due."""
+        now, mono = self._clock.now(), self._clock.monotonic()
+        self._notice_jump(now, mono)
+        self._last = (now, mono)
+        if not self._clock_is_trusted(now):
+            return Fallen()
+        if mono - self._beat_at >= HEARTBEAT_EVERY:
+            self._beat_at = mono
+            self._db.write(lambda c: self._settings.beat(c, now))
+        if mono - self._pruned_at >= PRUNE_EVERY:
+            self._pruned_at = mono
+            self._ledger.prune()
+        return self._planner.fall_due()
+
+    def seconds_to_next(self) -> float:
+        """How long the caller may wait before the next tick."""
+        due = self._planner.next_due()
+        if due is None or self._clock_doubted_since is not None:
+            return LONGEST_WAIT
+        return min(max((due - self._clock.now()).total_seconds(), 0.0), LONGEST_WAIT)
+
+    def stop(self) -> None:
+        now = self._clock.now()
+        if self._clock_trusted:
+            self._db.write(lambda c: self._settings.beat(c, now))
+
+    # ------------------------------------------------------------------ inside
+    def _notice_jump(self, now: datetime, mono: float) -> None:
+        """The wall clock ran differently from the monotonic one: the tablet slept (forward) or its clock was set."""
+        if self._last is None:
+            return
+        jump = (now - self._last[0]).total_seconds() - (mono - self._last[1])
+        if abs(jump) < STEP_WORTH_TELLING:
+            return
+        log.warning("The wall clock moved by %+.0f s against the monotonic one (asleep, or the clock was set)", jump)
+        if jump >= NOTEWORTHY.total_seconds():
+            self._away(self._last[0], now)
+        else:
+            self._alarms.raise_("clock_stepped", "clock", seconds=round(jump))
+
+    def _away(self, start: datetime, end: datetime) -> None:
+        self._downtime.add(Gap(start, end))
+        if end - start >= NOTEWORTHY:
+            log.warning("The app was off or asleep from %s to %s UTC", f"{start:%Y-%m-%d %H:%M:%S}", f"{end:%Y-%m-%d %H:%M:%S}")
+            self._alarms.raise_("app_was_off", "app", start=start.isoformat(), end=end.isoformat())
+
+    def _clock_is_trusted(self, now: datetime) -> bool:
+        """Judged until it has been plausible once; then never again in this run."""
+        if self._clock_trusted:
+            return True
+        problem = clock_problem(now, self._last_heartbeat, self._clock_offsets())
+        self._holds.distrust_clock(problem)
+        if problem is not None:
+            if self._clock_doubted_since is None:
+                self._clock_doubted_since = now
+                self._alarms.raise_("clock_implausible", "clock", problem=problem)
+            return False
+        if self._clock_doubted_since is not None:
+            self._downtime.add(Gap(min(self._clock_doubted_since, now), now, clock=True))
+            self._clock_doubted_since = None
+        self._alarms.clear("clock_implausible", "clock")
+        self._clock_trusted = True
+        return True

@@ -1,0 +1,97 @@
+"""Follows what was accepted to its end, by queue id and never by the robot's state (design: "Tracking")."""
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+from app.models import Execution, Reason, ReasonCode, Robot, State
+from app.services.dispatcher import Dispatcher
+from app.services.ledger import Ledger, seconds_between
+from app.services.mir.client import RobotClient
+from app.services.mir.errors import Rejected, RobotError
+from app.services.mir.types import QueueItem, QueueState
+
+log = logging.getLogger(__name__)
+
+USER_REQUEST = "aborted - user request"       # how the robot words a cancellation, in en_US (reference, section 3: C)
+
+
+class Tracker:
+    """One robot's accepted executions. Called by its lane only. Raises RobotError when the robot can't be asked: rows stay open."""
+
+    def __init__(self, robot: Robot, client: RobotClient, ledger: Ledger, dispatcher: Dispatcher) -> None:
+        self._robot, self._client, self._ledger, self._dispatcher = robot, client, ledger, dispatcher
+
+    def follow(self) -> None:
+        """Ask for every queued or executing item by its id."""
+        for execution in self._ledger.open_for(self._robot.id):
+            if execution.state in (State.QUEUED, State.EXECUTING) and execution.queue_id is not None:
+                self._follow(execution, execution.queue_id)
+
+    def _follow(self, execution: Execution, queue_id: int) -> None:
+        try:
+            item = self._client.queue_item(queue_id)
+        except Rejected as error:
+            if error.status in (404, 410):
+                self._ledger.end(execution, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
+                return
+            raise
+        if not is_ours(execution, item):
+            self._ledger.end(execution, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
+            return
+        self._take(execution, item)
+        if execution.cancel_code and item.is_open:
+            self._ask_again(queue_id)
+
+    def _take(self, execution: Execution, item: QueueItem) -> None:
+        """Move the execution to where its queue item stands."""
+        delay = seconds_between(item.ordered, item.started)
+        duration = seconds_between(item.started, item.finished)
+        if item.state is not QueueState.PENDING and execution.state is State.QUEUED and item.started is not None:
+            execution = self._ledger.started(execution, delay) or execution
+        if item.state is QueueState.DONE:
+            self._ledger.completed(execution, duration, delay)
+        elif item.state is QueueState.ABORTED:
+            self._ledger.end(execution, why_aborted(execution, item), duration)
+
+    def _ask_again(self, queue_id: int) -> None:
+        """A cancellation that the robot has not carried out yet (the first request may have been lost)."""
+        try:
+            self._client.cancel(queue_id)
+        except RobotError as error:
+            log.info("Item %d of %r could not be cancelled yet: %s", queue_id, self._robot.name, error.text)
+
+    def heal(self, open_items: Sequence[QueueItem]) -> None:
+        """Look through the robot's open items for a second copy of ours: a request that landed after all (design: step 4)."""
+        for item in open_items:
+            if not looks_like_token(item.description):
+                continue
+            execution = self._ledger.by_token(item.description)
+            if execution is None or execution.queue_id == item.id or execution.robot_id != self._robot.id:
+                continue
+            if execution.state not in (State.SUBMITTING, State.WAITING):      # those are still looking for it themselves
+                self._dispatcher.heal_duplicate(item, execution)
+
+
+def looks_like_token(description: str) -> bool:
+    return len(description) == 36 and description.count("-") == 4
+
+
+def is_ours(execution: Execution, item: QueueItem) -> bool:
+    """Whether the item under our id is the one we put there; after a reset of the robot's database the number may be somebody else's.
+
+    The token is the proof; a robot that doesn't give ``description`` back is judged by the mission.
+    """
+    if looks_like_token(item.description):
+        return item.description == execution.token
+    return item.mission_id in (None, "", execution.mission_guid)
+
+
+def why_aborted(execution: Execution, item: QueueItem) -> Reason:
+    """Cancelled by a person, or failed with the robot's own words."""
+    message = (item.message or "").strip()
+    if execution.cancel_code:
+        return Reason(execution.cancel_code)
+    if message.lower().startswith(USER_REQUEST):
+        return Reason(ReasonCode.USER_CANCELLED)
+    return Reason(ReasonCode.ROBOT_ABORTED, {"message": message})
