@@ -49,18 +49,14 @@ def po_entries(path: Path) -> Iterator[dict[str, str]]:
     field = ""
     for number, raw in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         line = raw.strip()
-        if line.startswith("#~"):
+        if not line or line.startswith("#~"):
             continue
-        if line.startswith("#,") and "fuzzy" in line or not line or line.startswith(("msgctxt", "msgid ")):
-            starts = line.startswith("msgid ") and "msgctxt" in entry and "msgid" not in entry
-            if "msgid" in entry and not starts:
-                yield entry
-                entry = {}
+        if line.startswith(("#", "msgctxt ", "msgid ")) and any(name.startswith("msgstr") for name in entry):
+            yield entry
+            entry = {}
         if line.startswith("#"):
             if line.startswith("#,") and "fuzzy" in line:
                 entry["fuzzy"] = "yes"
-            continue
-        if not line:
             continue
         if not line.startswith('"'):
             field, _, line = line.partition(" ")

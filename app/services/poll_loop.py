@@ -28,9 +28,8 @@ AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes 
 class _LaneThread:
     """One robot's lane on its thread."""
 
-    def __init__(self, lane: Lane, alarm: Callable[[Exception], None]) -> None:
+    def __init__(self, lane: Lane) -> None:
         self.lane = lane
-        self._alarm = alarm
         self._wake = threading.Condition()
         self._poll_wanted = self._something_new = self._stopping = False
         self._thread = threading.Thread(target=self._run, name=f"lane-{lane.robot.name}", daemon=True)
@@ -59,9 +58,11 @@ class _LaneThread:
                 poll, self._poll_wanted, self._something_new = self._poll_wanted, False, False
             try:
                 wait = self.lane.step(poll)
-            except Exception as error:       # one robot's trouble must not end its lane, nor touch any other
+            except DatabaseUnavailable as error:
+                log.error("%s", error)       # no durable intent, no POST
+                wait = AFTER_A_CRASH
+            except Exception:                # one robot's trouble must not end its lane, nor touch any other
                 log.exception("The lane of %r met an unexpected error and goes on", self.lane.robot.name)
-                self._alarm(error)
                 wait = AFTER_A_CRASH
             with self._wake:
                 if not (self._stopping or self._something_new):
@@ -217,7 +218,7 @@ class PollLoop:
                 else:
                     lane = self._make_lane(robot)
                     lane.watched = key == self._watched
-                    self._lanes[key] = _LaneThread(lane, lambda error, robot=robot: None)  # type: ignore[misc]
+                    self._lanes[key] = _LaneThread(lane)
 
 
 def _settings_of(robot: Robot) -> tuple[object, ...]:

@@ -1,0 +1,142 @@
+"""Builds the services once, without kivy: the window, ``--headless``, the one-shot commands and the tests use the same."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.database.alarms import AlarmRepository
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.holds import HoldRepository
+from app.database.missions import MissionRepository
+from app.database.observed import ObservedRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
+from app.models import Robot, Settings
+from app.services.alarms import Alarms
+from app.services.catalogue import Catalogue
+from app.services.changes import Changes, Topic
+from app.services.clock import Clock, SystemClock, local_timezone_name
+from app.services.downtime import Downtime
+from app.services.history import History
+from app.services.holds import Holds
+from app.services.kpi import Kpis
+from app.services.lane import Lane
+from app.services.lane import Services as LaneServices
+from app.services.ledger import Ledger
+from app.services.mir.address import Address
+from app.services.mir.client import RobotClient
+from app.services.mir.credentials import Token
+from app.services.operator import ClientFactory, Operator
+from app.services.plan import Plan
+from app.services.planner import Planner
+from app.services.poll_loop import PollLoop
+from app.services.scheduler import Scheduler
+from app.services.snapshots import Snapshots
+
+DATABASE_NAME = "amr-scheduler.db"
+
+
+@dataclass(frozen=True)
+class Repositories:
+    robots: RobotRepository
+    missions: MissionRepository
+    schedules: ScheduleRepository
+    executions: ExecutionRepository
+    settings: SettingsRepository
+    alarms: AlarmRepository
+    holds: HoldRepository
+    observed: ObservedRepository
+
+    @classmethod
+    def build(cls) -> Repositories:
+        return cls(RobotRepository(), MissionRepository(), ScheduleRepository(), ExecutionRepository(), SettingsRepository(),
+                   AlarmRepository(), HoldRepository(), ObservedRepository())
+
+
+class Container:
+    """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without sockets."""
+
+    def __init__(self, db: Database, clock: Clock | None = None, *, make_client: ClientFactory | None = None, with_window: bool = False) -> None:
+        self.db = db
+        self.clock = clock = clock or SystemClock()
+        self.repositories = repositories = Repositories.build()
+        self.changes = Changes()
+        self.make_client = make_client or connect
+        self._settings = _SettingsCache(db, repositories.settings, self.changes)
+        self.downtime = Downtime()
+        self.snapshots = Snapshots(self.changes)
+        self.alarms = Alarms(db, repositories.alarms, clock, self.changes)
+        self.holds = Holds(db, repositories.holds, clock, self.changes)
+        self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes)
+        self.history = History(db, repositories.executions)
+        self.catalogue = Catalogue(db, clock, self.changes)
+        self.kpis = Kpis(db, clock)
+        self.plan = Plan(db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
+                         executions=repositories.executions, settings=repositories.settings, clock=clock)
+        self.planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
+                               missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
+                               alarms=self.alarms, changes=self.changes, hold_late_starts=with_window)
+        self.scheduler = Scheduler(db, settings=repositories.settings, clock=clock, planner=self.planner, ledger=self.ledger,
+                                   holds=self.holds, alarms=self.alarms, downtime=self.downtime,
+                                   clock_offsets=lambda: self.loop.clock_offsets())
+        self.loop = PollLoop(db, scheduler=self.scheduler, clock=clock, alarms=self.alarms, changes=self.changes,
+                             robots=lambda: repositories.robots.all(db.read()), make_lane=self.make_lane,
+                             poll_interval=lambda: self.settings().poll_interval_seconds)
+        self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
+                                 loop=self.loop, settings=self.settings, make_client=self.make_client)
+
+    @classmethod
+    def open(cls, data_dir: Path, clock: Clock | None = None, *, make_client: ClientFactory | None = None, with_window: bool = False) -> Container:
+        """Open (or begin) the database in this directory. Raises what Database.open raises."""
+        db = Database.open(data_dir / DATABASE_NAME)
+        container = cls(db, clock, make_client=make_client, with_window=with_window)
+        container.first_start()
+        return container
+
+    def settings(self) -> Settings:
+        return self._settings()
+
+    def first_start(self) -> None:
+        """A fresh database takes the tablet's own time zone."""
+        settings = self.repositories.settings
+        if not settings.is_set(self.db.read(), "timezone"):
+            self.db.write(lambda c: settings.save(c, timezone=local_timezone_name()))
+            self.changes.publish(Topic.SETTINGS)
+
+    def make_lane(self, robot: Robot) -> Lane:
+        r = self.repositories
+        return Lane(robot, self.make_client(robot), LaneServices(
+            self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
+            r.observed, self.settings))
+
+    def close(self) -> None:
+        self.loop.stop()
+        self.db.close()
+
+
+def connect(robot: Robot) -> RobotClient:
+    """A client over HTTP for a configured robot."""
+    return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256)
+
+
+class _SettingsCache:
+    """Settings are read at every step of every lane and change rarely."""
+
+    def __init__(self, db: Database, repository: SettingsRepository, changes: Changes) -> None:
+        self._db, self._repository = db, repository
+        self._value: Settings | None = None
+        changes.subscribe(self._forget)
+
+    def _forget(self, topic: Topic, _about: int | None) -> None:
+        if topic is Topic.SETTINGS:
+            self._value = None
+
+    def __call__(self) -> Settings:
+        value = self._value
+        if value is None:
+            value = self._value = self._repository.load(self._db.read())
+        return value
+
+

@@ -1,0 +1,47 @@
+"""What happened: the ledger's rows as screens page through them."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from app.database.connection import Database
+from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey
+from app.models import Execution
+
+
+@dataclass(frozen=True)
+class Page:
+    """Some rows, newest first, and where the next page begins (None: that was the last)."""
+    rows: Sequence[Execution]
+    next: PageKey | None
+
+
+class History:
+    def __init__(self, db: Database, executions: ExecutionRepository) -> None:
+        self._db, self._executions = db, executions
+
+    def page(self, wanted: ExecutionFilter, before: PageKey | None = None, size: int = 100) -> Page:
+        rows = self._executions.page(self._db.read(), wanted, before, size)
+        return Page(rows, PageKey.of(rows[-1]) if len(rows) == size else None)
+
+    def count(self, wanted: ExecutionFilter) -> int:
+        return self._executions.count(self._db.read(), wanted)
+
+    def last_finished(self, count: int) -> Sequence[Execution]:
+        """The newest ended executions of all robots."""
+        return self._executions.last_ended(self._db.read(), count)
+
+    def open(self) -> Sequence[Execution]:
+        """Everything under way or waiting, of all robots."""
+        return self._executions.open_all(self._db.read())
+
+    def by_queue_id(self, robot_id: int) -> Mapping[int, Execution]:
+        """Which items of a robot's queue are ours."""
+        return {e.queue_id: e for e in self._executions.open_for(self._db.read(), robot_id) if e.queue_id is not None}
+
+    def last_of_schedule(self, schedule_id: int) -> Execution | None:
+        return self._executions.last_of_schedule(self._db.read(), schedule_id)
+
+    def usual_duration(self, robot_id: int, mission_guid: str) -> float | None:
+        """Seconds; median of the last completed runs, None when there is none."""
+        return self._executions.usual_duration(self._db.read(), robot_id, mission_guid)

@@ -1,0 +1,87 @@
+"""How a one-shot command asks the app that is running on the same data directory: a request file in, an answer file out.
+
+Only the process that holds the lock writes the database. A request is written beside and renamed, so it is read whole or not at all; it
+holds no secret (an import is handed over as the file's path and digest).
+"""
+from __future__ import annotations
+
+import json
+import logging
+import os
+import time
+import uuid
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+log = logging.getLogger(__name__)
+
+Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]     # None: not yet answered, ask again at the next tick
+
+STALE_AFTER = 24 * 3600.0      # s; files of commands that were killed
+
+
+class NoAnswer(Exception):
+    """The running app did not take the request up in time."""
+
+
+class Inbox:
+    """The running app's side: ``tick`` looks for requests and answers them."""
+
+    def __init__(self, data_dir: Path, handlers: Mapping[str, Handler]) -> None:
+        self._directory = data_dir / "inbox"
+        self._directory.mkdir(mode=0o700, exist_ok=True)
+        self._handlers = handlers
+
+    def tick(self) -> None:
+        with os.scandir(self._directory) as entries:
+            requests = sorted(entry.name for entry in entries if entry.name.endswith(".request"))
+        for name in requests:
+            self._take(self._directory / name)
+
+    def _take(self, path: Path) -> None:
+        if time.time() - path.stat().st_mtime > STALE_AFTER:
+            path.unlink(missing_ok=True)
+            return
+        answer: Mapping[str, Any] | None
+        try:
+            request = json.loads(path.read_text(encoding="utf-8"))
+            answer = self._handlers[request["kind"]](request)
+        except Exception as error:       # the answer tells the one who asked; the app goes on
+            log.exception("The request %s could not be served", path.name)
+            answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
+        if answer is not None:
+            _write(path.with_suffix(".answer"), answer)
+            path.unlink(missing_ok=True)
+
+
+def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[], bool], **request: Any) -> dict[str, Any]:
+    """The command's side: hand a request over and wait for the answer.
+
+    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, or when the running app ended without an answer.
+    """
+    directory = data_dir / "inbox"
+    directory.mkdir(mode=0o700, exist_ok=True)
+    path = directory / f"{uuid.uuid4().hex}.request"
+    _write(path, {"kind": kind, "id": path.stem, **request})
+    answer = path.with_suffix(".answer")
+    deadline = time.monotonic() + timeout
+    try:
+        while time.monotonic() < deadline:
+            if answer.exists():
+                return dict(json.loads(answer.read_text(encoding="utf-8")))
+            if holder_is_gone() and not answer.exists():
+                raise NoAnswer("the app that was running ended before it answered")
+            time.sleep(0.05)
+        raise NoAnswer(f"the running app did not answer within {timeout:.0f} s")
+    finally:
+        path.unlink(missing_ok=True)
+        answer.unlink(missing_ok=True)
+
+
+def _write(path: Path, content: Mapping[str, Any]) -> None:
+    draft = path.with_suffix(".draft")
+    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+        json.dump(content, file)
+    os.replace(draft, path)

@@ -1,0 +1,75 @@
+"""One scheduler per data directory: an operating-system lock, which a killed process loses by itself."""
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import IO
+
+
+class AlreadyRunning(Exception):
+    """Another process schedules on this data directory."""
+
+    def __init__(self, directory: Path, holder: str) -> None:
+        self.holder = holder
+        super().__init__(f"{directory} is in use by {holder}; close it first")
+
+
+class InstanceLock:
+    def __init__(self, directory: Path) -> None:
+        self._directory = directory
+        self._path = directory / "scheduler.lock"
+        self._file: IO[str] | None = None
+
+    def acquire(self) -> None:
+        """Take the lock and write down who holds it. Raises AlreadyRunning."""
+        descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600)
+        file = os.fdopen(descriptor, "r+", encoding="utf-8")
+        if not _lock(file):
+            holder = file.read(200).strip() or "another process"
+            file.close()
+            raise AlreadyRunning(self._directory, holder)
+        file.seek(0)
+        file.truncate()
+        file.write(f"process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})")
+        file.flush()
+        self._file = file
+
+    def try_acquire(self) -> bool:
+        try:
+            self.acquire()
+        except AlreadyRunning:
+            return False
+        return True
+
+    def release(self) -> None:
+        if self._file:
+            self._file.seek(0)
+            self._file.truncate()
+            self._file.close()             # closing gives the lock back
+            self._file = None
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    _FAR = 1 << 30                         # a byte beyond the text, so that the holder's name stays readable
+
+    def _lock(file: IO[str]) -> bool:
+        file.seek(_FAR)
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        finally:
+            file.seek(0)
+        return True
+else:
+    import fcntl
+
+    def _lock(file: IO[str]) -> bool:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        return True

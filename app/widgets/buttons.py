@@ -1,0 +1,108 @@
+"""What the operator presses: command button, icon button, chips, segments, switch, field that opens a picker."""
+from kivy.clock import Clock
+from kivy.properties import BooleanProperty, ColorProperty, NumericProperty, OptionProperty, StringProperty
+
+from app.widgets.surfaces import CLEAR, Tap, TonedTap
+from app.widgets.tokens import tk
+
+STYLES = ("filled", "tonal", "outlined", "plain", "danger", "onsolid")
+
+
+class Styled:
+    """``style`` and ``disabled`` -> back, front, edge. ``onsolid`` stands on a block of its ``tone``."""
+    style = OptionProperty("outlined", options=STYLES)
+    back = ColorProperty(CLEAR)
+    front = ColorProperty((0, 0, 0, 1))
+    edge = ColorProperty(CLEAR)
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        for name in ("style", "disabled", "tone"):
+            self.fbind(name, self._restyle)
+        tk.bind(theme=self._restyle)
+        self._restyle()
+
+    def _restyle(self, *_):
+        if self.disabled:
+            quiet = self.style in ("outlined", "plain", "danger")
+            self.back = CLEAR if quiet else tk.neutral_bg
+            self.front, self.edge = tk.disabled, CLEAR if self.style == "plain" else tk.line
+            return
+        self.back, self.front, self.edge = {
+            "filled": (tk.accent, tk.accent_ink, tk.accent),
+            "tonal": (tk.accent_bg, tk.accent_on, tk.accent if tk.strong else tk.accent_bg),
+            "outlined": (tk.surface, tk.ink, tk.outline),
+            "plain": (CLEAR, tk.ink2, CLEAR),
+            "danger": (tk.surface, tk.fault, tk.fault),
+            "onsolid": (tk.surface, tk.ink if tk.theme == "dark" else getattr(tk, self.tone), tk.surface),
+        }[self.style]
+
+
+class CommandButton(Styled, TonedTap):
+    """Word and icon. ``stacked``: icon above the word; ``large``: 20 sp. The word wraps rather than leave the button.
+
+    ``busy`` swallows presses and, once it lasts 300 ms, turns the icon into a working ring. For a button as wide as its word say
+    ``size_hint_x: None`` and ``width: self.natural_width``.
+    """
+    icon = StringProperty()
+    text = StringProperty()
+    stacked = BooleanProperty(False)
+    large = BooleanProperty(False)
+    busy = BooleanProperty(False)
+    working = BooleanProperty(False)     # busy for long enough to show it
+    natural_width = NumericProperty(0)
+
+    def __init__(self, **kwargs):
+        self._patience = Clock.create_trigger(self._show_working, .3)
+        super().__init__(**kwargs)
+
+    def on_busy(self, *_):
+        self._patience.cancel()
+        if self.busy:
+            self._patience()
+        else:
+            self.working = False
+
+    def _show_working(self, _dt):
+        self.working = self.busy
+
+    def on_touch_down(self, touch):
+        if self.busy and self.collide_point(*touch.pos):
+            return True
+        return super().on_touch_down(touch)
+
+
+class IconButton(Styled, TonedTap):
+    """An icon alone, only where it needs no word (close, back, search, menu)."""
+    icon = StringProperty()
+    style = OptionProperty("plain", options=STYLES)
+
+
+class ChoiceChip(Tap):
+    """A word that can be chosen; ``icon`` before it, ``trailing`` icon behind it."""
+    text = StringProperty()
+    icon = StringProperty()
+    trailing = StringProperty()
+    selected = BooleanProperty(False)
+
+
+class Segment(Tap):
+    """One choice of a few that are all visible (``Segments`` builds a row of them)."""
+    text = StringProperty()
+    selected = BooleanProperty(False)
+
+
+class Toggle(Tap):
+    """On or off. It changes only what it shows and fires ``on_active``; the tick says "on" without colour."""
+    active = BooleanProperty(False)
+
+    def on_release(self):
+        self.active = not self.active
+
+
+class PickField(Tap):
+    """Label and value in a frame; a tap opens a picker. ``problem`` (one sentence) turns the frame red and stands below."""
+    label = StringProperty()
+    value = StringProperty("–")
+    icon = StringProperty("chevron-down")
+    problem = StringProperty()
