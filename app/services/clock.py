@@ -16,6 +16,9 @@ class Clock(Protocol):
     def monotonic(self) -> float:
         """Seconds since some fixed point; never goes back and does not count the time the tablet slept."""
 
+    def sleep(self, seconds: float) -> None:
+        """Let this much time pass."""
+
 
 class SystemClock:
     """The tablet's clocks."""
@@ -25,6 +28,9 @@ class SystemClock:
 
     def monotonic(self) -> float:
         return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        time.sleep(seconds)
 
 
 def local_timezone_name() -> str:

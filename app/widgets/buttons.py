@@ -1,6 +1,7 @@
-"""What the operator presses: command button, icon button, chips, segments, switch, field that opens a picker."""
+"""What the operator presses: command button, icon button, chips, segments, switch."""
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ColorProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.surfaces import CLEAR, Tap, TonedTap
 from app.widgets.tokens import tk
@@ -87,7 +88,8 @@ class ChoiceChip(Tap):
 
 
 class Segment(Tap):
-    """One choice of a few that are all visible (``Segments`` builds a row of them)."""
+    """One choice of a few that are all visible (``Segments`` builds a row of them); also a day chip."""
+    key = ObjectProperty(None, allownone=True)
     text = StringProperty()
     selected = BooleanProperty(False)
 
@@ -100,9 +102,35 @@ class Toggle(Tap):
         self.active = not self.active
 
 
-class PickField(Tap):
-    """Label and value in a frame; a tap opens a picker. ``problem`` (one sentence) turns the frame red and stands below."""
-    label = StringProperty()
-    value = StringProperty("–")
-    icon = StringProperty("chevron-down")
-    problem = StringProperty()
+class Segments(BoxLayout):
+    """A row of segments of which one is chosen: ``options`` = [(key, word), …]. ``selected`` is the key; a tap fires ``on_choose(key)``."""
+    options = ListProperty()
+    selected = ObjectProperty(None, allownone=True)
+
+    __events__ = ("on_choose",)
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("options", self._build)
+        self.fbind("selected", self._mark)
+        self._build()
+
+    def on_choose(self, key):
+        """A segment was tapped; ``selected`` already shows it."""
+
+    def _build(self, *_):
+        self.clear_widgets()
+        for key, word in self.options:
+            segment = Segment(text=word)
+            segment.key = key
+            segment.bind(on_release=self._tapped)
+            self.add_widget(segment)
+        self._mark()
+
+    def _mark(self, *_):
+        for segment in self.children:
+            segment.selected = segment.key == self.selected
+
+    def _tapped(self, segment):
+        self.selected = segment.key
+        self.dispatch("on_choose", segment.key)

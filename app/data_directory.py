@@ -1,0 +1,41 @@
+"""The directory where everything lives: database, backups, logs, lock, inbox; readable by its owner only."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import platformdirs
+
+from app.container import DATABASE_NAME
+from app.failures import BadInput
+
+_OURS = (DATABASE_NAME, "scheduler.lock", "logs")
+
+
+@dataclass(frozen=True)
+class DataDirectory:
+    path: Path
+
+    @classmethod
+    def prepare(cls, path: Path | None) -> DataDirectory:
+        """Make the directory, or take the one there. Raises BadInput for one that is neither empty nor ours."""
+        path = path or platformdirs.user_data_path("amr-scheduler", appauthor=False)
+        try:
+            path.mkdir(mode=0o700, parents=True, exist_ok=True)
+            names = {entry.name for entry in path.iterdir()}
+            if names and not any(name.startswith(_OURS) for name in names):
+                raise BadInput(f"{path} holds other files; give an empty directory or one of {DATABASE_NAME}")
+            path.chmod(0o700)
+        except FileExistsError:
+            raise BadInput(f"{path} is not a directory; give a directory with --data-dir") from None
+        except OSError as error:
+            raise BadInput(f"{path} can't be used: {error.strerror}; give another directory with --data-dir") from None
+        return cls(path.resolve())
+
+    @property
+    def database(self) -> Path:
+        return self.path / DATABASE_NAME
+
+    @property
+    def logs(self) -> Path:
+        return self.path / "logs"

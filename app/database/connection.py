@@ -1,0 +1,205 @@
+"""The database of one data directory: opened, checked and migrated; one writer, a read-only connection per thread.
+
+Journal settings that lose no committed row at a power cut (WAL with synchronous=FULL) and readers that never write: the design's "Poll loop".
+"""
+from __future__ import annotations
+
+import sqlite3
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from app.database import files
+from app.database.backups import BACKUPS, newest_good_backup
+from app.database.errors import DatabaseDamaged, DatabaseError, DatabaseRefused, DatabaseUnavailable, translated
+from app.database.migrations import migrate
+from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.database.writer import InlineWriter, ThreadedWriter, Writer
+from app.services.clock import Clock, SystemClock
+
+T = TypeVar("T")
+
+DATABASE_NAME = "amr-scheduler.db"
+BUSY_TIMEOUT = 5.0           # s
+
+__all__ = ["DATABASE_NAME", "Database", "DatabaseDamaged", "DatabaseError", "DatabaseRefused", "DatabaseUnavailable"]
+
+
+class Database:
+    """Made by ``open`` or ``open_for_reading``; everything else in ``app.database`` is given one of its connections."""
+
+    def __init__(self, path: Path, writer: Writer | None) -> None:
+        self.path = path
+        self._writer = writer
+        self._readers = threading.local()
+        self._closed = False
+
+    @classmethod
+    def open(cls, path: Path, *, clock: Clock | None = None, threaded: bool = True, durable: bool = True,
+             migrations: tuple[str, ...] = MIGRATIONS) -> Database:
+        """Open for writing, creating or migrating as needed. Only the process that holds the instance lock may call this.
+
+        ``threaded=False`` writes on the caller's thread; ``durable=False`` leaves flushing to the system (simulations only).
+        Raises DatabaseDamaged (the file is then kept aside, and later calls raise too until a backup is restored), DatabaseRefused,
+        DatabaseUnavailable.
+        """
+        clock = clock or SystemClock()
+        path = path.absolute()
+        files.make_directory(path.parent)
+        if files.is_marked_damaged(path):
+            raise _still_damaged(path, clock)
+        if _is_lost(path):
+            raise _keep_aside(path, "its content is gone", clock)
+        files.make_private(path)
+
+        def connect() -> sqlite3.Connection:
+            return _open_checked(path, clock, durable, migrations)
+
+        try:
+            writer = ThreadedWriter(connect, path) if threaded else InlineWriter(connect, path)
+        except sqlite3.Error as error:
+            if isinstance(known := translated(error, path), DatabaseDamaged):
+                raise _keep_aside(path, known.problem, clock) from error
+            raise known from error
+        except OSError as error:
+            raise DatabaseUnavailable(f"{path} can't be used: {error.strerror or error}") from error
+        return cls(path, writer)
+
+    @classmethod
+    def open_for_reading(cls, path: Path) -> Database:
+        """Open beside a running app, or without one, changing nothing: for exports. ``write`` then raises DatabaseUnavailable."""
+        path = path.absolute()
+        if files.is_marked_damaged(path):
+            raise DatabaseDamaged(path, "found at an earlier start", files.kept_as(path), newest_good_backup(path))
+        if not path.exists():
+            raise DatabaseUnavailable(f"There is no database in {path.parent}: check --data-dir")
+        db = cls(path, None)
+        try:
+            _check_identity(db.read(), path, len(MIGRATIONS))
+            version = db.read().execute("PRAGMA user_version").fetchone()[0]
+        except sqlite3.Error as error:
+            raise translated(error, path) from error
+        if version < len(MIGRATIONS):
+            db.close()
+            raise DatabaseRefused(f"{path} was written by an older version: start the app once so that it is brought up to date")
+        return db
+
+    def write(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        """Run ``work`` inside one transaction and return its result after the commit.
+
+        When it raises, everything it did is undone and the exception is raised here; disk full, read-only and I/O errors as
+        DatabaseUnavailable. Never call ``write`` from inside a work: RuntimeError.
+        """
+        if self._writer is None:
+            raise DatabaseUnavailable(f"{self.path} is open for reading only")
+        return self._writer.run(work)
+
+    def read(self) -> sqlite3.Connection:
+        """This thread's read-only connection. It sees everything that was committed before each statement began."""
+        if self._closed:
+            raise DatabaseUnavailable(f"{self.path} is closed")
+        reader: _Reader | None = getattr(self._readers, "reader", None)
+        if reader is None:
+            try:
+                reader = self._readers.reader = _Reader(connect_for_reading(self.path))
+            except sqlite3.Error as error:
+                raise translated(error, self.path) from error
+        return reader.connection
+
+    def close(self) -> None:
+        """Finish what is being written. The connections of other threads end with their threads."""
+        self._closed = True
+        self._readers.__dict__.pop("reader", None)
+        if self._writer is not None:
+            self._writer.close()
+
+
+class _Reader:
+    """Closes its connection when its thread ends or the database is let go."""
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self.connection = connection
+
+    def __del__(self) -> None:
+        self.connection.close()
+
+
+def connect_for_reading(path: Path) -> sqlite3.Connection:
+    # Each connection is handed to one thread only; the check is off because the collector may close it on another.
+    connection = sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT, check_same_thread=False)
+    connection.execute("PRAGMA query_only = ON")
+    return _configured(connection)
+
+
+def _connect_for_writing(path: Path, durable: bool) -> sqlite3.Connection:
+    connection = sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT)
+    connection.execute("PRAGMA journal_mode = WAL")
+    connection.execute(f"PRAGMA synchronous = {'FULL' if durable else 'OFF'}")
+    connection.execute("PRAGMA wal_autocheckpoint = 0")       # the writer does it
+    return _configured(connection)
+
+
+def _configured(connection: sqlite3.Connection) -> sqlite3.Connection:
+    connection.row_factory = sqlite3.Row
+    connection.execute("PRAGMA trusted_schema = OFF")
+    connection.execute("PRAGMA cell_size_check = ON")
+    connection.execute("PRAGMA mmap_size = 0")
+    return connection
+
+
+def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str, ...]) -> sqlite3.Connection:
+    connection = _connect_for_writing(path, durable)
+    try:
+        _check_identity(connection, path, len(migrations))
+        problem = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+        if problem != "ok":
+            raise _damage(problem)
+        migrate(connection, path, migrations, clock.now())
+        connection.execute("PRAGMA foreign_keys = ON")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _damage(problem: str) -> sqlite3.DatabaseError:
+    error = sqlite3.DatabaseError(problem.splitlines()[-1])
+    error.sqlite_errorcode = sqlite3.SQLITE_CORRUPT
+    return error
+
+
+def _check_identity(connection: sqlite3.Connection, path: Path, newest: int) -> None:
+    application_id = connection.execute("PRAGMA application_id").fetchone()[0]
+    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    is_empty = version == 0 and connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0] == 0
+    if is_empty and _has_backups(path):
+        raise _damage("its content is gone")
+    if not is_empty and application_id != APPLICATION_ID:
+        raise DatabaseRefused(f"{path} is a database of another program: choose another data directory")
+    if version > newest:
+        raise DatabaseRefused(f"{path} was written by a newer version (database version {version}, this one knows {newest}): update the app")
+
+
+def _has_backups(path: Path) -> bool:
+    return any((path.parent / BACKUPS).glob("*.db"))
+
+
+def _is_lost(path: Path) -> bool:
+    """Whether a database that once was here is not any more: an empty one must not take its place."""
+    return files.size_of(path) == 0 and (_has_backups(path) or files.size_of(files.beside_of(path, "-wal")) > 0)
+
+
+def _keep_aside(path: Path, problem: str, clock: Clock) -> DatabaseDamaged:
+    files.mark_damaged(path, None)            # first the mark: a crash in between must not let an empty database in
+    kept = files.set_aside(path, "damaged", clock.now())
+    files.mark_damaged(path, kept)
+    return DatabaseDamaged(path, problem, kept, newest_good_backup(path))
+
+
+def _still_damaged(path: Path, clock: Clock) -> DatabaseDamaged:
+    if path.exists():                         # a crash came between mark and rename
+        return _keep_aside(path, "found at an earlier start", clock)
+    return DatabaseDamaged(path, "found at an earlier start", files.kept_as(path), newest_good_backup(path))
+
+

@@ -1,0 +1,64 @@
+"""What can go wrong with the database, each with one English sentence that says what and how to mend it."""
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+
+class DatabaseError(Exception):
+    """Base of all below; ``text`` is one English sentence for people."""
+
+    @property
+    def text(self) -> str:
+        return str(self)
+
+
+class DatabaseUnavailable(DatabaseError):
+    """Nothing is wrong with the data, but it can't be written or read just now: disk full, read-only, an I/O error, held by another process."""
+
+
+class DatabaseRefused(DatabaseError):
+    """A sound file that this version must not touch: written by a newer version, or not ours."""
+
+
+class DatabaseDamaged(DatabaseError):
+    """The file is not a readable database any more. Nothing is scheduled until a backup is restored.
+
+    ``path`` is where the database belongs, ``kept_as`` where the damaged file stands now (None: it was left in place, or there is none),
+    ``backup`` the newest good backup (None: there is none).
+    """
+
+    def __init__(self, path: Path, problem: str, kept_as: Path | None = None, backup: Path | None = None) -> None:
+        self.path, self.problem, self.kept_as, self.backup = path, problem, kept_as, backup
+        kept = f", kept as {kept_as}" if kept_as else ""
+        mend = (f"restore the newest good backup with --data-dir {path.parent} --restore-backup {backup}" if backup
+                else "there is no good backup in the data directory: restore one from elsewhere with --restore-backup FILE")
+        super().__init__(f"The database {path} is damaged ({problem}){kept}; {mend}")
+
+
+_SENTENCES = {
+    sqlite3.SQLITE_FULL: "The disk is full, so {path} can't be written: free some space",
+    sqlite3.SQLITE_READONLY: "{path} can't be written because it is read-only: check the permissions of the data directory",
+    sqlite3.SQLITE_PERM: "{path} can't be opened: check the permissions of the data directory",
+    sqlite3.SQLITE_CANTOPEN: "{path} can't be opened: check that the data directory exists and is yours",
+    sqlite3.SQLITE_IOERR: "The storage reports an error at {path}: check the disk",
+    sqlite3.SQLITE_BUSY: "{path} is held by another process: close that one first",
+    sqlite3.SQLITE_LOCKED: "{path} is held by another process: close that one first",
+    sqlite3.SQLITE_NOMEM: "There is not enough memory to work with {path}",
+}
+_DAMAGE = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+
+
+def primary_code(error: BaseException) -> int:
+    """SQLite's primary result code of an error, 0 where there is none."""
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF
+
+
+def translated(error: BaseException, path: Path) -> BaseException:
+    """The same error in our words where it is one of the storage; anything else (a broken constraint, a bug) as it is."""
+    code = primary_code(error)
+    if code in _DAMAGE:
+        return DatabaseDamaged(path, str(error))
+    if code in _SENTENCES:
+        return DatabaseUnavailable(_SENTENCES[code].format(path=path))
+    return error

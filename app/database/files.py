@@ -1,0 +1,119 @@
+"""The files of the data directory: readable by their owner only, written whole or not at all, and a damaged database never overwritten."""
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from datetime import datetime
+from pathlib import Path
+
+from app.database.errors import DatabaseUnavailable
+
+DIRECTORY_MODE, FILE_MODE = 0o700, 0o600
+SIDES = ("", "-wal", "-shm")                  # the files that make up one SQLite database
+_CAN_SET_MODES = os.name == "posix"
+
+
+def make_directory(path: Path) -> None:
+    """Create it, or tighten the permissions of an existing one."""
+    try:
+        path.mkdir(mode=DIRECTORY_MODE, parents=True, exist_ok=True)
+        if _CAN_SET_MODES and path.stat().st_mode & 0o077:
+            path.chmod(DIRECTORY_MODE)
+    except OSError as error:
+        raise DatabaseUnavailable(f"The data directory {path} can't be used: {error.strerror or error}") from error
+
+
+def make_private(path: Path) -> None:
+    """Create an empty file if there is none; either way only its owner can read it."""
+    try:
+        os.close(os.open(path, os.O_CREAT | os.O_WRONLY, FILE_MODE))
+        for side in SIDES:
+            with contextlib.suppress(FileNotFoundError):
+                beside = beside_of(path, side)
+                if _CAN_SET_MODES and beside.stat().st_mode & 0o077:
+                    beside.chmod(FILE_MODE)
+    except OSError as error:
+        raise DatabaseUnavailable(f"{path} can't be written: {error.strerror or error}") from error
+
+
+def beside_of(path: Path, ending: str) -> Path:
+    return path.with_name(path.name + ending)
+
+
+def size_of(path: Path) -> int:
+    """Bytes, 0 when there is no such file."""
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:
+        return 0
+
+
+def sync_directory(path: Path) -> None:
+    """Make renames in it last through a power cut."""
+    if os.name != "posix":
+        return
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def sync_file(path: Path) -> None:
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
+def copy_private(source: Path, target: Path) -> None:
+    """A copy that only the owner can read, on disk when this returns."""
+    with contextlib.suppress(FileNotFoundError):
+        target.unlink()
+    make_private(target)
+    shutil.copyfile(source, target)
+    sync_file(target)
+
+
+def set_aside(path: Path, label: str, now: datetime) -> Path | None:
+    """Rename the database and what belongs to it to ``<name>.<label>-<time>``; nothing is ever deleted. None when there is no file."""
+    stem = f"{path.name}.{label}-{now:%Y%m%dT%H%M%SZ}"
+    target, number = path.with_name(stem), 1
+    while target.exists():
+        number += 1
+        target = path.with_name(f"{stem}-{number}")
+    moved = False
+    for side in SIDES:
+        with contextlib.suppress(FileNotFoundError):
+            beside_of(path, side).rename(beside_of(target, side))
+            moved = True
+    sync_directory(path.parent)
+    return target if moved else None
+
+
+# ---------------------------------------------------------------------- the mark of a damaged database
+def _mark(path: Path) -> Path:
+    return beside_of(path, ".damaged")
+
+
+def mark_damaged(path: Path, kept_as: Path | None) -> None:
+    """Later starts refuse too: an empty database is never put in the place of a damaged one."""
+    mark = _mark(path)
+    make_private(mark)
+    mark.write_text(kept_as.name if kept_as else "", encoding="utf-8")
+    sync_file(mark)
+    sync_directory(path.parent)
+
+
+def is_marked_damaged(path: Path) -> bool:
+    return _mark(path).exists()
+
+
+def kept_as(path: Path) -> Path | None:
+    """Where the damaged file was put."""
+    name = _mark(path).read_text(encoding="utf-8").strip()
+    return path.with_name(name) if name else None
+
+
+def clear_mark(path: Path) -> None:
+    _mark(path).unlink(missing_ok=True)
+    sync_directory(path.parent)

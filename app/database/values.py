@@ -1,0 +1,53 @@
+"""How Python values stand in columns: instants as UTC text of fixed width (text order is time order), mappings as JSON."""
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime, time
+from typing import Any
+
+
+def to_text(instant: datetime) -> str:
+    """``2026-11-23T04:30:00.000000Z`` of a timezone-aware instant."""
+    if instant.tzinfo is None:
+        raise ValueError(f"an instant needs a time zone: {instant!r}")
+    return instant.astimezone(UTC).isoformat(timespec="microseconds")[:26] + "Z"
+
+
+def to_optional_text(instant: datetime | None) -> str | None:
+    return None if instant is None else to_text(instant)
+
+
+def to_instant(text: str) -> datetime:
+    return datetime.fromisoformat(text)
+
+
+def to_optional_instant(text: str | None) -> datetime | None:
+    return None if text is None else datetime.fromisoformat(text)
+
+
+def to_clock_text(value: time | None) -> str | None:
+    """``08:30``."""
+    return None if value is None else f"{value:%H:%M}"
+
+
+def to_json(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """What JSON does not know: read-only mappings become objects, instants and the rest their text."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, datetime):
+        return value.isoformat()
+    return str(value)
+
+
+def from_json(text: str) -> Any:
+    return json.loads(text)
+
+
+def marks(values: Iterable[object]) -> str:
+    """``?,?,?``: as many placeholders as there are values."""
+    return ",".join("?" for _ in values)

@@ -1,0 +1,213 @@
+"""The one connection that writes, and the thread that owns it.
+
+Several threads writing or checkpointing one WAL database can lose pages on SQLite before 3.51.3, so exactly one does both
+(https://sqlite.org/wal.html, "WAL-reset bug"). Works that wait together share one transaction, each inside its own savepoint: a burst costs
+one flush of the disk instead of one per work.
+"""
+from __future__ import annotations
+
+import queue
+import sqlite3
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from app.database.errors import DatabaseUnavailable, translated
+from app.database.files import beside_of, size_of
+
+T = TypeVar("T")
+Work = Callable[[sqlite3.Connection], T]
+
+AT_ONCE = 256                # works in one transaction at most
+CHECKPOINT_BYTES = 4 << 20   # of WAL after which it is written back
+
+
+class Writer(Protocol):
+    def run(self, work: Work[T]) -> T:
+        """Do the work in a transaction; returns after the commit. What the work raises is raised here, after a rollback."""
+
+    def close(self) -> None: ...
+
+
+class _WritingConnection:
+    """Transactions and checkpoints on the read-write connection; used by one thread only."""
+
+    def __init__(self, connection: sqlite3.Connection, path: Path) -> None:
+        self.connection, self._path = connection, path
+        self._wal = beside_of(path, "-wal")
+        self._checkpoint_at = CHECKPOINT_BYTES
+
+    def one(self, work: Work[T]) -> T:
+        c = self.connection
+        try:
+            c.execute("BEGIN IMMEDIATE")
+            result = work(c)
+            c.execute("COMMIT")
+        except BaseException as error:
+            self._roll_back()
+            raise translated(error, self._path) from error
+        return result
+
+    def group(self, works: list[Work[Any]]) -> list[Future[Any]]:
+        """All works in one transaction; one that raises undoes only itself. If the transaction is lost, every work failed."""
+        c, outcomes = self.connection, []
+        try:
+            c.execute("BEGIN IMMEDIATE")
+            for work in works:
+                outcomes.append(self._in_savepoint(work))
+            c.execute("COMMIT")
+        except BaseException as error:
+            self._roll_back()
+            return [_failed(translated(error, self._path)) for _ in works]
+        return outcomes
+
+    def _in_savepoint(self, work: Work[Any]) -> Future[Any]:
+        c, outcome = self.connection, Future[Any]()
+        c.execute("SAVEPOINT work")
+        try:
+            outcome.set_result(work(c))
+        except BaseException as error:
+            if not c.in_transaction:          # SQLite gave up the whole transaction (disk full, I/O error)
+                raise
+            c.execute("ROLLBACK TO work")
+            outcome.set_exception(translated(error, self._path))
+        c.execute("RELEASE work")
+        return outcome
+
+    def _roll_back(self) -> None:
+        if self.connection.in_transaction:
+            self.connection.execute("ROLLBACK")
+
+    def checkpoint_when_due(self) -> None:
+        """Write the WAL back and empty it once it has grown. A reader in the way is not waited for: the next round tries again."""
+        size = size_of(self._wal)
+        if size < self._checkpoint_at:
+            return
+        self._checkpoint_at = CHECKPOINT_BYTES if self.checkpoint() else size + CHECKPOINT_BYTES
+
+    def checkpoint(self) -> bool:
+        """Whether the whole WAL went back into the database file."""
+        timeout = self.connection.execute("PRAGMA busy_timeout").fetchone()[0]
+        try:
+            self.connection.execute("PRAGMA busy_timeout = 0")
+            busy: int = self.connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
+            return busy == 0
+        except sqlite3.OperationalError:      # no room to write back: the WAL keeps everything until there is
+            return False
+        finally:
+            self.connection.execute(f"PRAGMA busy_timeout = {timeout}")
+
+    def close(self) -> None:
+        self._roll_back()
+        self.checkpoint()
+        self.connection.close()
+
+
+def _failed(error: BaseException) -> Future[Any]:
+    outcome: Future[Any] = Future()
+    outcome.set_exception(error)
+    return outcome
+
+
+class InlineWriter:
+    """Writes on the caller's thread, always the one that opened the database: for deterministic simulation and one-shot commands."""
+
+    def __init__(self, connect: Callable[[], sqlite3.Connection], path: Path) -> None:
+        self._path = path
+        self._writing: _WritingConnection | None = _WritingConnection(connect(), path)
+
+    def run(self, work: Work[T]) -> T:
+        if self._writing is None:
+            raise DatabaseUnavailable(f"{self._path} is closed")
+        if self._writing.connection.in_transaction:
+            raise RuntimeError("write() inside a write: use the connection at hand")
+        result = self._writing.one(work)
+        self._writing.checkpoint_when_due()
+        return result
+
+    def close(self) -> None:
+        writing, self._writing = self._writing, None
+        if writing:
+            writing.close()
+
+
+_Task = tuple[Work[Any], Future[Any]]
+
+
+class ThreadedWriter:
+    """A thread of its own takes works from a queue. ``connect`` runs on that thread; what it raises is raised by the constructor."""
+
+    def __init__(self, connect: Callable[[], sqlite3.Connection], path: Path) -> None:
+        self._connect, self._path = connect, path
+        self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
+        self._closing = threading.Lock()
+        self._closed = False
+        opened: Future[None] = Future()
+        self._thread = threading.Thread(target=self._live, args=(opened,), name="database", daemon=True)
+        self._thread.start()
+        opened.result()
+
+    def run(self, work: Work[T]) -> T:
+        if threading.current_thread() is self._thread:
+            raise RuntimeError("write() inside a write: use the connection at hand")
+        outcome: Future[T] = Future()
+        with self._closing:                   # so that nothing is queued behind the end
+            if self._closed:
+                raise DatabaseUnavailable(f"{self._path} is closed")
+            self._tasks.put((work, outcome))
+        return outcome.result()
+
+    def close(self) -> None:
+        """Finish what is queued, then end."""
+        with self._closing:
+            if not self._closed:
+                self._closed = True
+                self._tasks.put(None)
+        self._thread.join()
+
+    def _live(self, opened: Future[None]) -> None:
+        try:
+            writing = _WritingConnection(self._connect(), self._path)
+        except BaseException as error:
+            opened.set_exception(error)
+            return
+        opened.set_result(None)
+        try:
+            while tasks := self._next_tasks():
+                self._do(writing, tasks)
+                if self._tasks.empty():
+                    writing.checkpoint_when_due()
+        finally:
+            writing.close()
+
+    def _next_tasks(self) -> list[_Task]:
+        """Wait for one and take along what else waits; empty at the end."""
+        task = self._tasks.get()
+        tasks: list[_Task] = []
+        while task is not None:
+            tasks.append(task)
+            if len(tasks) == AT_ONCE or self._tasks.empty():
+                return tasks
+            task = self._tasks.get()
+        if tasks:
+            self._tasks.put(None)             # the end again, after these
+        return tasks
+
+    @staticmethod
+    def _do(writing: _WritingConnection, tasks: list[_Task]) -> None:
+        if len(tasks) == 1:
+            work, outcome = tasks[0]
+            try:
+                result = writing.one(work)
+            except BaseException as error:
+                outcome.set_exception(error)
+            else:
+                outcome.set_result(result)
+            return
+        for (_, outcome), done in zip(tasks, writing.group([work for work, _ in tasks]), strict=True):
+            if error := done.exception():
+                outcome.set_exception(error)
+            else:
+                outcome.set_result(done.result())

@@ -1,0 +1,44 @@
+"""The process that schedules on a data directory: holds the lock, runs the loop, serves the inbox. The window and headless are both one."""
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+from app import NAME, __version__
+from app.container import Container
+from app.data_directory import DataDirectory
+from app.demo import furnish
+from app.failures import BadInput
+from app.opening import open_container
+from app.requests import handlers
+from app.services.inbox import Inbox
+from app.services.lock import AlreadyRunning, InstanceLock
+
+log = logging.getLogger(__name__)
+
+
+@contextmanager
+def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Mapping[str, str]] | None = None,
+         with_window: bool = False) -> Iterator[Container]:
+    """Open the data and schedule until the block ends. Raises BadInput when another process does, or when the database is damaged."""
+    lock = InstanceLock(directory.path)
+    try:
+        lock.acquire()
+    except AlreadyRunning as error:
+        raise BadInput(str(error)) from None
+    try:
+        container = open_container(directory, with_window=with_window)
+        try:
+            if demo is not None:
+                furnish(container, *demo)
+            container.loop.add_chore(Inbox(directory.path, handlers(container)).tick)
+            log.info("%s %s schedules on %s", NAME, __version__, directory.path)
+            container.loop.start()
+            yield container
+        finally:
+            container.close()
+            log.info("stopped")
+    finally:
+        lock.release()
+

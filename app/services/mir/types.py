@@ -1,0 +1,205 @@
+"""What a robot says, as frozen values. Everything that is null or missing on some software is Optional (reference, sections 2–4).
+
+Texts are cleaned (no control characters, at most 500 characters) and the robot's templates are resolved in them. Instants of the robot are naive
+times of its own clock, which may be wrong: only differences between instants of one item mean anything.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from enum import Enum, IntEnum
+from typing import Any
+
+
+class RobotState(IntEnum):
+    """``state_id`` of ``/status``. A number that is not in MiR's table is ``UNKNOWN``; ``RobotStatus.state_id`` keeps it."""
+    UNKNOWN = 0
+    STARTING = 1
+    SHUTTING_DOWN = 2
+    READY = 3
+    PAUSE = 4
+    EXECUTING = 5
+    ABORTED = 6
+    COMPLETED = 7
+    DOCKED = 8
+    DOCKING = 9
+    EMERGENCY_STOP = 10
+    MANUAL_CONTROL = 11
+    ERROR = 12
+
+
+@dataclass(frozen=True)
+class RobotProblem:
+    """One entry of the status's ``errors``."""
+    code: int | None = None
+    description: str = ""
+    module: str = ""
+    resettable: bool = True              # non_resettable exists from software 2.14.7 on
+
+
+@dataclass(frozen=True)
+class UserPrompt:
+    """A question of a running mission that waits for an answer."""
+    guid: str
+    question: str
+    options: tuple[str, ...] = ()
+    timeout_s: float | None = None
+    user_group: str = ""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Position on the map in m, orientation in degrees −180…180."""
+    x: float
+    y: float
+    orientation: float
+
+
+@dataclass(frozen=True)
+class RobotStatus:
+    """One answer of ``/status``."""
+    state: RobotState = RobotState.UNKNOWN
+    state_id: int | None = None
+    state_text: str = ""
+    mode_text: str = ""
+    mission_text: str = ""
+    mission_queue_id: int | None = None  # of what runs now
+    battery_percentage: float | None = None          # 0–100; None while unknown (the emergency stop cuts the battery monitor: −1)
+    battery_time_remaining_s: float | None = None
+    robot_name: str = ""
+    robot_model: str = ""
+    serial_number: str | None = None
+    errors: tuple[RobotProblem, ...] = ()
+    user_prompt: UserPrompt | None = None
+    position: Pose | None = None
+    map_id: str | None = None
+    linear_velocity: float | None = None             # m/s
+    angular_velocity: float | None = None            # degrees/s
+    distance_to_next_target: float | None = None     # m
+    moved: float | None = None           # m, odometer
+    uptime_s: float | None = None
+    software: str | None = None          # header Robot-Version
+    date: datetime | None = None         # header Date, aware UTC: the robot's clock when it answered
+    elapsed_s: float = 0.0               # from asking to the whole answer
+
+
+class QueueState(Enum):
+    """State of a queue item. ``Abort`` is the short moment of aborting; clients in the field fold it into Aborted."""
+    PENDING = "Pending"
+    EXECUTING = "Executing"
+    DONE = "Done"
+    ABORTED = "Aborted"
+    UNKNOWN = ""
+
+
+@dataclass(frozen=True)
+class QueueItem:
+    """One entry of the robot's own queue, ours or anyone's."""
+    id: int
+    state: QueueState = QueueState.UNKNOWN
+    state_text: str = ""
+    mission_id: str | None = None
+    message: str = ""                    # the robot writes here how it went
+    description: str = ""                # our token travels here
+    parameters: tuple[Any, ...] = ()
+    priority: int | None = None
+    ordered: datetime | None = None
+    started: datetime | None = None
+    finished: datetime | None = None
+    created_by_id: str | None = None
+    created_by_name: str = ""
+    control_state: int | None = None     # > 0: waits for something outside (area, lift, map transition)
+
+    @property
+    def is_pending(self) -> bool:
+        return self.state is QueueState.PENDING
+
+    @property
+    def is_open(self) -> bool:
+        return self.state in (QueueState.PENDING, QueueState.EXECUTING)
+
+
+@dataclass(frozen=True)
+class MissionInfo:
+    """A mission that the robot has."""
+    guid: str
+    name: str
+    url: str = ""                        # as the client may ask for it, with /api in front
+
+
+@dataclass(frozen=True)
+class MissionDetail:
+    """Everything about one mission."""
+    guid: str
+    name: str
+    description: str = ""
+    group_id: str | None = None
+    hidden: bool = False
+    is_template: bool = False
+    valid: bool | None = None
+    has_user_parameters: bool | None = None
+    actions_url: str = ""
+    definition_url: str = ""
+    created_by_name: str = ""
+
+
+@dataclass(frozen=True)
+class MissionParameter:
+    """Something that must be given when the mission is queued, as ``{"input_name": name, "value": …}``."""
+    name: str
+    label: str = ""
+    type: str = ""                       # the robot's word for it, empty when it doesn't say
+    default: Any = None
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[tuple[Any, str], ...] = ()        # (value, label)
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who answers at an address, asked with credentials, so that a wrong password shows."""
+    status: RobotStatus
+    user_name: str = ""
+    software: str | None = None
+
+    @property
+    def name(self) -> str:
+        return self.status.robot_name
+
+    @property
+    def model(self) -> str | None:
+        return self.status.robot_model or None
+
+    @property
+    def serial_number(self) -> str | None:
+        return self.status.serial_number
+
+
+@dataclass(frozen=True)
+class RobotMap:
+    """A map as PNG. ``origin`` is the pose of the picture's lower left corner in the map's frame (ROS convention; G)."""
+    guid: str
+    name: str
+    png: bytes = field(repr=False)
+    width_px: int
+    height_px: int
+    resolution: float = 0.05             # m per pixel
+    origin: Pose = Pose(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class MapPosition:
+    """A named place on a map; coordinates only where the robot gives them in the list."""
+    guid: str
+    name: str
+    type_id: int | None = None
+    map_id: str | None = None
+    pose: Pose | None = None
+
+
+@dataclass(frozen=True)
+class Register:
+    """A PLC register: 1–100 hold integers, 101–200 floating-point numbers."""
+    id: int
+    value: float | None
+    label: str = ""

@@ -1,0 +1,80 @@
+"""Charts of the log: outcomes per day and utilisation of the robots side by side."""
+from kivy.metrics import dp
+from kivy.properties import ListProperty, NumericProperty
+
+from app.widgets.chart import Chart, nice_step
+from app.widgets.tokens import tk
+
+OUTCOME_SERIES = ("accent_mid", "attention_solid", "fault_solid", "neutral_solid")   # completed, skipped, failed, cancelled
+
+
+class StackedBars(Chart):
+    """One column per day: ``days`` = [(label, value, value, …), …], as many values as ``series`` has tokens; the last day is today."""
+    days = ListProperty()
+    series = ListProperty(OUTCOME_SERIES)
+    watch = ("days", "series")
+
+    def draw(self):
+        if not self.days:
+            return
+        top = max(1, *(sum(day[1:]) for day in self.days))
+        step = nice_step(top)
+        left = self.width_of(str(int(top) // step * step)) + dp(12)
+        bottom = dp(22)
+        width, height = self.width - left, self.height - bottom - dp(8)
+        x0, y0 = self.x + left, self.y + bottom
+        for value in range(0, int(top) + 1, step):
+            y = y0 + height * value / top
+            self.box(x0, y, width, 1, tk.grid)
+            self.text(str(value), x0 - dp(8), y, tk.ink3, ax=1)
+        slot = width / len(self.days)
+        widest = max(self.width_of(day[0], font="RobotoMedium") for day in self.days) + dp(6)
+        every = max(1, -int(-widest // slot))           # names of days, as many as fit
+        for n, (label, *values) in enumerate(self.days):
+            self._column(x0 + slot * n, y0, slot, height / top, values)
+            last = n == len(self.days) - 1
+            if (len(self.days) - 1 - n) % every == 0:
+                self.text(label, x0 + slot * (n + .5), self.y + dp(8), tk.ink if last else tk.ink3, ax=.5,
+                          font="RobotoMedium" if last else "Roboto")
+
+    def _column(self, x, y, slot, unit, values):
+        width = min(dp(28), slot * .62)
+        x += (slot - width) / 2
+        parts = [(value, token) for value, token in zip(values, self.series, strict=False) if value]
+        for k, (value, token) in enumerate(parts):
+            height = max(dp(3), unit * value)
+            gap = 1 if k else 0
+            corners = (dp(4), dp(4), 0, 0) if k == len(parts) - 1 else 0
+            self.box(x, y + gap, width, height - gap, getattr(tk, token), corners)
+            y += height
+
+
+class UtilisationBars(Chart):
+    """``rows`` = [(robot, words, busy, charging), …] with fractions 0..1 of the observed time; the rest of the track is idle time."""
+    rows = ListProperty()
+    row_height = NumericProperty("32dp")
+    wanted_height = NumericProperty(0)       # of all rows; for lists that scroll
+    watch = ("rows",)
+
+    def on_rows(self, *_):
+        self.wanted_height = len(self.rows) * self.row_height
+
+    def draw(self):
+        if not self.rows:
+            return
+        slot = self.height / len(self.rows)
+        names = max(self.width_of(row[0], 16) for row in self.rows) + dp(16)
+        words = max(self.width_of(row[1], 20, "RobotoMedium") for row in self.rows) + dp(16)
+        x, w, h = self.x + names, max(dp(8), self.width - names - words), dp(16)
+        for n, (name, value, busy, charging) in enumerate(self.rows):
+            y = self.top - slot * (n + .5)
+            self.text(name, self.x, y, tk.ink, 16)
+            self.box(x, y - h / 2, w, h, tk.track, dp(4))
+            on_mission = w * min(1., busy)
+            on_charger = min(w * charging, w - on_mission - 1)
+            if on_mission > 1:
+                self.box(x, y - h / 2, on_mission, h, tk.accent, (dp(4), 0, 0, dp(4)))
+            if on_charger > 1:
+                self.box(x + on_mission + 1, y - h / 2, on_charger, h, tk.accent_soft)
+                self.box(x + on_mission + 1, y - h / 2, on_charger, h, tk.accent, ring=1)
+            self.text(value, self.right, y, tk.ink, 20, 1, font="RobotoMedium")

@@ -1,0 +1,236 @@
+"""Fields of forms. All have a label, a help line and a ``problem``: one sentence that turns the frame red and takes the help's place.
+
+Built on kivy's TextInput: KivyMD's text field draws its 12 sp label and helper outside its own box, over the neighbours.
+"""
+from kivy.clock import Clock
+from kivy.properties import (
+    AliasProperty,
+    BooleanProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.textinput import TextInput
+
+from app.widgets.buttons import CommandButton
+from app.widgets.surfaces import Surface, Tap
+
+KINDS = {"text": ("text", None), "int": ("number", "int"), "decimal": ("number", "float"), "url": ("url", None)}
+
+
+class FieldInput(TextInput):
+    """The line that is typed into; ``max_length`` > 0 stops further characters."""
+    max_length = NumericProperty(0)
+
+    def insert_text(self, substring, from_undo=False):
+        if self.max_length and not from_undo:
+            room = int(self.max_length) - len(self.text) + len(self.selection_text)
+            substring = substring[:max(0, room)]
+        return super().insert_text(substring, from_undo)
+
+
+class FieldFrame(Surface):
+    """The frame around what is typed or shown: 1 px, accent when focused, red with a problem."""
+    focused = BooleanProperty(False)
+    faulty = BooleanProperty(False)
+
+
+class FieldBase(BoxLayout):
+    """Label above, help or problem below."""
+    label = StringProperty()
+    help = StringProperty()
+    problem = StringProperty()
+
+
+class FormField(FieldBase):
+    """A text to type. ``on_commit(text)`` comes with Enter or when the field is left, only if the text has changed since.
+
+    ``kind``: text, int, decimal, url. ``password`` hides what is typed; the eye shows it while wanted.
+    """
+    text = StringProperty()
+    hint = StringProperty()
+    kind = OptionProperty("text", options=list(KINDS))
+    password = BooleanProperty(False)
+    shown = BooleanProperty(False)
+    max_length = NumericProperty(0)
+    input_type = StringProperty("text")
+    input_filter = ObjectProperty(None, allownone=True)
+    focus = BooleanProperty(False)
+
+    __events__ = ("on_commit", "on_enter")
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self._committed = self.text
+        self.fbind("focus", self._focus_changed)
+
+    def on_kind(self, *_):
+        self.input_type, self.input_filter = KINDS[self.kind]
+
+    def on_commit(self, text):
+        """The text has changed and typing is over."""
+
+    def on_enter(self):
+        """Enter was pressed; ``on_commit`` came first if there was a change."""
+
+    def show(self, text: str) -> None:
+        """Put ``text`` in without it counting as typed."""
+        self.text = self._committed = text
+
+    def commit(self):
+        if self.text != self._committed:
+            self._committed = self.text
+            self.dispatch("on_commit", self.text)
+
+    def entered(self):
+        self.commit()
+        self.dispatch("on_enter")
+
+    def _focus_changed(self, *_):
+        if self.focus:
+            self._committed = self.text
+        else:
+            self.commit()
+
+
+class SearchField(BoxLayout):
+    """One line that filters a list while it is typed; bind ``text``. The cross empties it."""
+    text = StringProperty()
+    hint = StringProperty()
+    focus = BooleanProperty(False)
+
+
+class PickField(BoxLayout):
+    """Label and value in a frame; a tap (``on_release``) opens a picker."""
+    label = StringProperty()
+    value = StringProperty("–")
+    icon = StringProperty("chevron-down")
+    problem = StringProperty()
+
+    __events__ = ("on_release",)
+
+    def on_release(self):
+        """The field was tapped."""
+
+
+class PickBox(Tap):
+    """The tappable frame of a pick field."""
+    faulty = BooleanProperty(False)
+
+
+class RepeatButton(CommandButton):
+    """Fires ``on_step`` when pressed and, while held, ten times a second."""
+    __events__ = ("on_step",)
+
+    def __init__(self, **kwargs):
+        self._first = Clock.create_trigger(self._start_repeating, .5)
+        self._again = Clock.create_trigger(self._step, .1, interval=True)
+        super().__init__(**kwargs)
+
+    def on_step(self):
+        """Pressed, or still held."""
+
+    def on_press(self):
+        self.dispatch("on_step")
+        self._first()
+
+    def on_touch_up(self, touch):
+        if touch.grab_current is self:
+            self._first.cancel()
+            self._again.cancel()
+        return super().on_touch_up(touch)
+
+    def _start_repeating(self, _dt):
+        if self.state == "down":
+            self._again()
+
+    def _step(self, _dt):
+        if self.state != "down" or self.disabled:
+            self._again.cancel()
+            return
+        self.dispatch("on_step")
+
+
+class StepField(FieldBase):
+    """A whole number between ``minimum`` and ``maximum``: minus, typed value, plus. ``on_commit(value)`` when it has changed.
+
+    ``help`` should say the range: it turns red while something outside it is typed, and nothing is committed then.
+    With ``optional`` an empty field means None. Steps go to multiples of ``step``.
+    """
+    value = ObjectProperty(None, allownone=True)
+    minimum = NumericProperty(0)
+    maximum = NumericProperty(100)
+    step = NumericProperty(1)
+    unit = StringProperty()
+    hint = StringProperty("–")
+    optional = BooleanProperty(False)
+    outside = BooleanProperty(False)     # what is typed is not a number of the range
+    text = StringProperty()
+    focus = BooleanProperty(False)
+
+    __events__ = ("on_commit",)
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("value", self._show)
+        self.fbind("focus", self._focus_changed)
+        self.fbind("text", self._judge)
+        self._show()
+
+    def on_commit(self, value):
+        """A new valid value stands."""
+
+    def _number(self) -> int | None:
+        """What is typed; ValueError when it cannot stand."""
+        if not self.text.strip() and self.optional:
+            return None
+        number = int(self.text)
+        if not self.minimum <= number <= self.maximum:
+            raise ValueError(number)
+        return number
+
+    def _judge(self, *_):
+        try:
+            self._number()
+            self.outside = False
+        except ValueError:
+            self.outside = True
+
+    def _show(self, *_):
+        self.text = "" if self.value is None else str(int(self.value))
+        self._judge()
+
+    def _focus_changed(self, *_):
+        if not self.focus:
+            self.commit()
+
+    def commit(self):
+        """Take what is typed; what cannot stand stays red."""
+        if self.outside:
+            return
+        number = self._number()
+        if number != self.value:
+            self.value = number
+            self.dispatch("on_commit", number)
+
+    def nudge(self, direction: int):
+        """One step up (1) or down (-1), within the range; from nothing to its nearer end."""
+        step = int(self.step) or 1
+        try:
+            number = self._number()
+        except ValueError:
+            number = self.value
+        if number is None:
+            new = int(self.minimum if direction > 0 else self.maximum)
+        else:
+            new = (number // step + 1) * step if direction > 0 else -(-number // step - 1) * step
+            new = min(int(self.maximum), max(int(self.minimum), new))
+        self.text = str(new)
+        self.commit()
+
+    def _unit_text(self):
+        return f"{self.label} ({self.unit})" if self.unit and self.label else self.label or self.unit
+
+    heading = AliasProperty(_unit_text, None, bind=("label", "unit"))

@@ -1,0 +1,114 @@
+"""The door: options in, one of three lives out – the window, ``--headless``, or a one-shot command (contract: "Commands")."""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NoReturn
+
+from app import NAME, __version__
+from app.failures import BadInput, Failure
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """One line, exit 2."""
+        self.exit(2, f"{self.prog}: {message}; see --help\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    p = _Parser(prog="main.py", description="Starts missions of MiR robots by time, by recurrence and by idleness.", allow_abbrev=False)
+    p.add_argument("--version", action="version", version=f"{NAME} {__version__}")
+    p.add_argument("--data-dir", type=Path, metavar="DIR", help="where database, backups and logs live (default: the user's data directory)")
+    p.add_argument("--demo", action="store_true", help="with three simulated robots, schedules and history, in a throw-away data directory")
+    p.add_argument("--headless", action="store_true", help="schedule without a window until SIGINT or SIGTERM")
+    p.add_argument("--kiosk", action="store_true", help="the window fills the screen and has no pointer")
+    one = p.add_mutually_exclusive_group()
+    one.add_argument("--import-config", metavar="FILE", help="read a configuration in one transaction and say what changed")
+    one.add_argument("--export-config", metavar="FILE", help="write the configuration, without secrets (- = stdout)")
+    one.add_argument("--export-log", metavar="FILE", help="write the execution history as CSV (- = stdout)")
+    one.add_argument("--run-now", nargs=2, metavar=("ROBOT", "MISSION"), help="start one mission and print its queue id")
+    one.add_argument("--restore-backup", type=Path, metavar="FILE", help="put a backup in the place of the database")
+    p.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the mission of --run-now")
+    return p
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Returns the exit code: 0 done, 2 bad usage or bad input, 1 anything else; the two latter with one line on stderr."""
+    os.umask(0o077)                        # whatever is created is its owner's alone
+    options = parser().parse_args(arguments)
+    try:
+        _check(options)
+        return _live(options)
+    except BadInput as problem:
+        return _say(problem, 2)
+    except Failure as problem:
+        return _say(problem, 1)
+    except KeyboardInterrupt:
+        return 0
+    except Exception as problem:           # the traceback goes to the log file
+        from app.logs import note_crash
+        return _say(f"unexpected error: {type(problem).__name__}{note_crash(problem)}", 1)
+
+
+def _say(problem: object, code: int) -> int:
+    print(f"main.py: {' '.join(str(problem).split())}", file=sys.stderr)
+    return code
+
+
+def _one_shot(options: argparse.Namespace) -> bool:
+    return any((options.import_config, options.export_config, options.export_log, options.run_now, options.restore_backup))
+
+
+def _check(options: argparse.Namespace) -> None:
+    if options.parameter and not options.run_now:
+        raise BadInput("--parameter belongs to --run-now ROBOT MISSION")
+    if _one_shot(options) and (options.headless or options.demo or options.kiosk):
+        raise BadInput("a command that exits can't be combined with --headless, --demo or --kiosk; give it alone")
+    if options.headless and options.kiosk:
+        raise BadInput("--kiosk needs a window; leave out --headless or --kiosk")
+
+
+def _live(options: argparse.Namespace) -> int:
+    from app.data_directory import DataDirectory
+    if options.demo:
+        with _demo_directory(options.data_dir) as path, _fleet() as robots:
+            return _life(options, DataDirectory.prepare(path), robots)
+    directory = DataDirectory.prepare(options.data_dir)
+    if _one_shot(options):
+        from app import commands
+        return commands.run(options, directory)
+    return _life(options, directory, None)
+
+
+def _life(options: argparse.Namespace, directory, robots) -> int:
+    if options.headless:
+        from app.headless import live
+        return live(directory, demo_robots=robots)
+    from app.window import live as live_with_window
+    return live_with_window(directory, demo_robots=robots, kiosk=options.kiosk)
+
+
+@contextlib.contextmanager
+def _demo_directory(given: Path | None) -> Iterator[Path]:
+    if given is not None:
+        yield given
+        return
+    with tempfile.TemporaryDirectory(prefix="amr-scheduler-demo-", ignore_cleanup_errors=True) as path:
+        yield Path(path)
+
+
+@contextlib.contextmanager
+def _fleet():
+    """The only place where the app meets the simulator."""
+    import mir_sim
+    with mir_sim.serve(robots=3, time_scale=1, seed=1) as fleet:
+        yield [(robot.name, robot.url) for robot in fleet.robots], mir_sim.MISSIONS
+
+
+if __name__ == "__main__":
+    sys.exit(main())
