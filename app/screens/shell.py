@@ -1,0 +1,37 @@
+"""What a screen is to the window around it, and what the window offers to a screen.
+
+A screen is a widget, built lazily on its first visit as ``HomeScreen(container, shell)``; the four are listed in ``SCREENS``. The window calls
+``shown(**intent)`` each time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when it leaves:
+between the two it subscribes to ``container.changes`` and ticks, outside it does nothing. The frame (top bar, banner, navigation) is the
+window's own; a screen fills the space between with its margins included in it.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+# name: (module, class)
+SCREENS = {
+    "home": ("app.screens.home", "HomeScreen"),
+    "scheduler": ("app.screens.scheduler", "SchedulerScreen"),
+    "logs": ("app.screens.logs", "LogsScreen"),
+    "settings": ("app.screens.settings", "SettingsScreen"),
+}
+
+
+@dataclass(frozen=True)
+class Shell:
+    """The services of the window, as ``app.screens.base`` defines them; tests pass fakes.
+
+    ``navigator`` goes to another screen by name, with what is wanted there; ``dialogs`` asks and tells; ``snackbars`` says what was done, with
+    Undo; ``bus`` brings what happens on other threads to the UI thread; ``background`` runs work off the UI thread and its result back on it.
+    """
+    navigator: Any
+    dialogs: Any
+    snackbars: Any
+    bus: Any
+    background: Any
+
+    def go(self, screen: str, **intent: Any) -> None:
+        """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""
+        self.navigator.go(screen, **intent)
