@@ -15,7 +15,6 @@ from typing import Any
 from app.services.mir.types import QueueItem, RobotStatus
 
 WEEKDAYS = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
-NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class Trigger(StrEnum):
@@ -83,7 +82,7 @@ STATE_OF_REASON: Mapping[ReasonCode, State] = MappingProxyType({
 class Reason:
     """A code and the numbers of its sentence; ``app.services.reasons`` renders it in any language."""
     code: ReasonCode
-    details: Mapping[str, Any] = NOTHING
+    details: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def state(self) -> State:
@@ -166,7 +165,7 @@ class Schedule:
     start_window_minutes: int | None = None         # None inherits the setting
     overlap: Overlap = Overlap.SKIP
     priority: int = 0
-    parameters: Mapping[str, Any] = NOTHING
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     changed_at: datetime | None = None   # instants up to here write no row
     next_at: datetime | None = None      # next occurrence, UTC; None when none is left or it is switched off
     paused_until: datetime | None = None
@@ -189,12 +188,12 @@ class Execution:
     id: int = 0
     schedule_id: int | None = None
     schedule: str = ""
-    parameters: Mapping[str, Any] = NOTHING
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     priority: int = 0
     minimum_battery_percent: float | None = None    # resolved when the row was made; None or 0 = no minimum
     reason: Reason | None = None
     wait: Wait = Wait.DUE
-    wait_details: Mapping[str, Any] = NOTHING
+    wait_details: Mapping[str, Any] = field(default_factory=dict)
     hold_until: datetime | None = None   # not sent before (back-off, late start)
     attempts: int = 0
     queue_floor: int | None = None       # highest queue id of the robot known before the last attempt
@@ -275,7 +274,7 @@ class Alarm:
     key: str                             # what it is about, e.g. "robot:3"; with code the identity
     priority: Priority
     raised_at: datetime
-    details: Mapping[str, Any] = NOTHING
+    details: Mapping[str, Any] = field(default_factory=dict)
     id: int = 0
     last_at: datetime | None = None
     count: int = 1

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from app.container import Container
 from app.data_directory import DataDirectory
-from app.database.connection import Database, DatabaseDamaged, DatabaseNewer, DatabaseUnavailable
+from app.database.connection import Database, DatabaseDamaged, DatabaseRefused, DatabaseUnavailable
 from app.failures import BadInput, Failure
 
 
@@ -11,7 +11,7 @@ def open_container(directory: DataDirectory, *, with_window: bool = False) -> Co
     """Open for writing; the caller holds the lock. Raises BadInput or Failure."""
     try:
         return Container.open(directory.path, with_window=with_window)
-    except (DatabaseDamaged, DatabaseNewer) as error:
+    except (DatabaseDamaged, DatabaseRefused) as error:
         raise BadInput(str(error)) from error
     except DatabaseUnavailable as error:
         raise Failure(str(error)) from error
@@ -20,8 +20,8 @@ def open_container(directory: DataDirectory, *, with_window: bool = False) -> Co
 def open_for_reading(directory: DataDirectory) -> Database:
     """Open beside whoever may be running; nothing is written. Raises BadInput or Failure."""
     try:
-        return Database.open_read_only(directory.database)
-    except (DatabaseDamaged, DatabaseNewer) as error:
+        return Database.open_for_reading(directory.database)
+    except (DatabaseDamaged, DatabaseRefused) as error:
         raise BadInput(str(error)) from error
     except DatabaseUnavailable as error:
         raise Failure(str(error)) from error
