@@ -23,7 +23,8 @@ class _Parser(argparse.ArgumentParser):
 def parser() -> argparse.ArgumentParser:
     p = _Parser(prog="main.py", description="Starts missions of MiR robots by time, by recurrence and by idleness.", allow_abbrev=False)
     p.add_argument("--version", action="version", version=f"{NAME} {__version__}")
-    p.add_argument("--data-dir", type=Path, metavar="DIR", help="where database, backups and logs live (default: the user's data directory)")
+    p.add_argument("--data-dir", type=Path, metavar="DIR",
+                   help="where database, backups and logs live (default: the user's data directory)")
     p.add_argument("--demo", action="store_true", help="with three simulated robots, schedules and history, in a throw-away data directory")
     p.add_argument("--headless", action="store_true", help="schedule without a window until SIGINT or SIGTERM")
     p.add_argument("--kiosk", action="store_true", help="the window fills the screen and has no pointer")

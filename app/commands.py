@@ -1,4 +1,7 @@
-"""The one-shot commands: import, export, run now, restore. Exports read beside a running app; the others are handed to it when there is one."""
+"""The one-shot commands: import, export, run now, restore.
+
+Exports read beside a running app; the others are handed to it when there is one.
+"""
 from __future__ import annotations
 
 import argparse

@@ -58,7 +58,8 @@ class Repositories:
 class Container:
     """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without sockets."""
 
-    def __init__(self, db: Database, clock: Clock | None = None, *, make_client: ClientFactory | None = None, with_window: bool = False) -> None:
+    def __init__(self, db: Database, clock: Clock | None = None, *, make_client: ClientFactory | None = None,
+                 with_window: bool = False) -> None:
         self.db = db
         self.clock = clock = clock or SystemClock()
         self.repositories = repositories = Repositories.build()
@@ -88,7 +89,8 @@ class Container:
                                  loop=self.loop, settings=self.settings, make_client=self.make_client)
 
     @classmethod
-    def open(cls, data_dir: Path, clock: Clock | None = None, *, make_client: ClientFactory | None = None, with_window: bool = False) -> Container:
+    def open(cls, data_dir: Path, clock: Clock | None = None, *, make_client: ClientFactory | None = None,
+             with_window: bool = False) -> Container:
         """Open (or begin) the database in this directory. Raises what Database.open raises."""
         db = Database.open(data_dir / DATABASE_NAME)
         container = cls(db, clock, make_client=make_client, with_window=with_window)

@@ -287,7 +287,8 @@ class Alarm:
 class InvalidInput(ValueError):
     """Something a person or a file gave that can't be taken.
 
-    ``field`` names where it was entered, ``text`` is one English sentence with how to mend it; ``msgid`` and ``details`` let screens translate it.
+    ``field`` names where it was entered, ``text`` is one English sentence with how to mend it; ``msgid`` and ``details`` let screens
+    translate it.
     """
 
     def __init__(self, field: str, msgid: str, **details: Any) -> None:

@@ -30,7 +30,8 @@ def find_mission(container: Container, name: str, robot: Robot) -> Mission:
     named = [m for m in missions if m.name == name and m.robot_id in (None, robot.id)]
     if not named:
         known = ", ".join(sorted({m.name for m in missions})) or "none yet"
-        raise InvalidInput("mission", "there is no mission {name} for {robot}; known: {known}", name=repr(name), robot=robot.name, known=known)
+        raise InvalidInput("mission", "there is no mission {name} for {robot}; known: {known}",
+                           name=repr(name), robot=robot.name, known=known)
     return max(named, key=lambda m: m.robot_id is not None)
 
 

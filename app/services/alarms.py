@@ -22,7 +22,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "unreachable": (Priority.MEDIUM, "{robot} does not answer: {problem}"),
     "unauthorized": (Priority.MEDIUM, "{robot} refuses user name or password"),
     "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
-    "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; nothing is sent"),
+    "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
+                                   "nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
     "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed: {reason}"),

@@ -1,4 +1,7 @@
-"""Time as the services see it. Everything that knows the time takes a ``Clock``, so a year of operation runs in seconds under a virtual one."""
+"""Time as the services see it.
+
+Everything that knows the time takes a ``Clock``, so a year of operation runs in seconds under a virtual one.
+"""
 from __future__ import annotations
 
 import time

@@ -102,7 +102,7 @@ class Dispatcher:
             self._try(execution)
 
     def _is_held_for_late_start(self, execution: Execution) -> bool:
-        """A late start after the app was off is listed for some seconds first; counted on the monotonic clock from when it is first seen."""
+        """A late start after the app was off is listed for some seconds first, on the monotonic clock from when it is first seen."""
         if execution.hold_until is None or execution.wait is not Wait.LATE_START:
             return False
         if execution.id not in self._memory.not_before:
@@ -169,7 +169,7 @@ class Dispatcher:
     def _send(self, intent: Execution, settings: Settings) -> None:
         """The POST itself. ``description`` carries the token; ``message`` is for people and the robot overwrites it."""
         try:
-            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, message=f"{intent.schedule or intent.mission}"[:200],
+            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, message=intent.schedule or intent.mission,
                                             priority=intent.priority, parameters=dict(intent.parameters))
         except RobotError as error:
             self._not_accepted(intent, error, settings)

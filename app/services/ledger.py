@@ -1,7 +1,7 @@
 """The execution ledger: every move of an execution is one short transaction, told to whoever listens and to the log.
 
-Each method returns the row after its move, or None when the row had moved on in the meantime (somebody cancelled it): then nothing was changed
-and the caller must not act on it.
+Each method returns the row after its move, or None when the row had moved on in the meantime (somebody cancelled it): then nothing
+was changed and the caller must not act on it.
 """
 from __future__ import annotations
 
@@ -73,7 +73,8 @@ class Ledger:
         return self._change(execution, (State.QUEUED,), state=State.EXECUTING, started_at=self._clock.now(), robot_delay_s=robot_delay_s)
 
     def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None) -> Execution | None:
-        return self._end(execution, (State.QUEUED, State.EXECUTING), state=State.COMPLETED, duration_s=duration_s, robot_delay_s=robot_delay_s)
+        return self._end(execution, (State.QUEUED, State.EXECUTING), state=State.COMPLETED, duration_s=duration_s,
+                         robot_delay_s=robot_delay_s)
 
     def end(self, execution: Execution, reason: Reason, duration_s: float | None = None) -> Execution | None:
         """End an open execution with a reason, whose code tells the state."""

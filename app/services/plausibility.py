@@ -1,4 +1,7 @@
-"""Whether the tablet's clock can be right. Judged at the start only; a step while running is an event, not a hold (design: "Clock not plausible")."""
+"""Whether the tablet's clock can be right (design: "Clock not plausible").
+
+Judged at the start only; a step while running is an event, not a hold.
+"""
 from __future__ import annotations
 
 from collections.abc import Sequence

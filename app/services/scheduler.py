@@ -1,4 +1,4 @@
-"""The heart that beats once a second or when something falls due: heartbeat, gaps, plausibility of the clock, the plan (Algorithms 1 and 2).
+"""The heart: beats once a second or when something falls due. Heartbeat, gaps, plausibility of the clock, the plan (Algorithms 1 and 2).
 
 It has no thread of its own and talks to no robot; poll_loop calls ``tick`` and hands what fell due to the robots' lanes.
 """

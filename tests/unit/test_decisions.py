@@ -13,7 +13,8 @@ SETTINGS = Settings(minimum_battery_percent=30)
 
 
 def row(**changes) -> Execution:
-    return replace(Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid", NOON, NOON + timedelta(minutes=15), NOON, "token", "UTC"), **changes)
+    closes = NOON + timedelta(minutes=15)
+    return replace(Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid", NOON, closes, NOON, "token", "UTC"), **changes)
 
 
 def schedule(**changes) -> Schedule:

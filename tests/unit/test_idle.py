@@ -16,8 +16,8 @@ LONG_ENOUGH = IdleSituation(600.0, READY, highest_queue_id=40, last_idle=None, n
 
 
 def idle_run(**changes) -> Execution:
-    return replace(Execution(Trigger.IDLE, 1, "Aino", "Home", "guid", MONDAY, MONDAY, MONDAY, "t", "UTC", state=State.COMPLETED, queue_floor=39,
-                             queue_id=40), **changes)
+    return replace(Execution(Trigger.IDLE, 1, "Aino", "Home", "guid", MONDAY, MONDAY, MONDAY, "t", "UTC", state=State.COMPLETED,
+                             queue_floor=39, queue_id=40), **changes)
 
 
 def test_time_counts_only_what_was_seen_without_a_break():

@@ -13,8 +13,8 @@ from app.services.lock import AlreadyRunning, InstanceLock
 
 
 def test_only_one_process_holds_a_directory_and_a_killed_one_loses_it(tmp_path):
-    code = ("import sys, pathlib; from app.services.lock import InstanceLock; lock = InstanceLock(pathlib.Path(sys.argv[1])); lock.acquire();"
-            "print('held', flush=True); sys.stdin.read()")
+    code = ("import sys, pathlib; from app.services.lock import InstanceLock; lock = InstanceLock(pathlib.Path(sys.argv[1]));"
+            "lock.acquire(); print('held', flush=True); sys.stdin.read()")
     with subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                           cwd=Path(__file__).parents[2]) as other:
         assert other.stdout.readline() == "held\n"
