@@ -103,7 +103,7 @@ class Container:
     def first_start(self) -> None:
         """A fresh database takes the tablet's own time zone."""
         settings = self.repositories.settings
-        if not settings.is_set(self.db.read(), "timezone"):
+        if not settings.is_stored(self.db.read(), "timezone"):
             self.db.write(lambda c: settings.save(c, timezone=local_timezone_name()))
             self.changes.publish(Topic.SETTINGS)
 

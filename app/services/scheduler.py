@@ -53,7 +53,7 @@ class Scheduler:
             return Fallen()
         if mono - self._beat_at >= HEARTBEAT_EVERY:
             self._beat_at = mono
-            self._db.write(lambda c: self._settings.beat(c, now))
+            self._db.write(lambda c: self._settings.set_heartbeat(c, now))
         if mono - self._pruned_at >= PRUNE_EVERY:
             self._pruned_at = mono
             self._ledger.prune()
@@ -69,7 +69,7 @@ class Scheduler:
     def stop(self) -> None:
         now = self._clock.now()
         if self._clock_trusted:
-            self._db.write(lambda c: self._settings.beat(c, now))
+            self._db.write(lambda c: self._settings.set_heartbeat(c, now))
 
     # ------------------------------------------------------------------ inside
     def _notice_jump(self, now: datetime, mono: float) -> None:
