@@ -1,0 +1,106 @@
+"""The Scheduler's form as plain values: every choice becomes the right rule, and what was opened comes back unchanged."""
+from dataclasses import replace
+from datetime import date, datetime, time
+
+import pytest
+
+from app.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
+from app.screens.scheduler_draft import LAST, Draft, Kind, Unit
+
+MONDAY = date(2026, 11, 23)
+
+
+def draft(**values):
+    return Draft(**{"day": MONDAY, "at": time(6, 30), "timezone": "Europe/Helsinki", "mission_id": 1, "robot_id": 2, **values})
+
+
+def stored(**values):
+    return Schedule(**{"name": "Morning", "robot_id": 2, "mission_id": 1, "start": datetime(2026, 11, 23, 6, 30), "id": 7,
+                       "timezone": "Europe/Helsinki", **values})
+
+
+@pytest.mark.parametrize(("values", "rule"), [
+    ({"kind": Kind.ONCE}, None),
+    ({"kind": Kind.DAILY}, "FREQ=DAILY"),
+    ({"kind": Kind.DAILY, "last_day": date(2026, 12, 31)}, "FREQ=DAILY;UNTIL=20261231"),
+    ({"kind": Kind.WEEKLY, "weekdays": ("FR", "MO")}, "FREQ=WEEKLY;BYDAY=MO,FR"),
+    ({"kind": Kind.EVERY, "every": 30, "unit": Unit.MINUTES}, "FREQ=MINUTELY;INTERVAL=30"),
+    ({"kind": Kind.EVERY, "every": 2, "weekdays": ("MO", "TU")}, "FREQ=HOURLY;INTERVAL=2;BYDAY=MO,TU"),
+    ({"kind": Kind.MONTHLY, "month_day": 15}, "FREQ=MONTHLY;BYMONTHDAY=15"),
+    ({"kind": Kind.MONTHLY, "month_day": LAST}, "FREQ=MONTHLY;BYMONTHDAY=-1"),
+    ({"kind": Kind.MONTHLY, "by_weekday": True, "nth": 1, "month_weekday": "MO"}, "FREQ=MONTHLY;BYDAY=1MO"),
+    ({"kind": Kind.MONTHLY, "by_weekday": True, "nth": LAST, "month_weekday": "FR"}, "FREQ=MONTHLY;BYDAY=-1FR"),
+])
+def test_every_choice_becomes_its_rule_and_back(values, rule):
+    chosen = draft(name="Morning", **values)
+    schedule = chosen.schedule()
+    assert schedule.recurrence == rule
+    again = Draft.of(replace(schedule, id=7))
+    assert {name: getattr(again, name) for name in values} == {
+        name: tuple(day for day in WEEKDAYS if day in value) if name == "weekdays" else value for name, value in values.items()}
+
+
+def test_every_runs_between_two_times_or_round_the_clock():
+    between = draft(kind=Kind.EVERY, every=20, unit=Unit.MINUTES, at=time(8, 30), until_time=time(16, 45))
+    assert between.schedule().between == Between(time(8, 30), time(16, 45))
+    assert replace(between, all_day=True).schedule().between is None
+    again = Draft.of(replace(between.schedule(), id=7))
+    assert (again.at, again.until_time, again.all_day) == (time(8, 30), time(16, 45), False)
+
+
+@pytest.mark.parametrize(("values", "field"), [
+    ({"mission_id": None}, "mission"),
+    ({"robot_id": None}, "robot"),
+    ({"kind": Kind.WEEKLY, "weekdays": ()}, "weekdays"),
+    ({"kind": Kind.EVERY, "every": 0}, "every"),
+    ({"kind": Kind.EVERY, "every": 25, "unit": Unit.HOURS}, "every"),
+    ({"kind": Kind.EVERY, "at": time(18), "until_time": time(18)}, "until_time"),
+    ({"kind": Kind.DAILY, "last_day": date(2026, 11, 22)}, "last_day"),
+])
+def test_what_cannot_be_is_said_at_its_field(values, field):
+    with pytest.raises(InvalidInput) as caught:
+        draft(**values).schedule()
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize(("recurrence", "between"), [
+    (None, None), ("FREQ=DAILY", None), ("FREQ=WEEKLY", None), ("FREQ=WEEKLY;BYDAY=MO,WE", None), ("FREQ=WEEKLY;INTERVAL=2;BYDAY=MO", None),
+    ("FREQ=DAILY;COUNT=5", None), ("FREQ=YEARLY", None), ("FREQ=MONTHLY;BYDAY=MO", None), ("FREQ=MONTHLY;BYMONTHDAY=1,15", None),
+    ("FREQ=DAILY;UNTIL=20261231T120000Z", None), ("FREQ=DAILY;BYHOUR=6,14;BYMINUTE=0", None), ("FREQ=MONTHLY;BYMONTHDAY=-2", None),
+    ("FREQ=MINUTELY;INTERVAL=45", Between(time(8), time(16))), ("FREQ=HOURLY;INTERVAL=48", None), ("FREQ=MONTHLY", None),
+])
+def test_an_untouched_draft_is_the_schedule_it_came_from(recurrence, between):
+    schedule = stored(recurrence=recurrence, between=between, parameters={"speed": 0.5}, minimum_battery_percent=20, overlap=Overlap.QUEUE)
+    assert Draft.of(schedule).schedule() == schedule
+
+
+def test_a_rule_the_form_cannot_say_survives_other_changes():
+    schedule = stored(recurrence="FREQ=WEEKLY;INTERVAL=2;BYDAY=MO")
+    opened = Draft.of(schedule)
+    assert opened.kind is Kind.OTHER
+    assert replace(opened, robot_id=3, at=time(7)).schedule() == replace(schedule, robot_id=3, start=datetime(2026, 11, 23, 7))
+
+
+def test_editing_keeps_identity_and_a_copy_gets_a_new_one():
+    opened = Draft.of(stored(recurrence="FREQ=DAILY"))
+    edited = replace(opened, kind=Kind.WEEKLY, weekdays=("TU",)).schedule()
+    assert (edited.id, edited.recurrence) == (7, "FREQ=WEEKLY;BYDAY=TU")
+    copied = opened.copy().schedule()
+    assert (copied.id, copied.name, copied.recurrence) == (0, "", "FREQ=DAILY")
+
+
+def test_a_new_draft_starts_at_the_next_hour_of_a_working_day():
+    friday_evening = datetime(2026, 11, 20, 23, 10)
+    fresh = Draft.new(friday_evening, Settings(timezone="Europe/Helsinki"))
+    assert fresh.start == datetime(2026, 11, 23, 0, 0)
+    assert fresh.kind is Kind.ONCE
+    assert Draft.new(datetime(2026, 11, 20, 14, 38), Settings()).start == datetime(2026, 11, 20, 15, 0)
+    assert Draft.new(datetime(2026, 11, 20, 14, 58), Settings()).start == datetime(2026, 11, 20, 16, 0)
+
+
+def test_the_monthly_choice_follows_the_first_day_until_it_is_chosen():
+    fresh = draft(**Draft.derived(MONDAY))
+    assert (fresh.month_day, fresh.nth, fresh.month_weekday) == (23, 4, "MO")
+    moved = fresh.with_day(date(2026, 12, 31))
+    assert (moved.month_day, moved.nth, moved.month_weekday) == (31, LAST, "TH")
+    assert replace(fresh, month_day=15).with_day(date(2026, 12, 1)).month_day == 15
