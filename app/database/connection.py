@@ -1,6 +1,6 @@
 """The database of one data directory: opened, checked and migrated; one writer, a read-only connection per thread.
 
-Journal settings that lose no committed row at a power cut (WAL with synchronous=FULL) and readers that never write: the design's "Poll loop".
+Journal settings that lose no committed row at a power cut (WAL with synchronous=FULL), and readers that never write (design: "Poll loop").
 """
 from __future__ import annotations
 
@@ -132,16 +132,9 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
     return _configured(connection)
 
 
-def _connect_for_writing(path: Path, durable: bool) -> sqlite3.Connection:
-    connection = sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT)
-    connection.execute("PRAGMA journal_mode = WAL")
-    connection.execute(f"PRAGMA synchronous = {'FULL' if durable else 'OFF'}")
-    connection.execute("PRAGMA wal_autocheckpoint = 0")       # the writer does it
-    return _configured(connection)
-
-
 def _configured(connection: sqlite3.Connection) -> sqlite3.Connection:
     connection.row_factory = sqlite3.Row
+    connection.create_function("casefold", 1, str.casefold, deterministic=True)     # SQLite itself knows the case of ASCII only
     connection.execute("PRAGMA trusted_schema = OFF")
     connection.execute("PRAGMA cell_size_check = ON")
     connection.execute("PRAGMA mmap_size = 0")
@@ -149,9 +142,13 @@ def _configured(connection: sqlite3.Connection) -> sqlite3.Connection:
 
 
 def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str, ...]) -> sqlite3.Connection:
-    connection = _connect_for_writing(path, durable)
+    connection = sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT)
     try:
+        _configured(connection)
         _check_identity(connection, path, len(migrations))
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute(f"PRAGMA synchronous = {'FULL' if durable else 'OFF'}")
+        connection.execute("PRAGMA wal_autocheckpoint = 0")   # the writer does it
         problem = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
         if problem != "ok":
             raise _damage(problem)
@@ -178,7 +175,7 @@ def _check_identity(connection: sqlite3.Connection, path: Path, newest: int) -> 
     if not is_empty and application_id != APPLICATION_ID:
         raise DatabaseRefused(f"{path} is a database of another program: choose another data directory")
     if version > newest:
-        raise DatabaseRefused(f"{path} was written by a newer version (database version {version}, this one knows {newest}): update the app")
+        raise DatabaseRefused(f"{path} was written by a newer version (database version {version}, here {newest}): update the app")
 
 
 def _has_backups(path: Path) -> bool:

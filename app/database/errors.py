@@ -14,7 +14,7 @@ class DatabaseError(Exception):
 
 
 class DatabaseUnavailable(DatabaseError):
-    """Nothing is wrong with the data, but it can't be written or read just now: disk full, read-only, an I/O error, held by another process."""
+    """The data is sound, but can't be written or read just now: disk full, read-only, an I/O error, held by another process."""
 
 
 class DatabaseRefused(DatabaseError):

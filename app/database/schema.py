@@ -1,6 +1,7 @@
 """The tables, as a list of migrations. ``PRAGMA user_version`` counts how many have been applied; a shipped one is never edited.
 
 Instants are UTC text ``YYYY-MM-DDTHH:MM:SS.ffffffZ`` (fixed width, so text order is time order); JSON columns hold objects.
+AUTOINCREMENT, because the id of a deleted schedule must never come back: the tokens of its executions are made of it.
 """
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ CREATE TABLE settings (
 ) STRICT, WITHOUT ROWID;
 
 CREATE TABLE robots (
-    id                 INTEGER PRIMARY KEY,
+    id                 INTEGER PRIMARY KEY AUTOINCREMENT,
     name               TEXT NOT NULL UNIQUE,
     address            TEXT NOT NULL,
     username           TEXT NOT NULL DEFAULT '',
@@ -27,7 +28,7 @@ CREATE TABLE robots (
 ) STRICT;
 
 CREATE TABLE missions (
-    id        INTEGER PRIMARY KEY,
+    id        INTEGER PRIMARY KEY AUTOINCREMENT,
     name      TEXT NOT NULL,
     guid      TEXT NOT NULL,
     robot_id  INTEGER REFERENCES robots(id) ON DELETE CASCADE,
@@ -43,7 +44,7 @@ CREATE TABLE idle_rules (
 ) STRICT;
 
 CREATE TABLE schedules (
-    id                      INTEGER PRIMARY KEY,
+    id                      INTEGER PRIMARY KEY AUTOINCREMENT,
     name                    TEXT NOT NULL UNIQUE,
     robot_id                INTEGER NOT NULL REFERENCES robots(id) ON DELETE CASCADE,
     mission_id              INTEGER NOT NULL REFERENCES missions(id) ON DELETE CASCADE,
@@ -67,7 +68,7 @@ CREATE INDEX schedules_due ON schedules (next_at) WHERE enabled = 1 AND next_at 
 CREATE INDEX schedules_by_robot ON schedules (robot_id);
 
 CREATE TABLE executions (
-    id                      INTEGER PRIMARY KEY,
+    id                      INTEGER PRIMARY KEY AUTOINCREMENT,
     trigger                 TEXT NOT NULL,
     schedule_id             INTEGER,          -- no foreign key: history outlives its schedule and its robot
     schedule                TEXT NOT NULL DEFAULT '',
@@ -115,7 +116,7 @@ CREATE TABLE observed (                       -- for how long each robot was wat
 ) STRICT, WITHOUT ROWID;
 
 CREATE TABLE alarms (
-    id              INTEGER PRIMARY KEY,
+    id              INTEGER PRIMARY KEY AUTOINCREMENT,
     code            TEXT NOT NULL,
     key             TEXT NOT NULL,
     priority        TEXT NOT NULL,
@@ -131,7 +132,7 @@ CREATE TABLE alarms (
 CREATE UNIQUE INDEX alarms_standing ON alarms (code, key) WHERE cleared_at IS NULL OR acknowledged_at IS NULL;
 
 CREATE TABLE holds (                          -- nothing (or one robot) is sent until the hold ends
-    id         INTEGER PRIMARY KEY,
+    id         INTEGER PRIMARY KEY AUTOINCREMENT,
     robot_id   INTEGER REFERENCES robots(id) ON DELETE CASCADE,   -- NULL = all robots
     reason     TEXT NOT NULL DEFAULT '',
     started_at TEXT NOT NULL,

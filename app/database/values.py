@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from datetime import UTC, datetime, time
+from datetime import UTC, datetime
 from typing import Any
 
 
@@ -24,11 +24,6 @@ def to_instant(text: str) -> datetime:
 
 def to_optional_instant(text: str | None) -> datetime | None:
     return None if text is None else datetime.fromisoformat(text)
-
-
-def to_clock_text(value: time | None) -> str | None:
-    """``08:30``."""
-    return None if value is None else f"{value:%H:%M}"
 
 
 def to_json(value: Any) -> str:

@@ -47,7 +47,9 @@ class _WritingConnection:
             c.execute("COMMIT")
         except BaseException as error:
             self._roll_back()
-            raise translated(error, self._path) from error
+            if (known := translated(error, self._path)) is error:
+                raise
+            raise known from error
         return result
 
     def group(self, works: list[Work[Any]]) -> list[Future[Any]]:
@@ -207,7 +209,7 @@ class ThreadedWriter:
                 outcome.set_result(result)
             return
         for (_, outcome), done in zip(tasks, writing.group([work for work, _ in tasks]), strict=True):
-            if error := done.exception():
-                outcome.set_exception(error)
+            if problem := done.exception():
+                outcome.set_exception(problem)
             else:
                 outcome.set_result(done.result())

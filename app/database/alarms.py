@@ -1,0 +1,72 @@
+"""Alarms: one standing line per code and key, counted when it happens again."""
+from __future__ import annotations
+
+import sqlite3
+from datetime import datetime
+
+from app.database.values import from_json, to_instant, to_json, to_optional_instant, to_optional_text, to_text
+from app.models import Alarm, Priority
+
+_STANDING = "(cleared_at IS NULL OR acknowledged_at IS NULL)"
+
+
+class AlarmRepository:
+    def raise_once(self, c: sqlite3.Connection, alarm: Alarm) -> bool:
+        """Whether it is new. The standing line of the same code and key is counted up when the thing happened again: an event (one that
+        comes already cleared) always, a condition only when it had gone; while it lasts, just its details are kept up to date."""
+        row = c.execute(f"SELECT id, cleared_at, details FROM alarms WHERE code = ? AND key = ? AND {_STANDING}",
+                        (alarm.code, alarm.key)).fetchone()
+        details, last_at = to_json(alarm.details), to_text(alarm.last_at or alarm.raised_at)
+        if row is None:
+            c.execute("""INSERT INTO alarms (code, key, priority, details, raised_at, last_at, count, cleared_at)
+                         VALUES (?, ?, ?, ?, ?, ?, ?, ?)""",
+                      (alarm.code, alarm.key, alarm.priority, details, to_text(alarm.raised_at), last_at, alarm.count,
+                       to_optional_text(alarm.cleared_at)))
+            return True
+        lasts = row["cleared_at"] is None and alarm.cleared_at is None
+        if not lasts:
+            c.execute("UPDATE alarms SET count = count + 1, last_at = ?, cleared_at = ?, details = ?, acknowledged_at = NULL WHERE id = ?",
+                      (last_at, to_optional_text(alarm.cleared_at), details, row["id"]))
+        elif row["details"] != details:
+            c.execute("UPDATE alarms SET details = ? WHERE id = ?", (details, row["id"]))
+        return False
+
+    def clear(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
+        """The cause is gone. Whether there was something to clear."""
+        return c.execute("UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",
+                         (to_text(now), code, key)).rowcount > 0
+
+    def acknowledge(self, c: sqlite3.Connection, alarm_id: int, now: datetime, note: str = "") -> None:
+        """Somebody has seen it."""
+        c.execute("UPDATE alarms SET acknowledged_at = ?, note = ? WHERE id = ?", (to_text(now), note, alarm_id))
+
+    def shelve(self, c: sqlite3.Connection, alarm_id: int, until: datetime | None) -> None:
+        """Out of the way until then; None takes that back."""
+        c.execute("UPDATE alarms SET shelved_until = ? WHERE id = ?", (to_optional_text(until), alarm_id))
+
+    def active(self, c: sqlite3.Connection, code: str, key: str) -> Alarm | None:
+        """The one whose cause lasts."""
+        row = c.execute("SELECT * FROM alarms WHERE code = ? AND key = ? AND cleared_at IS NULL", (code, key)).fetchone()
+        return row and _alarm(row)
+
+    def standing(self, c: sqlite3.Connection) -> list[Alarm]:
+        """Not yet cleared *and* acknowledged, newest first."""
+        return [_alarm(row) for row in c.execute(f"SELECT * FROM alarms WHERE {_STANDING} ORDER BY last_at DESC, id DESC")]
+
+    def past(self, c: sqlite3.Connection, limit: int) -> list[Alarm]:
+        """Cleared and acknowledged, newest first."""
+        rows = c.execute(f"SELECT * FROM alarms WHERE NOT {_STANDING} ORDER BY last_at DESC, id DESC LIMIT ?", (limit,))
+        return [_alarm(row) for row in rows]
+
+    def prune(self, c: sqlite3.Connection, limit: int) -> int:
+        """Keep the newest N of the past ones; returns how many were dropped."""
+        return c.execute(f"""DELETE FROM alarms WHERE id IN (SELECT id FROM alarms WHERE NOT {_STANDING}
+                             ORDER BY last_at DESC, id DESC LIMIT -1 OFFSET ?)""", (limit,)).rowcount
+
+
+def _alarm(row: sqlite3.Row) -> Alarm:
+    return Alarm(
+        code=row["code"], key=row["key"], priority=Priority(row["priority"]), raised_at=to_instant(row["raised_at"]),
+        details=from_json(row["details"]), id=row["id"], last_at=to_instant(row["last_at"]), count=row["count"],
+        cleared_at=to_optional_instant(row["cleared_at"]), acknowledged_at=to_optional_instant(row["acknowledged_at"]),
+        note=row["note"], shelved_until=to_optional_instant(row["shelved_until"]))

@@ -1,0 +1,243 @@
+"""The execution ledger's rows."""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from datetime import datetime
+from statistics import median
+from types import MappingProxyType
+from typing import Any
+
+from app.database.values import from_json, marks, to_instant, to_json, to_optional_instant, to_text
+from app.models import Execution, Reason, ReasonCode, State, Trigger, Wait
+
+_OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
+_RUN = "state IN ('completed', 'failed', 'cancelled')"
+_NOT_RUN = "state IN ('skipped', 'missed')"
+_USUAL_OF = 20               # newest completed runs that tell the usual duration
+PRUNED_AT_ONCE = 500         # so that a lowered limit never holds the writer for long
+
+_INSTANTS = ("hold_until", "planned_at", "closes_at", "created_at", "submitted_at", "started_at", "ended_at")
+_OBJECTS = ("parameters", "wait_details")
+_FIELDS = tuple(field.name for field in fields(Execution) if field.name != "id")
+_COLUMNS = (*(name for name in _FIELDS if name != "reason"), "reason_code", "reason_details")
+
+
+@dataclass(frozen=True)
+class ExecutionFilter:
+    """Which executions somebody wants to see; None or an empty text: whatever it is."""
+    robot_ids: Sequence[int] | None = None
+    mission: str | None = None           # its name
+    states: Sequence[State] | None = None
+    triggers: Sequence[Trigger] | None = None
+    start: datetime | None = None        # of the planned instant, included
+    end: datetime | None = None          # not included
+    text: str = ""                       # somewhere in the names of mission, schedule or robot, in whatever case
+
+
+@dataclass(frozen=True)
+class PageKey:
+    """Where a page ends: the next one begins behind it, whatever was added or dropped in the meantime."""
+    planned_at: datetime
+    id: int
+
+    @classmethod
+    def of(cls, execution: Execution) -> PageKey:
+        return cls(execution.planned_at, execution.id)
+
+
+class ExecutionRepository:
+    # ------------------------------------------------------------------ writing
+    def add(self, c: sqlite3.Connection, execution: Execution) -> Execution:
+        """Returns it with its id. Raises sqlite3.IntegrityError when the occurrence or the token is in the ledger already."""
+        row = c.execute(f"{_INSERT} RETURNING *", _row_of(execution)).fetchone()
+        return execution_of(row)
+
+    def add_once(self, c: sqlite3.Connection, execution: Execution) -> Execution | None:
+        """The same, but None when the occurrence or the token is in the ledger already."""
+        row = c.execute(f"{_INSERT} ON CONFLICT DO NOTHING RETURNING *", _row_of(execution)).fetchone()
+        return row and execution_of(row)
+
+    def add_many(self, c: sqlite3.Connection, executions: Iterable[Execution]) -> int:
+        """Thousands at once, those in the ledger already passed over; returns how many were new."""
+        before = c.total_changes
+        c.executemany(f"{_INSERT} ON CONFLICT DO NOTHING", map(_row_of, executions))
+        return c.total_changes - before
+
+    def change(self, c: sqlite3.Connection, execution_id: int, expected: Sequence[State], **columns: Any) -> Execution | None:
+        """Change columns of a row that still stands in one of the expected states.
+
+        Returns the row after the change, or None when it had moved on: then nothing was changed. Values are those of ``Execution``
+        (``reason`` sets or, with None, clears code and details).
+        """
+        values = _stored(columns)
+        assignments = ", ".join(f"{name} = ?" for name in values)
+        row = c.execute(f"UPDATE executions SET {assignments} WHERE id = ? AND state IN ({marks(expected)}) RETURNING *",
+                        (*values.values(), execution_id, *expected)).fetchone()
+        return row and execution_of(row)
+
+    def end_waiting_of_schedule(self, c: sqlite3.Connection, schedule_id: int, reason: Reason, now: datetime) -> int:
+        """End what still waits of a schedule that was changed or taken away; returns how many."""
+        return self._end_waiting(c, "schedule_id", schedule_id, reason, now)
+
+    def end_waiting_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> int:
+        """End what still waits for a robot; returns how many."""
+        return self._end_waiting(c, "robot_id", robot_id, reason, now)
+
+    def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> int:
+        """End everything open of a robot that nobody will ask any more; returns how many."""
+        return self._end(c, f"robot_id = ? AND {_OPEN}", robot_id, reason, now)
+
+    def _end_waiting(self, c: sqlite3.Connection, column: str, value: int, reason: Reason, now: datetime) -> int:
+        return self._end(c, f"{column} = ? AND state = 'waiting'", value, reason, now)
+
+    @staticmethod
+    def _end(c: sqlite3.Connection, where: str, value: int, reason: Reason, now: datetime) -> int:
+        columns = _stored({"state": reason.state, "reason": reason, "ended_at": now})
+        assignments = ", ".join(f"{name} = ?" for name in columns)
+        return c.execute(f"UPDATE executions SET {assignments} WHERE {where}", (*columns.values(), value)).rowcount
+
+    def prune(self, c: sqlite3.Connection, history_limit: int) -> int:
+        """Drop what is beyond the newest N that ran (completed, failed, cancelled) and, counted apart, the newest N that did not (skipped,
+        missed). Open rows are never dropped. At most 500 of each kind per call, oldest first; returns how many."""
+        return sum(self._prune(c, kind, history_limit) for kind in (_RUN, _NOT_RUN))
+
+    @staticmethod
+    def _prune(c: sqlite3.Connection, kind: str, limit: int) -> int:
+        oldest_kept = c.execute(f"SELECT ended_at, id FROM executions WHERE {kind} ORDER BY ended_at DESC, id DESC LIMIT 1 OFFSET ?",
+                                (limit - 1,)).fetchone()
+        if oldest_kept is None:
+            return 0
+        return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE {kind} AND (ended_at, id) < (?, ?)
+                             ORDER BY ended_at, id LIMIT ?)""", (*oldest_kept, PRUNED_AT_ONCE)).rowcount
+
+    # ------------------------------------------------------------------ reading
+    def get(self, c: sqlite3.Connection, execution_id: int) -> Execution | None:
+        return self._one(c, "WHERE id = ?", execution_id)
+
+    def by_token(self, c: sqlite3.Connection, token: str) -> Execution | None:
+        return self._one(c, "WHERE token = ?", token)
+
+    def open_for(self, c: sqlite3.Connection, robot_id: int) -> list[Execution]:
+        """Open ones of a robot, oldest first."""
+        return self._list(c, f"WHERE robot_id = ? AND {_OPEN} ORDER BY planned_at, id", robot_id)
+
+    def open_all(self, c: sqlite3.Connection) -> list[Execution]:
+        """Open ones of all robots, oldest first."""
+        return self._list(c, f"WHERE {_OPEN} ORDER BY planned_at, id")
+
+    def open_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
+        """Open ones of a schedule, oldest first."""
+        return self._list(c, f"WHERE schedule_id = ? AND {_OPEN} ORDER BY planned_at, id", schedule_id)
+
+    def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
+        """The one with the latest planned instant."""
+        return self._one(c, "WHERE schedule_id = ? ORDER BY planned_at DESC LIMIT 1", schedule_id)
+
+    def last_idle(self, c: sqlite3.Connection, robot_id: int) -> Execution | None:
+        """The newest idle execution of a robot, open or ended."""
+        return self._one(c, "WHERE robot_id = ? AND trigger = 'idle' ORDER BY id DESC LIMIT 1", robot_id)
+
+    def usual_duration(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> float | None:
+        """Seconds: the median of the newest 20 completed runs of that mission on that robot; None when there is none."""
+        rows = c.execute("""SELECT duration_s FROM executions WHERE robot_id = ? AND mission_guid = ? AND state = 'completed'
+                            AND duration_s IS NOT NULL ORDER BY ended_at DESC LIMIT ?""", (robot_id, mission_guid, _USUAL_OF)).fetchall()
+        return median(row[0] for row in rows) if rows else None
+
+    # ------------------------------------------------------------------ history
+    def page(self, c: sqlite3.Connection, wanted: ExecutionFilter, before: PageKey | None, limit: int) -> list[Execution]:
+        """Newest first by planned instant; those behind ``before``, or the first."""
+        where, values = _condition(wanted)
+        if before is not None:
+            where, values = f"{where} AND (planned_at, id) < (?, ?)", [*values, to_text(before.planned_at), before.id]
+        return self._list(c, f"WHERE {where} ORDER BY planned_at DESC, id DESC LIMIT ?", *values, limit)
+
+    def count(self, c: sqlite3.Connection, wanted: ExecutionFilter) -> int:
+        where, values = _condition(wanted)
+        found: int = c.execute(f"SELECT count(*) FROM executions WHERE {where}", values).fetchone()[0]
+        return found
+
+    def last_ended(self, c: sqlite3.Connection, count: int) -> list[Execution]:
+        """The newest that ended, of all robots, newest first."""
+        return self._list(c, "WHERE ended_at IS NOT NULL ORDER BY ended_at DESC, id DESC LIMIT ?", count)
+
+    def stream(self, c: sqlite3.Connection, wanted: ExecutionFilter | None = None) -> Iterator[Execution]:
+        """Oldest first by planned instant, open ones included; never all in memory."""
+        where, values = _condition(wanted or ExecutionFilter())
+        return map(execution_of, c.execute(f"SELECT * FROM executions WHERE {where} ORDER BY planned_at, id", values))
+
+    @staticmethod
+    def _one(c: sqlite3.Connection, rest: str, value: object) -> Execution | None:
+        row = c.execute(f"SELECT * FROM executions {rest}", (value,)).fetchone()
+        return row and execution_of(row)
+
+    @staticmethod
+    def _list(c: sqlite3.Connection, rest: str, *values: object) -> list[Execution]:
+        return [execution_of(row) for row in c.execute(f"SELECT * FROM executions {rest}", values)]
+
+
+def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
+    """The WHERE of a filter and its values."""
+    parts, values = ["1"], []  # type: list[str], list[object]
+
+    def demand(part: str, *given: object) -> None:
+        parts.append(part)
+        values.extend(given)
+
+    if wanted.robot_ids is not None:
+        demand(f"robot_id IN ({marks(wanted.robot_ids)})", *wanted.robot_ids)
+    if wanted.mission is not None:
+        demand("mission = ?", wanted.mission)
+    if wanted.states is not None:
+        demand(f"state IN ({marks(wanted.states)})", *wanted.states)
+    if wanted.triggers is not None:
+        demand(f"trigger IN ({marks(wanted.triggers)})", *wanted.triggers)
+    if wanted.start is not None:
+        demand("planned_at >= ?", to_text(wanted.start))
+    if wanted.end is not None:
+        demand("planned_at < ?", to_text(wanted.end))
+    if text := wanted.text.strip():
+        demand("instr(casefold(mission || char(10) || schedule || char(10) || robot), ?)", text.casefold())
+    return " AND ".join(parts), values
+
+
+_INSERT = f"INSERT INTO executions (id, {', '.join(_COLUMNS)}) VALUES (?, {', '.join('?' for _ in _COLUMNS)})"
+
+_TO_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType({
+    **dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json)})
+
+
+def _stored(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns and what stands in them, of fields and their values."""
+    stored: dict[str, Any] = {}
+    for name, value in values.items():
+        if name == "reason":
+            stored["reason_code"] = value and value.code
+            stored["reason_details"] = to_json(value.details if value else {})
+        elif name not in _FIELDS:
+            raise ValueError(f"an execution has no {name!r}")
+        else:
+            convert = _TO_COLUMN.get(name)
+            stored[name] = value if convert is None or value is None else convert(value)
+    return stored
+
+
+def _row_of(execution: Execution) -> tuple[Any, ...]:
+    stored = _stored({name: getattr(execution, name) for name in _FIELDS})
+    return (execution.id or None, *(stored[name] for name in _COLUMNS))
+
+
+def execution_of(row: sqlite3.Row) -> Execution:
+    """The execution in a row of all columns."""
+    reason = Reason(ReasonCode(row["reason_code"]), from_json(row["reason_details"])) if row["reason_code"] else None
+    return Execution(
+        id=row["id"], trigger=Trigger(row["trigger"]), schedule_id=row["schedule_id"], schedule=row["schedule"], robot_id=row["robot_id"],
+        robot=row["robot"], mission=row["mission"], mission_guid=row["mission_guid"], parameters=from_json(row["parameters"]),
+        priority=row["priority"], minimum_battery_percent=row["minimum_battery_percent"], timezone=row["timezone"], token=row["token"],
+        state=State(row["state"]), reason=reason, wait=Wait(row["wait"]), wait_details=from_json(row["wait_details"]),
+        hold_until=to_optional_instant(row["hold_until"]), planned_at=to_instant(row["planned_at"]), closes_at=to_instant(row["closes_at"]),
+        created_at=to_instant(row["created_at"]), attempts=row["attempts"], queue_floor=row["queue_floor"], queue_id=row["queue_id"],
+        cancel_code=ReasonCode(row["cancel_code"]) if row["cancel_code"] else None,
+        submitted_at=to_optional_instant(row["submitted_at"]), started_at=to_optional_instant(row["started_at"]),
+        ended_at=to_optional_instant(row["ended_at"]), duration_s=row["duration_s"], robot_delay_s=row["robot_delay_s"])

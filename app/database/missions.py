@@ -1,0 +1,49 @@
+"""Missions: names for the robots' guids, for all robots or for one whose guid differs."""
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+
+from app.models import Mission
+
+
+class MissionRepository:
+    def all(self, c: sqlite3.Connection) -> list[Mission]:
+        """In order of name; the one for all robots before those of single robots."""
+        return [_mission(row) for row in c.execute("SELECT * FROM missions ORDER BY name, coalesce(robot_id, 0)")]
+
+    def get(self, c: sqlite3.Connection, mission_id: int) -> Mission | None:
+        row = c.execute("SELECT * FROM missions WHERE id = ?", (mission_id,)).fetchone()
+        return row and _mission(row)
+
+    def by_name(self, c: sqlite3.Connection, name: str, robot_id: int | None = None) -> Mission | None:
+        """Exactly that one: of the robot, or (None) the one for all robots."""
+        row = c.execute("SELECT * FROM missions WHERE name = ? AND coalesce(robot_id, 0) = ?", (name, robot_id or 0)).fetchone()
+        return row and _mission(row)
+
+    def for_robot(self, c: sqlite3.Connection, name: str, robot_id: int) -> Mission | None:
+        """What the name means on that robot: its own mission if it has one, else the one for all."""
+        return self.by_name(c, name, robot_id) or self.by_name(c, name)
+
+    def available_on(self, c: sqlite3.Connection, robot_id: int) -> list[Mission]:
+        """Every mission that can be chosen for that robot, in order of name; its own hide those for all of the same name."""
+        meant = {mission.name: mission for mission in self.all(c) if mission.robot_id in (None, robot_id)}
+        return list(meant.values())
+
+    def add(self, c: sqlite3.Connection, mission: Mission) -> Mission:
+        """Returns it with its id; one that is given (an undone removal) is kept."""
+        cursor = c.execute("INSERT INTO missions (id, name, guid, robot_id, favourite) VALUES (?, ?, ?, ?, ?)",
+                           (mission.id or None, mission.name, mission.guid, mission.robot_id, mission.favourite))
+        return replace(mission, id=cursor.lastrowid or mission.id)
+
+    def update(self, c: sqlite3.Connection, mission: Mission) -> None:
+        c.execute("UPDATE missions SET name = ?, guid = ?, robot_id = ?, favourite = ? WHERE id = ?",
+                  (mission.name, mission.guid, mission.robot_id, mission.favourite, mission.id))
+
+    def remove(self, c: sqlite3.Connection, mission_id: int) -> None:
+        """Schedules and idle rules that use it go with it; history stays."""
+        c.execute("DELETE FROM missions WHERE id = ?", (mission_id,))
+
+
+def _mission(row: sqlite3.Row) -> Mission:
+    return Mission(row["name"], row["guid"], row["id"], row["robot_id"], bool(row["favourite"]))

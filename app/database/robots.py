@@ -1,0 +1,73 @@
+"""Robots and their idle rules."""
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+
+from app.models import IdleRule, Robot
+
+_COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", "serial_number", "model", "software")
+_SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled
+             FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id"""
+_IDENTITY = ("serial_number", "model", "software")
+
+
+class RobotRepository:
+    def all(self, c: sqlite3.Connection) -> list[Robot]:
+        """In order of name."""
+        return [_robot(row) for row in c.execute(f"{_SELECT} ORDER BY r.name")]
+
+    def get(self, c: sqlite3.Connection, robot_id: int) -> Robot | None:
+        row = c.execute(f"{_SELECT} WHERE r.id = ?", (robot_id,)).fetchone()
+        return row and _robot(row)
+
+    def by_name(self, c: sqlite3.Connection, name: str) -> Robot | None:
+        row = c.execute(f"{_SELECT} WHERE r.name = ?", (name,)).fetchone()
+        return row and _robot(row)
+
+    def add(self, c: sqlite3.Connection, robot: Robot) -> Robot:
+        """Returns it with its id; one that is given (an undone removal) is kept."""
+        names = ", ".join(("id", *_COLUMNS))
+        marks = ", ".join("?" for _ in range(len(_COLUMNS) + 1))
+        cursor = c.execute(f"INSERT INTO robots ({names}) VALUES ({marks})", (robot.id or None, *_values(robot)))
+        added = replace(robot, id=cursor.lastrowid or robot.id)
+        self._put_idle(c, added)
+        return added
+
+    def update(self, c: sqlite3.Connection, robot: Robot) -> None:
+        """All of it, its idle rule included."""
+        c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in _COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))
+        self._put_idle(c, robot)
+
+    def note_identity(self, c: sqlite3.Connection, robot_id: int, **found: str) -> None:
+        """What the machine said of itself: serial_number, model, software."""
+        if unknown := found.keys() - set(_IDENTITY):
+            raise ValueError(f"not part of a robot's identity: {sorted(unknown)}")
+        for name, value in found.items():
+            c.execute(f"UPDATE robots SET {name} = ? WHERE id = ?", (value, robot_id))
+
+    def remove(self, c: sqlite3.Connection, robot_id: int) -> None:
+        """Its schedules, idle rule, holds and own missions go with it; history stays."""
+        c.execute("DELETE FROM robots WHERE id = ?", (robot_id,))
+
+    @staticmethod
+    def _put_idle(c: sqlite3.Connection, robot: Robot) -> None:
+        if robot.idle is None:
+            c.execute("DELETE FROM idle_rules WHERE robot_id = ?", (robot.id,))
+            return
+        c.execute("""INSERT INTO idle_rules (robot_id, mission_id, after_minutes, enabled) VALUES (?, ?, ?, ?)
+                     ON CONFLICT (robot_id) DO UPDATE SET mission_id = excluded.mission_id, after_minutes = excluded.after_minutes,
+                                                          enabled = excluded.enabled""",
+                  (robot.id, robot.idle.mission_id, robot.idle.after_minutes, robot.idle.enabled))
+
+
+def _values(robot: Robot) -> tuple[object, ...]:
+    return tuple(getattr(robot, name) for name in _COLUMNS)
+
+
+def _robot(row: sqlite3.Row) -> Robot:
+    idle = None
+    if row["idle_mission_id"] is not None:
+        idle = IdleRule(row["idle_mission_id"], row["idle_after_minutes"], bool(row["idle_enabled"]))
+    values = {name: row[name] for name in _COLUMNS} | {"enabled": bool(row["enabled"]), "needs_password": bool(row["needs_password"])}
+    return Robot(id=row["id"], idle=idle, **values)

@@ -1,0 +1,102 @@
+"""Schedules and when each is due next."""
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+from datetime import datetime, time
+
+from app.database.values import from_json, to_instant, to_json, to_optional_instant, to_optional_text, to_text
+from app.models import Between, Overlap, Schedule
+
+_COLUMNS = ("name", "robot_id", "mission_id", "start", "timezone", "recurrence", "between_start", "between_end", "enabled",
+            "minimum_battery_percent", "respect_working_days", "start_window_minutes", "overlap", "priority", "parameters",
+            "changed_at", "next_at", "paused_until")
+
+
+class ScheduleRepository:
+    def all(self, c: sqlite3.Connection) -> list[Schedule]:
+        """In order of name."""
+        return self._list(c, "ORDER BY name")
+
+    def get(self, c: sqlite3.Connection, schedule_id: int) -> Schedule | None:
+        return self._one(c, "id = ?", schedule_id)
+
+    def by_name(self, c: sqlite3.Connection, name: str) -> Schedule | None:
+        return self._one(c, "name = ?", name)
+
+    def for_robot(self, c: sqlite3.Connection, robot_id: int) -> list[Schedule]:
+        return self._list(c, "WHERE robot_id = ? ORDER BY name", robot_id)
+
+    def for_mission(self, c: sqlite3.Connection, mission_id: int) -> list[Schedule]:
+        return self._list(c, "WHERE mission_id = ? ORDER BY name", mission_id)
+
+    def due(self, c: sqlite3.Connection, now: datetime, limit: int) -> list[Schedule]:
+        """Switched-on ones whose next occurrence has come, earliest first; one look into an index when there is none."""
+        return self._list(c, "WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at, id LIMIT ?", to_text(now), limit)
+
+    def next_due(self, c: sqlite3.Connection, robot_id: int | None = None) -> datetime | None:
+        """The earliest next occurrence of all robots, or of one."""
+        if robot_id is None:
+            row = c.execute("SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL").fetchone()
+        else:
+            row = c.execute("SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL AND robot_id = ?",
+                            (robot_id,)).fetchone()
+        return to_optional_instant(row[0])
+
+    def upcoming(self, c: sqlite3.Connection, limit: int, robot_id: int | None = None) -> list[Schedule]:
+        """The next to fall due, earliest first."""
+        where = "WHERE enabled = 1 AND next_at IS NOT NULL"
+        if robot_id is None:
+            return self._list(c, f"{where} ORDER BY next_at, id LIMIT ?", limit)
+        return self._list(c, f"{where} AND robot_id = ? ORDER BY next_at, id LIMIT ?", robot_id, limit)
+
+    def advance(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None) -> None:
+        """Note the next occurrence; None: there is none left."""
+        c.execute("UPDATE schedules SET next_at = ? WHERE id = ?", (to_optional_text(next_at), schedule_id))
+
+    def add(self, c: sqlite3.Connection, schedule: Schedule) -> Schedule:
+        """Returns it with its id; one that is given (an undone removal) is kept."""
+        names = ", ".join(("id", *_COLUMNS))
+        marks = ", ".join("?" for _ in range(len(_COLUMNS) + 1))
+        cursor = c.execute(f"INSERT INTO schedules ({names}) VALUES ({marks})", (schedule.id or None, *_values(schedule)))
+        return replace(schedule, id=cursor.lastrowid or schedule.id)
+
+    def update(self, c: sqlite3.Connection, schedule: Schedule) -> None:
+        c.execute(f"UPDATE schedules SET {', '.join(f'{name} = ?' for name in _COLUMNS)} WHERE id = ?", (*_values(schedule), schedule.id))
+
+    def remove(self, c: sqlite3.Connection, schedule_id: int) -> None:
+        """Its executions stay."""
+        c.execute("DELETE FROM schedules WHERE id = ?", (schedule_id,))
+
+    @staticmethod
+    def _one(c: sqlite3.Connection, where: str, value: object) -> Schedule | None:
+        row = c.execute(f"SELECT * FROM schedules WHERE {where}", (value,)).fetchone()
+        return row and _schedule(row)
+
+    @staticmethod
+    def _list(c: sqlite3.Connection, rest: str, *values: object) -> list[Schedule]:
+        return [_schedule(row) for row in c.execute(f"SELECT * FROM schedules {rest}", values)]
+
+
+def _values(schedule: Schedule) -> tuple[object, ...]:
+    if schedule.changed_at is None:
+        raise ValueError("a stored schedule says since when it stands")
+    between = schedule.between
+    return (schedule.name, schedule.robot_id, schedule.mission_id, schedule.start.isoformat(timespec="minutes"), schedule.timezone,
+            schedule.recurrence, between and f"{between.start:%H:%M}", between and f"{between.end:%H:%M}", schedule.enabled,
+            schedule.minimum_battery_percent, schedule.respect_working_days, schedule.start_window_minutes, schedule.overlap,
+            schedule.priority, to_json(schedule.parameters), to_text(schedule.changed_at), to_optional_text(schedule.next_at),
+            to_optional_text(schedule.paused_until))
+
+
+def _schedule(row: sqlite3.Row) -> Schedule:
+    between = None
+    if row["between_start"] is not None:
+        between = Between(time.fromisoformat(row["between_start"]), time.fromisoformat(row["between_end"]))
+    return Schedule(
+        name=row["name"], robot_id=row["robot_id"], mission_id=row["mission_id"], start=datetime.fromisoformat(row["start"]),
+        timezone=row["timezone"], recurrence=row["recurrence"], id=row["id"], enabled=bool(row["enabled"]), between=between,
+        minimum_battery_percent=row["minimum_battery_percent"], respect_working_days=bool(row["respect_working_days"]),
+        start_window_minutes=row["start_window_minutes"], overlap=Overlap(row["overlap"]), priority=row["priority"],
+        parameters=from_json(row["parameters"]), changed_at=to_instant(row["changed_at"]), next_at=to_optional_instant(row["next_at"]),
+        paused_until=to_optional_instant(row["paused_until"]))

@@ -1,0 +1,65 @@
+"""Settings, and the few facts about this installation that are kept beside them."""
+from __future__ import annotations
+
+import sqlite3
+import uuid
+from dataclasses import fields
+from datetime import datetime
+from typing import Any
+
+from app.database.values import from_json, to_instant, to_json, to_text
+from app.models import Settings
+
+_NAMES = frozenset(field.name for field in fields(Settings))
+
+
+class SettingsRepository:
+    def load(self, c: sqlite3.Connection) -> Settings:
+        """What is stored; defaults for the rest."""
+        stored = {row["name"]: from_json(row["value"]) for row in c.execute("SELECT name, value FROM settings") if row["name"] in _NAMES}
+        if "working_days" in stored:
+            stored["working_days"] = tuple(stored["working_days"])
+        return Settings(**stored)
+
+    def save(self, c: sqlite3.Connection, **changes: Any) -> Settings:
+        """Store some settings, as named in ``Settings``."""
+        if unknown := changes.keys() - _NAMES:
+            raise ValueError(f"no such settings: {sorted(unknown)}")
+        for name, value in changes.items():
+            self.put(c, name, value)
+        return self.load(c)
+
+    def is_stored(self, c: sqlite3.Connection, name: str) -> bool:
+        """Whether it was ever set (the zone, for one, is taken from the tablet at the first start)."""
+        return c.execute("SELECT 1 FROM settings WHERE name = ?", (name,)).fetchone() is not None
+
+    def get(self, c: sqlite3.Connection, name: str, default: Any = None) -> Any:
+        """Any value by name."""
+        row = c.execute("SELECT value FROM settings WHERE name = ?", (name,)).fetchone()
+        return default if row is None else from_json(row["value"])
+
+    def put(self, c: sqlite3.Connection, name: str, value: Any) -> None:
+        """Any JSON value by name."""
+        c.execute("INSERT INTO settings (name, value) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = excluded.value",
+                  (name, to_json(value)))
+
+    def install_id(self, c: sqlite3.Connection) -> str:
+        """The UUID of this installation: made by the first call, which needs a writing connection; a restored backup brings it back."""
+        found: str | None = self.get(c, "install_id")
+        if found is None:
+            found = str(uuid.uuid4())
+            self.put(c, "install_id", found)
+        return found
+
+    def heartbeat(self, c: sqlite3.Connection) -> datetime | None:
+        """When the app was last known to be running."""
+        text = self.get(c, "heartbeat")
+        return None if text is None else to_instant(text)
+
+    def set_heartbeat(self, c: sqlite3.Connection, now: datetime) -> None:
+        self.put(c, "heartbeat", to_text(now))
+
+    def restored_at(self, c: sqlite3.Connection) -> datetime | None:
+        """When a backup was last put in place: what was planned before may have run although the ledger does not know."""
+        text = self.get(c, "restored_at")
+        return None if text is None else to_instant(text)
