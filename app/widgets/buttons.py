@@ -95,11 +95,23 @@ class Segment(Tap):
 
 
 class Toggle(Tap):
-    """On or off. It changes only what it shows and fires ``on_active``; the tick says "on" without colour."""
+    """On or off; the tick says "on" without colour. A tap fires ``on_switch(wanted)``.
+
+    It flips itself, unless ``controlled``: then it goes on showing ``active`` until that changes, as where a service must agree first.
+    """
     active = BooleanProperty(False)
+    controlled = BooleanProperty(False)
+
+    __events__ = ("on_switch",)
+
+    def on_switch(self, wanted):
+        """The operator wants it on (True) or off."""
 
     def on_release(self):
-        self.active = not self.active
+        wanted = not self.active
+        if not self.controlled:
+            self.active = wanted
+        self.dispatch("on_switch", wanted)
 
 
 class Segments(BoxLayout):

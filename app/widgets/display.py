@@ -1,7 +1,6 @@
 """What is only looked at: cards, badges, tiles, facts, empty states. Texts come ready from the view models."""
 from kivy.properties import (
     BooleanProperty,
-    ColorProperty,
     ListProperty,
     NumericProperty,
     ObjectProperty,
@@ -9,8 +8,7 @@ from kivy.properties import (
 )
 from kivy.uix.boxlayout import BoxLayout
 
-from app.widgets.surfaces import Surface, Toned, TonedSurface, TonedTap
-from app.widgets.tokens import tk
+from app.widgets.surfaces import Surface, Toned, TonedSurface
 
 
 class SectionCard(Surface):
@@ -55,27 +53,6 @@ class ValueTile(TonedSurface):
     stale = BooleanProperty(False)
 
 
-class RobotChip(TonedTap):
-    """One robot in the picker: state icon, name, battery. A selected one is solid in high contrast."""
-    key = ObjectProperty(None, allownone=True)
-    name = StringProperty()
-    icon = StringProperty()
-    battery = StringProperty("–")
-    battery_icon = StringProperty("battery-unknown")
-    battery_tone = StringProperty("neutral")
-    battery_fg = ColorProperty((0, 0, 0, 1))
-    icon_fg = ColorProperty((0, 0, 0, 1))
-    selected = BooleanProperty(False)
-
-    def retone(self, *_):
-        super().retone()
-        solid = self.selected and tk.strong
-        self.battery_fg = tk.accent_on if solid else getattr(tk, self.battery_tone)
-        self.icon_fg = tk.accent_on if solid else self.fg
-
-    on_battery_tone = on_selected = retone
-
-
 class KpiCard(Surface):
     """A figure (markup: units small), how many rows it rests on, and its history as a small line."""
     label = StringProperty()
@@ -90,16 +67,16 @@ def with_unit(value: str, unit: str) -> str:
 
 
 class EmptyState(BoxLayout):
-    """Says what is missing and offers the way: ``on_action`` when the button is pressed. Without ``action`` there is no button."""
+    """Says what is missing and offers the way: ``on_release`` when the button is pressed. Without ``action`` there is no button."""
     icon = StringProperty()
     title = StringProperty()
     text = StringProperty()
     action = StringProperty()
     action_icon = StringProperty()
 
-    __events__ = ("on_action",)
+    __events__ = ("on_release",)
 
-    def on_action(self):
+    def on_release(self):
         """The button was pressed."""
 
 

@@ -1,4 +1,5 @@
 """The robot on its own map: map picture or drawn plan, planned path, robot with its heading."""
+from itertools import pairwise
 from math import cos, hypot, pi, radians, sin
 
 from kivy.graphics import (
@@ -94,7 +95,7 @@ class RobotMap(Chart):
     def _goal(self, points):
         """Dots at equal steps along the whole path, so that corners do not break the rhythm, and a pin at its end."""
         step, next_dot, gone = dp(9), dp(22), 0.
-        for (x1, y1), (x2, y2) in zip(points, points[1:], strict=False):
+        for (x1, y1), (x2, y2) in pairwise(points):
             length = hypot(x2 - x1, y2 - y1)
             while length and next_dot <= gone + length:
                 part = (next_dot - gone) / length

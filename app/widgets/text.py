@@ -34,6 +34,7 @@ class Txt(Label):
             self.texture_update()
             if self.texture_size[0] > self.max_width:
                 self.text_size = self.max_width, None
+        self._resize()
 
     def _wrap(self, *_):
         if not self.fit:

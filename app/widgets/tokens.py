@@ -79,7 +79,7 @@ COLOURS = {
 }
 
 # name: (bare hands, gloves) in dp; MIL-STD-1472 asks for 19 mm with gloves on
-TARGETS = {"touch": (48, 64), "field": (56, 64), "action": (64, 120)}
+TARGETS = {"h_touch": (48, 64), "h_field": (56, 64), "h_action": (64, 120)}
 
 Colours = type("Colours", (EventDispatcher,), {name: ColorProperty(light) for name, (light, _, _) in COLOURS.items()})
 
@@ -92,9 +92,9 @@ class Tokens(Colours):
     line_w = NumericProperty(1)          # border of cards, px
     control_w = NumericProperty(1)       # border of fields and buttons, px
     select_w = NumericProperty(2)        # border of what is selected or focused, px
-    touch = NumericProperty("48dp")      # least side of anything that can be touched
-    field = NumericProperty("56dp")      # height of a field
-    action = NumericProperty("64dp")     # height of the operator's buttons
+    h_touch = NumericProperty("48dp")      # least side of anything that can be touched
+    h_field = NumericProperty("56dp")      # height of a field
+    h_action = NumericProperty("64dp")     # height of the operator's buttons
 
     def use(self, theme: str, gloves: bool | None = None) -> None:
         """Switch to ``theme`` and, unless None, to targets for gloved or bare hands."""

@@ -1,0 +1,122 @@
+"""The frame that is always there: top bar, banner when needed, body, bottom navigation. Built once; screens change in its ``body``."""
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
+
+from app.widgets.surfaces import Surface, Tap, TonedSurface
+from app.widgets.tokens import TONES
+
+
+class TopBar(TonedSurface):
+    """Name of the screen, date and time, and the selected robot with its connection; a tap on it fires ``on_pick_robot``.
+
+    ``narrow`` (portrait and small windows) leaves the date out.
+    """
+    title = StringProperty()
+    date = StringProperty()
+    clock = StringProperty()
+    robot = StringProperty()
+    link = StringProperty()
+    icon = StringProperty()
+    narrow = BooleanProperty(False)
+    date_width = NumericProperty(0)
+
+    __events__ = ("on_pick_robot",)
+
+    def on_pick_robot(self):
+        """The robot in the bar was tapped."""
+
+
+class AlarmBanner(TonedSurface):
+    """The most serious alarm or hold in one sentence, since when, how many others, and the way to where it is solved (``on_solve``)."""
+    icon = StringProperty()
+    text = StringProperty()
+    note = StringProperty()
+    others = StringProperty()
+    action = StringProperty()
+
+    __events__ = ("on_solve", "on_list_alarms")
+
+    def on_solve(self):
+        """The button was pressed."""
+
+    def on_list_alarms(self):
+        """The count of the others was tapped."""
+
+
+class NavItem(Tap):
+    """One destination; its icon is filled when it is the present one."""
+    name = StringProperty()
+    icon = StringProperty()
+    icon_selected = StringProperty()
+    text = StringProperty()
+    selected = BooleanProperty(False)
+
+
+class NavBar(Surface):
+    """``items`` = [(name, word, icon, icon when selected), …]; a tap fires ``on_go(name)``, also on the present one."""
+    items = ListProperty()
+    current = StringProperty()
+
+    __events__ = ("on_go",)
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("items", self._build)
+        self.fbind("current", self._mark)
+        self._build()
+
+    def on_go(self, name):
+        """A destination was tapped."""
+
+    def _build(self, *_):
+        self.clear_widgets()
+        for name, word, icon, icon_selected in self.items:
+            item = NavItem(name=name, text=word, icon=icon, icon_selected=icon_selected)
+            item.bind(on_release=self._tapped)
+            self.add_widget(item)
+        self._mark()
+
+    def _mark(self, *_):
+        for item in self.children:
+            item.selected = item.name == self.current
+
+    def _tapped(self, item):
+        self.dispatch("on_go", item.name)
+
+
+class Frame(Surface):
+    """The window's content. What is added to it goes into the body. An empty ``alarm`` takes the banner away."""
+    title = StringProperty()
+    date = StringProperty()
+    clock = StringProperty()
+    robot = StringProperty()
+    link = StringProperty()
+    link_icon = StringProperty()
+    link_tone = OptionProperty("neutral", options=TONES)
+    alarm = StringProperty()
+    alarm_icon = StringProperty("alert-octagon")
+    alarm_tone = OptionProperty("fault", options=TONES)
+    alarm_note = StringProperty()
+    alarm_others = StringProperty()
+    alarm_action = StringProperty()
+    items = ListProperty()
+    current = StringProperty()
+
+    __events__ = ("on_go", "on_pick_robot", "on_solve", "on_list_alarms")
+
+    def on_go(self, name):
+        """A destination of the navigation bar was tapped."""
+
+    def on_pick_robot(self):
+        """The robot in the top bar was tapped."""
+
+    def on_solve(self):
+        """The button of the banner was pressed."""
+
+    def on_list_alarms(self):
+        """The count of other alarms was tapped."""
+
+    def add_widget(self, widget, *args, **kwargs):
+        body = self.ids.get("body")
+        if body is None or isinstance(widget, NavBar):
+            return super().add_widget(widget, *args, **kwargs)
+        return body.add_widget(widget, *args, **kwargs)

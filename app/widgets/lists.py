@@ -1,0 +1,249 @@
+"""Lists: rows that keep their identity while data changes, that scroll for more, and that rest on whole rows.
+
+Each row of ``data`` is a dict of the row class's properties and, for lists that change, ``key``: what the row stands for. A row a
+finger is on never becomes another run because the list moved: views belong to keys, and a recycled view forgets its press.
+"""
+from kivy.animation import Animation
+from kivy.clock import Clock
+from kivy.effects.scroll import ScrollEffect
+from kivy.factory import Factory
+from kivy.metrics import dp
+from kivy.properties import (
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+    VariableListProperty,
+)
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.floatlayout import FloatLayout
+from kivy.uix.recycleview import RecycleView
+from kivy.uix.recycleview.views import RecycleDataViewBehavior
+from kivy.uix.scrollview import ScrollView
+
+
+class Row:
+    """Mixin of row classes. ``act("cancel")`` tells the list, which fires ``on_action(key, "cancel")``; ``host`` is that list."""
+    key = ObjectProperty(None, allownone=True)
+    host = ObjectProperty(None, allownone=True)
+
+    def act(self, action: str, *values) -> None:
+        if self.host is not None:
+            self.host.dispatch("on_action", self.key, action, *values)
+
+    def fill(self, data: dict) -> None:
+        """Show ``data``; what an earlier filling set and this one leaves out goes back to its default."""
+        for name in getattr(self, "_filled", set()) - data.keys():
+            setattr(self, name, self.property(name).defaultvalue)
+        for name, value in data.items():
+            setattr(self, name, value)
+        self._filled = set(data)
+
+
+class Rows(BoxLayout):
+    """One ``viewclass`` per dict of ``data``, all of them, in a box. For few rows; ``ScrollRows`` scrolls them."""
+    viewclass = StringProperty()
+    data = ListProperty()
+    host = ObjectProperty(None, allownone=True)
+
+    __events__ = ("on_action", "on_rows")
+
+    def __init__(self, **kwargs):
+        self._views = {}
+        super().__init__(**kwargs)
+        self.fbind("data", self._build)
+        self.fbind("viewclass", self._rebuild)
+        self._build()
+
+    def on_action(self, key, action, *values):
+        """A row was used."""
+
+    def on_rows(self):
+        """Rows came, went or moved."""
+
+    def _rebuild(self, *_):
+        self.clear_widgets()
+        self._views = {}
+        self._build()
+
+    def _build(self, *_):
+        if not self.viewclass:
+            return
+        old, self._views = self._views, {}
+        for n, data in enumerate(self.data):
+            key = data.get("key", n)
+            if key in self._views:
+                raise ValueError(f"two rows with the key {key!r}")
+            view = old.pop(key, None) or Factory.get(self.viewclass)()
+            view.host = self.host or self
+            Row.fill(view, data)
+            self._views[key] = view
+        for view in old.values():
+            self.remove_widget(view)
+        wanted = list(self._views.values())
+        if wanted != self.children[::-1]:
+            self.clear_widgets()
+            for view in wanted:
+                self.add_widget(view)
+        self.dispatch("on_rows")
+
+
+class CalmScroll(ScrollView):
+    """A scroll view that stops at its ends, and whose thin bar shows that there is more."""
+
+    def __init__(self, **kwargs):
+        kwargs.setdefault("effect_cls", ScrollEffect)
+        super().__init__(**kwargs)
+
+
+class ScrollPage(CalmScroll):
+    """A page that scrolls: children go into one column as wide as the page, as high as they need."""
+    padding = VariableListProperty([0, 0, 0, 0])
+    spacing = NumericProperty("16dp")
+
+    def add_widget(self, widget, *args, **kwargs):
+        column = self.ids.get("column")
+        if column is None:
+            return super().add_widget(widget, *args, **kwargs)
+        return column.add_widget(widget, *args, **kwargs)
+
+    def clear_widgets(self, *args, **kwargs):
+        self.ids.column.clear_widgets(*args, **kwargs)
+
+
+class ScrollRows(FloatLayout):
+    """``Rows`` that scroll and rest on whole rows, for up to some dozens. ``empty_text`` stands where there is nothing.
+
+    ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width while they fit.
+    """
+    viewclass = StringProperty()
+    data = ListProperty()
+    spacing = NumericProperty(0)
+    direction = OptionProperty("y", options=("x", "y"))
+    empty_text = StringProperty()
+    whole = BooleanProperty(True)
+    view_height = NumericProperty(0)
+
+    __events__ = ("on_action",)
+
+    def __init__(self, **kwargs):
+        self._fit = Clock.create_trigger(self._fit_whole, -1)
+        self._rest = Clock.create_trigger(self._snap, .15)
+        self._held = False
+        super().__init__(**kwargs)
+        for name in ("height", "spacing", "whole", "direction"):
+            self.fbind(name, self._fit)
+
+    def on_kv_post(self, base_widget):
+        self.ids.rows.bind(on_rows=self._fit, height=self._fit)
+        self.ids.scroll.bind(scroll_y=self._moved, on_scroll_start=self._hold, on_scroll_stop=self._release)
+        self._fit()
+
+    def on_action(self, key, action, *values):
+        """A row was used."""
+
+    def show(self, key) -> None:
+        """Scroll until the row of ``key`` can be seen."""
+        view = self.ids.rows._views.get(key)
+        if view is not None:
+            self.ids.scroll.scroll_to(view, padding=0, animate=False)
+
+    def _fit_whole(self, *_):
+        """The view is as high as the whole rows that fit from the top; a row too high for the place alone is the exception."""
+        if not self.whole or self.direction == "x":
+            self.view_height = self.height
+            return
+        used = best = 0
+        for view in reversed(self.ids.rows.children):
+            used += view.height + (self.spacing if used else 0)
+            if used > self.height + 1:
+                break
+            best = used
+        else:
+            best = self.height
+        self.view_height = best or self.height
+
+    def _hold(self, *_):
+        self._held = True
+
+    def _release(self, *_):
+        self._held = False
+        self._rest()
+
+    def _moved(self, *_):
+        self._rest.cancel()
+        if not self._held:
+            self._rest()
+
+    def _snap(self, _dt):
+        scroll, rows = self.ids.scroll, self.ids.rows
+        hidden = rows.height - scroll.height
+        if self._held or not self.whole or self.direction == "x" or hidden < 1:
+            return
+        above = (1 - scroll.scroll_y) * hidden
+        edges = [rows.top - view.top for view in rows.children]
+        edge = min([*edges, hidden], key=lambda candidate: abs(candidate - above))
+        if abs(edge - above) > 1 and edge <= hidden:
+            Animation(scroll_y=1 - edge / hidden, d=.12, t="out_quad").start(scroll)
+
+
+class RecycledRow(Row, RecycleDataViewBehavior):
+    """Mixin of row classes of ``LongList``. A view that became another row between press and release does nothing."""
+
+    def __init__(self, **kwargs):
+        self._pressed_key = None
+        self._forget = Clock.create_trigger(self._forget_press)
+        super().__init__(**kwargs)
+
+    def refresh_view_attrs(self, rv, index, data):
+        self.host = rv
+        self.fill(data)
+
+    def on_touch_down(self, touch):
+        if self.collide_point(*touch.pos):
+            self._pressed_key = (self.key,)
+        return super().on_touch_down(touch)
+
+    def on_touch_up(self, touch):
+        self._forget()                       # after the release has reached whoever grabbed the touch
+        return super().on_touch_up(touch)
+
+    def act(self, action, *values):
+        if self._pressed_key in (None, (self.key,)):
+            super().act(action, *values)
+
+    def _forget_press(self, _dt):
+        self._pressed_key = None
+
+
+class LongList(RecycleView):
+    """Thousands of rows; only the visible ones exist. Row classes mix in ``RecycledRow`` and take their own height.
+
+    ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows come into sight (load the next page).
+    """
+    empty_text = StringProperty()
+    row_height = NumericProperty("64dp")     # a first guess until a row has been shown
+
+    __events__ = ("on_action", "on_end")
+
+    def __init__(self, **kwargs):
+        kwargs.setdefault("effect_cls", ScrollEffect)
+        super().__init__(**kwargs)
+        self._near_end = Clock.create_trigger(self._tell_end, 0)
+        self.fbind("scroll_y", self._scrolled)
+
+    def on_action(self, key, action, *values):
+        """A row was used."""
+
+    def on_end(self):
+        """The end of the rows is near."""
+
+    def _scrolled(self, *_):
+        layout = self.layout_manager
+        if layout is not None and layout.height > self.height and self.scroll_y * (layout.height - self.height) < dp(200):
+            self._near_end()
+
+    def _tell_end(self, _dt):
+        self.dispatch("on_end")

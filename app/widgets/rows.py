@@ -1,0 +1,136 @@
+"""Row classes: what a robot, a queue item, a plan, a run, a schedule look like in a list.
+
+``key`` says what the row stands for; the list fires ``on_action(key, action, *values)``. Actions: RobotChip "choose", QueueRow "cancel",
+PlanRow and DoneRow none, ScheduleRow "switch" (with the wanted state), "edit", "menu" (with the button to hang the menu on), LogRow
+"open", SectionRow "choose", OptionRow "choose".
+"""
+from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.widgets.lists import RecycledRow, Row
+from app.widgets.surfaces import Tap, Toned, TonedTap
+from app.widgets.tokens import tk
+
+
+class RobotChip(Row, TonedTap):
+    """One robot in the picker: state icon, name, battery. A selected one is solid in high contrast."""
+    name = StringProperty()
+    icon = StringProperty()
+    battery = StringProperty("–")
+    battery_icon = StringProperty("battery-unknown")
+    battery_tone = StringProperty("neutral")
+    battery_fg = ColorProperty((0, 0, 0, 1))
+    icon_fg = ColorProperty((0, 0, 0, 1))
+    selected = BooleanProperty(False)
+
+    def retone(self, *_):
+        super().retone()
+        solid = self.selected and tk.strong
+        self.battery_fg = tk.accent_on if solid else getattr(tk, self.battery_tone)
+        self.icon_fg = tk.accent_on if solid else self.fg
+
+    on_battery_tone = on_selected = retone
+
+    def on_release(self):
+        self.act("choose")
+
+
+class QueueRow(Row, BoxLayout):
+    """An item of the robot's queue; ``cancellable`` False takes the cross away."""
+    icon = StringProperty()
+    number = StringProperty()
+    tone = StringProperty("neutral")
+    loud = BooleanProperty(False)
+    mission = StringProperty()
+    origin = StringProperty()
+    cancellable = BooleanProperty(True)
+
+    __events__ = ("on_cancel",)
+
+    def on_cancel(self):
+        self.act("cancel")
+
+
+class PlanRow(Row, BoxLayout):
+    """A planned start: time, mission, and where and how soon."""
+    time = StringProperty()
+    mission = StringProperty()
+    note = StringProperty()
+
+
+class DoneRow(Row, Toned, BoxLayout):
+    """An ended run with its reason line; only an ``abnormal`` one is coloured."""
+    icon = StringProperty()
+    mission = StringProperty()
+    when = StringProperty()
+    reason = StringProperty()
+    abnormal = BooleanProperty(False)
+
+
+class NextStart(Row, BoxLayout):
+    """One of the next instants of a schedule; ``icon`` marks one with a warning."""
+    day = StringProperty()
+    time = StringProperty()
+    icon = StringProperty()
+    day_width = NumericProperty("120dp")
+
+
+class ScheduleRow(Row, Toned, BoxLayout):
+    """A schedule: switch, what and when, next and last; the words open it, the dots its menu. The switch shows what the data say."""
+    on = BooleanProperty(True)
+    mission = StringProperty()
+    rule = StringProperty()
+    next = StringProperty()
+    last = StringProperty()
+    icon = StringProperty()
+    selected = BooleanProperty(False)
+
+
+class StoryStep(Row, Toned, BoxLayout):
+    """One step of a run's story; ``last`` ends the line."""
+    label = StringProperty()
+    time = StringProperty()
+    note = StringProperty()
+    last = BooleanProperty(False)
+
+
+class LogRow(RecycledRow, TonedTap):
+    """A run in the log. Tapped ("open") it shows its story: ``steps`` (data of StoryStep) and the robot's ``message``."""
+    icon = StringProperty()
+    outcome = StringProperty()
+    mission = StringProperty()
+    reason = StringProperty()
+    robot = StringProperty()
+    trigger = StringProperty()
+    when = StringProperty()
+    took = StringProperty("–")
+    opened = BooleanProperty(False)
+    steps = ListProperty()
+    message = StringProperty()
+    narrow = BooleanProperty(False)      # portrait: robot and trigger go under the reason
+
+    def on_release(self):
+        self.act("open")
+
+
+class SectionRow(Row, TonedTap):
+    """A section of Settings with its present value, so that often no tap is needed. Without ``icon`` it shows the robot glyph."""
+    icon = StringProperty()
+    text = StringProperty()
+    note = StringProperty()
+    selected = BooleanProperty(False)
+
+    def on_release(self):
+        self.act("choose")
+
+
+class OptionRow(RecycledRow, Tap):
+    """One option of a list to choose from; ``mark`` shows a box that can be ticked."""
+    icon = StringProperty()
+    text = StringProperty()
+    note = StringProperty()
+    selected = BooleanProperty(False)
+    mark = BooleanProperty(False)
+
+    def on_release(self):
+        self.act("choose")
