@@ -1,7 +1,7 @@
 """Sockets that know their deadline. urllib3's time-outs hold for each read, so a robot that sends a byte per second would never time out.
 
-``Exchange`` is the request on its way: when it has to be over, and what has happened to it. The sockets tell it what they do, so that a failure is
-judged by facts ("no byte was sent") and not by guessing from the type of an exception.
+``Exchange`` is the request on its way: when it has to be over, and what has happened to it. The sockets tell it what they do, so that
+a failure is judged by facts ("no byte was sent") and not by guessing from the type of an exception.
 """
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ import socket
 import ssl
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import requests
 import urllib3
 from requests.adapters import HTTPAdapter
-from requests.certs import where as certifi_where
+from requests.utils import DEFAULT_CA_BUNDLE_PATH
 from urllib3.connection import HTTPConnection, HTTPSConnection
 
 from app.services.mir.address import Address
@@ -31,7 +32,11 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer, WriteableBuffer
 
 AddressInfo = tuple[socket.AddressFamily, socket.SocketKind, int, str, Any]
-Lookup = Callable[[str, int, int, socket.SocketKind], list[AddressInfo]]
+Lookup = Callable[[str, int], Sequence[AddressInfo]]
+
+
+def look_up(host: str, port: int) -> Sequence[AddressInfo]:
+    return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
 
 
 class Resolver:
@@ -40,20 +45,20 @@ class Resolver:
     At most one such thread at a time; a later call waits for the same one. An IP address needs none.
     """
 
-    def __init__(self, getaddrinfo: Lookup | None = None) -> None:
-        self._getaddrinfo: Lookup = getaddrinfo or socket.getaddrinfo
+    def __init__(self, lookup: Lookup = look_up) -> None:
+        self._lookup = lookup
         self._running: threading.Thread | None = None
 
-    def resolve(self, host: str, port: int, seconds: float) -> list[AddressInfo]:
+    def resolve(self, host: str, port: int, seconds: float) -> Sequence[AddressInfo]:
         """Raises TimeoutError when it takes longer, OSError (gaierror) when there is no such name."""
         if _is_ip(host):
-            return self._getaddrinfo(host, port, 0, socket.SOCK_STREAM)
+            return self._lookup(host, port)
         ends = time.monotonic() + seconds
         if self._running is not None:
             self._running.join(max(0.0, seconds))
             if self._running.is_alive():
                 raise TimeoutError(host)
-        answers: queue.SimpleQueue[list[AddressInfo] | OSError | UnicodeError] = queue.SimpleQueue()
+        answers: queue.SimpleQueue[Sequence[AddressInfo] | OSError | UnicodeError] = queue.SimpleQueue()
         self._running = threading.Thread(target=self._look_up, args=(host, port, answers), name=f"lookup {host}", daemon=True)
         self._running.start()
         try:
@@ -65,9 +70,9 @@ class Resolver:
             raise answer
         return answer
 
-    def _look_up(self, host: str, port: int, answers: queue.SimpleQueue[list[AddressInfo] | OSError | UnicodeError]) -> None:
+    def _look_up(self, host: str, port: int, answers: queue.SimpleQueue[Sequence[AddressInfo] | OSError | UnicodeError]) -> None:
         try:
-            answers.put(self._getaddrinfo(host, port, 0, socket.SOCK_STREAM))
+            answers.put(self._lookup(host, port))
         except (OSError, UnicodeError) as error:
             answers.put(error)
 
@@ -112,12 +117,17 @@ class Exchange:
     def connect_ends(self) -> float:
         return min(time.monotonic() + self._connect, self._ends)
 
-    def next_wait(self) -> float:
-        """Seconds that the next operation on the socket may take. Raises TimeoutError when there are none left."""
-        if (seconds := min(self._read, self.left())) <= 0:
+    @contextmanager
+    def watching(self, sock: socket.socket) -> Iterator[None]:
+        """Around one operation of a socket: it may take as long as a read may, and no longer than the whole request may."""
+        try:
+            if (seconds := min(self._read, self.left())) <= 0:
+                raise TimeoutError("deadline")
+            sock.settimeout(seconds)
+            yield
+        except TimeoutError:
             self.is_stalled = True
-            raise TimeoutError("deadline")
-        return seconds
+            raise
 
     def has_received(self, count: int) -> None:
         self.received += count
@@ -128,48 +138,34 @@ class Exchange:
 
 class _PlainSocket(socket.socket):
     """A socket that keeps to its exchange's deadline and reports to it."""
-    exchange: Exchange | None = None
+    exchange: Exchange
 
     def recv_into(self, buffer: WriteableBuffer, nbytes: int = 0, flags: int = 0) -> int:
-        if self.exchange is None:
-            return super().recv_into(buffer, nbytes, flags)
-        self.settimeout(self.exchange.next_wait())
-        try:
+        with self.exchange.watching(self):
             count = super().recv_into(buffer, nbytes, flags)
-        except TimeoutError:
-            self.exchange.is_stalled = True
-            raise
         self.exchange.has_received(count)
         return count
 
     def sendall(self, data: ReadableBuffer, flags: int = 0) -> None:
-        if self.exchange is not None:
-            self.exchange.is_sent = True
-            self.settimeout(self.exchange.next_wait())
-        super().sendall(data, flags)
+        self.exchange.is_sent = True
+        with self.exchange.watching(self):
+            super().sendall(data, flags)
 
 
 class _TlsSocket(ssl.SSLSocket):
-    """The same within TLS; the handshake happens before ``exchange`` is set."""
-    exchange: Exchange | None = None
+    """The same within TLS. ``exchange`` is set after the handshake, which doesn't come through here."""
+    exchange: Exchange
 
     def recv_into(self, buffer: WriteableBuffer, nbytes: int | None = None, flags: int = 0) -> int:
-        if self.exchange is None:
-            return super().recv_into(buffer, nbytes, flags)
-        self.settimeout(self.exchange.next_wait())
-        try:
+        with self.exchange.watching(self):
             count = super().recv_into(buffer, nbytes, flags)
-        except TimeoutError:
-            self.exchange.is_stalled = True
-            raise
         self.exchange.has_received(count)
         return count
 
     def sendall(self, data: ReadableBuffer, flags: int = 0) -> None:
-        if self.exchange is not None:
-            self.exchange.is_sent = True
-            self.settimeout(self.exchange.next_wait())
-        super().sendall(data, flags)
+        self.exchange.is_sent = True
+        with self.exchange.watching(self):
+            super().sendall(data, flags)
 
 
 def dial(exchange: Exchange) -> socket.socket:
@@ -183,25 +179,30 @@ def dial(exchange: Exchange) -> socket.socket:
     except (OSError, UnicodeError):
         raise Unreachable(code="unknown_name", address=address.netloc, host=address.host) from None
     ends = exchange.connect_ends()
-    problem: OSError = OSError("no address")
-    for number, (family, kind, protocol, _, place) in enumerate(found):
+    problem = OSError("no address")
+    for number, info in enumerate(found):
         try:
-            sock = _PlainSocket(family, kind, protocol)
+            sock = _connected(info, (ends - time.monotonic()) / (len(found) - number))
         except OSError as error:
             problem = error
-            continue
-        try:
-            sock.settimeout(max(0.001, (ends - time.monotonic()) / (len(found) - number)))
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            sock.connect(place)
-        except OSError as error:
-            sock.close()
-            problem = error
-            continue
-        sock.settimeout(max(0.001, ends - time.monotonic()))          # what is left is the TLS handshake's
-        sock.exchange = exchange
-        return sock
+        else:
+            sock.settimeout(max(0.001, ends - time.monotonic()))          # what is left is the TLS handshake's
+            sock.exchange = exchange
+            return sock
     raise Unreachable(code=_why_not(problem), address=address.netloc)
+
+
+def _connected(info: AddressInfo, seconds: float) -> _PlainSocket:
+    family, kind, protocol, _, place = info
+    sock = _PlainSocket(family, kind, protocol)
+    try:
+        sock.settimeout(max(0.001, seconds))
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        sock.connect(place)
+    except OSError:
+        sock.close()
+        raise
+    return sock
 
 
 def _why_not(error: OSError) -> str:
@@ -238,8 +239,11 @@ class _TlsConnection(HTTPSConnection):
 
 
 class RobotAdapter(HTTPAdapter):
-    """Connections of the kinds above, never retried by itself. With a pin, exactly that certificate is accepted, whoever signed it and
-    whatever name or date is in it; without one, the system's and certifi's authorities decide."""
+    """Makes connections of the kinds above, and tries nothing twice.
+
+    With a pin, exactly that certificate is accepted, whoever signed it and whatever name or date is in it; without one, the authorities
+    known to the system and to certifi decide.
+    """
 
     def __init__(self, exchange: Exchange, certificate_sha256: str | None = None) -> None:
         self._exchange = exchange
@@ -254,7 +258,7 @@ class RobotAdapter(HTTPAdapter):
         super().init_poolmanager(connections, maxsize, block, **pool_kwargs)
 
     def build_connection_pool_key_attributes(self, request: requests.PreparedRequest, verify: Any,
-                                             cert: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
+                                             cert: Any = None) -> Any:
         """requests ≥ 2.32 would put its own verification settings over those of our context."""
         host, pool_kwargs = super().build_connection_pool_key_attributes(request, verify, cert)
         if self._exchange.address.is_secure:
@@ -262,10 +266,10 @@ class RobotAdapter(HTTPAdapter):
         return host, pool_kwargs
 
     def get_connection_with_tls_context(self, request: requests.PreparedRequest, verify: Any, proxies: Any = None,
-                                        cert: Any = None) -> urllib3.HTTPConnectionPool:
-        pool = super().get_connection_with_tls_context(request, verify, proxies, cert)
+                                        cert: Any = None) -> Any:
+        pool: Any = super().get_connection_with_tls_context(request, verify, proxies, cert)
         kind = _TlsConnection if self._exchange.address.is_secure else _PlainConnection
-        pool.ConnectionCls = partial(kind, exchange=self._exchange)  # type: ignore[assignment]  # called like a class, nothing else
+        pool.ConnectionCls = partial(kind, exchange=self._exchange)
         return pool
 
     def cert_verify(self, conn: Any, url: str, verify: Any, cert: Any) -> None:
@@ -278,7 +282,7 @@ def _tls_context(*, pinned: bool) -> ssl.SSLContext:
         context.check_hostname, context.verify_mode = False, ssl.CERT_NONE       # the pin is checked instead, before anything is sent
     else:
         context = ssl.create_default_context()
-        context.load_verify_locations(certifi_where())
+        context.load_verify_locations(DEFAULT_CA_BUNDLE_PATH)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     context.sslsocket_class = _TlsSocket
     return context

@@ -1,4 +1,5 @@
-"""The robot's credential. MiR wants ``Basic base64(user:hex sha256(password))``, so that header value is as good as the password: a secret."""
+"""The robot's credential. MiR wants ``Basic base64(user:hex sha256(password))``: whoever has that header value needs no password, so it is
+a secret like one."""
 from __future__ import annotations
 
 import base64

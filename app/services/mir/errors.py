@@ -1,14 +1,14 @@
 """What can go wrong between the app and a robot, as one tree of exceptions.
 
-For a request that changes something, ``error.delivery`` says what is known about its effect; the dispatcher decides by it alone. Every error has a
-``code``, the ``msgid`` of its English sentence and the ``params`` of that sentence, so that a screen can translate it:
-``_(error.msgid).format_map(error.params)``. No error carries a secret: neither the token nor a header of the request.
+For a request that changes something, ``error.delivery`` says what is known about its effect; the dispatcher decides by it alone.
+Every error has a ``code``, the ``msgid`` of its English sentence and the ``params`` of that sentence, so that a screen can translate
+it: ``_(error.msgid).format_map(error.params)``. No error carries a secret: neither the token nor a header of the request.
 """
 from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import Any, ClassVar
+from typing import Any, Self
 
 
 class Delivery(Enum):
@@ -30,8 +30,8 @@ SENTENCES: Mapping[str, str] = {
     "certificate_untrusted": "the certificate of {address} isn't trusted; if it is the robot's own, pin it by its SHA-256 fingerprint",
     "certificate_mismatch": "the certificate of {address} isn't the pinned one, so nothing was sent; is it still the same robot?",
     "connection_lost": "the connection to {address} broke before its answer was complete",
-    "timed_out": "{address} didn't answer within {seconds:g} s",
-    "too_slow": "the answer of {address} wasn't complete after {seconds:g} s",
+    "timed_out": "{address} didn't answer within {seconds} s",
+    "too_slow": "the answer of {address} wasn't complete after {seconds} s",
     "unauthorized": "{address} doesn't accept the user name and password",
     "forbidden": "{address} doesn't allow this user to do that",
     "rejected": "{address} refused (status {status})",
@@ -59,19 +59,30 @@ class _Params(dict[str, Any]):
 class RobotError(Exception):
     """Anything that kept a call to a robot from succeeding. Every call of ``RobotClient`` raises only this."""
 
-    code: ClassVar[str] = "robot_error"
-    _delivery: ClassVar[Delivery] = Delivery.UNKNOWN
+    code = "robot_error"
+    _delivery = Delivery.UNKNOWN
 
     def __init__(self, msgid: str = "", *, code: str = "", **params: Any) -> None:
-        self.code = code or type(self).code           # type: ignore[misc]  # narrower than the class's own
+        super().__init__(msgid, code, params)
+        self.code = code or self.code
         self.msgid = msgid or SENTENCES[self.code]
-        self.params: Mapping[str, Any] = _Params({"address": "the robot", **params})
-        super().__init__(self.msgid.format_map(self.params) if not msgid or params else msgid)
+        self.params = _Params({"address": "the robot", **params})
 
     @property
     def text(self) -> str:
-        """One English sentence: what is wrong and, where it can be said, what to mend."""
-        return str(self)
+        """One English sentence: what is wrong and, where it can be said, what to mend. Begins small, has no full stop."""
+        try:
+            return self.msgid.format_map(self.params)
+        except (ValueError, LookupError, AttributeError):         # a sentence given whole, with braces of its own
+            return self.msgid
+
+    def __str__(self) -> str:
+        return self.text
+
+    def at(self, address: str) -> Self:
+        """The same error, naming the robot's address."""
+        self.params["address"] = address
+        return self
 
     @property
     def delivery(self) -> Delivery:
@@ -110,7 +121,7 @@ class TimedOut(RobotError):
 
 
 class Refusal(RobotError):
-    """The robot answered with a status of failure. ``status`` is the HTTP status; ``robot_code`` and ``reason`` are the robot's own words."""
+    """The robot answered with a ``status`` of failure (HTTP). ``robot_code`` and ``reason`` are its own words, often empty."""
 
     def __init__(self, msgid: str = "", *, status: int, robot_code: str = "", reason: str = "", code: str = "", **params: Any) -> None:
         self.status, self.robot_code, self.reason = status, robot_code, reason

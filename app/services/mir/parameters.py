@@ -1,11 +1,12 @@
 """Which parameters a mission wants when it is queued.
 
-The reference confirms the path /missions/{guid}/definition but not what it holds: it tells the mission "as an action definition", so its parameters
-are read like those of /actions/{type} (MiR's own definition file, GetAction_definition). Where that brings nothing, the mission's actions are
-looked through: a value that the operator fills in has an ``input_name`` there. Both readings are G.
+The reference confirms the path /missions/{guid}/definition but not what it holds: MiR's definition file says "the mission as an action
+definition", so its parameters are read like those of /actions/{type}. Where that brings nothing, the mission's actions are looked
+through: a value that is asked for has an ``input_name`` there. Both readings are G.
 """
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from app.services.mir.parse import LONGEST_LIST, Object, float_or_none
@@ -30,7 +31,7 @@ def _objects(value: Any) -> list[Object]:
     return [entry for entry in value[:LONGEST_LIST] if isinstance(entry, dict)] if isinstance(value, list) else []
 
 
-def _unique(found: Any) -> list[MissionParameter]:
+def _unique(found: Iterable[MissionParameter]) -> list[MissionParameter]:
     return list({parameter.name: parameter for parameter in found if parameter.name}.values())
 
 
@@ -39,11 +40,12 @@ def _parameter(value: Object) -> MissionParameter:
     constraints = constraints if isinstance(constraints, dict) else {}
     choices = constraints.get("choices", value.get("choices"))
     default = value.get("default", value.get("value"))
+    labelled = tuple((_plain(entry.get("value")), clean(entry.get("name") or str(entry.get("value")))) for entry in _objects(choices))
     return MissionParameter(
         name=clean(value.get("input_name")) or clean(value.get("id")), label=clean(value.get("name") or value.get("label")),
         type=clean(value.get("type"), 40), default=clean(default) if isinstance(default, str) else _plain(default),
         minimum=float_or_none(constraints.get("minimum")), maximum=float_or_none(constraints.get("maximum")),
-        choices=tuple((_plain(entry.get("value")), clean(entry.get("name")) or clean(str(entry.get("value")))) for entry in _objects(choices)))
+        choices=labelled)
 
 
 def _plain(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""From a robot's JSON to our types. Nothing a robot says gets past here unchecked; what is wrong raises Unreadable, what is missing is None."""
+"""From a robot's JSON to our types. Nothing gets past here unchecked: what is wrong raises Unreadable, what is missing is None."""
 from __future__ import annotations
 
 import base64
@@ -14,7 +14,17 @@ from typing import Any, TypeVar
 from app.services.mir.errors import NotAMir, Unreadable
 from app.services.mir.texts import clean, resolve
 from app.services.mir.types import (
-    MapPosition, MissionDetail, MissionInfo, Pose, QueueItem, QueueState, Register, RobotMap, RobotProblem, RobotState, RobotStatus,
+    MapPosition,
+    MissionDetail,
+    MissionInfo,
+    Pose,
+    QueueItem,
+    QueueState,
+    Register,
+    RobotMap,
+    RobotProblem,
+    RobotState,
+    RobotStatus,
     UserPrompt,
 )
 
@@ -31,7 +41,8 @@ T = TypeVar("T")
 def loads(body: bytes) -> Any:
     """Strict JSON: UTF-8, no NaN or Infinity, no key twice, no integer beyond 64 bit, no bottomless nesting. Raises Unreadable."""
     try:
-        return json.loads(body.decode("utf-8-sig"), parse_constant=_no_constant, parse_int=_int, parse_float=_float, object_pairs_hook=_object)
+        return json.loads(body.decode("utf-8-sig"), parse_constant=_no_constant, parse_int=_int, parse_float=_float,
+                          object_pairs_hook=_object)
     except RecursionError:
         problem = "it is nested too deep"
     except UnicodeDecodeError:
@@ -79,6 +90,11 @@ def objects(value: Any, what: str) -> list[Object]:
     if not isinstance(value, list):
         raise Unreadable(problem=f"{what} is no JSON list")
     return [object_(entry, f"an entry of {what}") for entry in value]
+
+
+def single(value: Any, what: str) -> Object:
+    """One object, which MiR's definition file types as a list in places (reference, section 5)."""
+    return object_(value[0] if isinstance(value, list) and value else value, what)
 
 
 def text_or_none(value: Any) -> str | None:
@@ -204,8 +220,8 @@ def _pose(value: Any, x: str = "x", y: str = "y") -> Pose | None:
 
 
 # ---------------------------------------------------------------------- queue
-_QUEUE_STATES = {"pending": QueueState.PENDING, "executing": QueueState.EXECUTING, "starting": QueueState.EXECUTING, "done": QueueState.DONE,
-                 "aborted": QueueState.ABORTED, "abort": QueueState.ABORTED}
+_QUEUE_STATES = {"pending": QueueState.PENDING, "executing": QueueState.EXECUTING, "starting": QueueState.EXECUTING,
+                 "done": QueueState.DONE, "aborted": QueueState.ABORTED, "abort": QueueState.ABORTED}
 
 
 def queue_id(value: Any) -> int:
@@ -230,8 +246,9 @@ def queue_item(value: Any) -> QueueItem:
     parameters = value.get("parameters")
     return QueueItem(
         id=number, state=_QUEUE_STATES.get(state.casefold(), QueueState.UNKNOWN), state_text=state,
-        mission_id=text_or_none(value.get("mission_id")), message=resolve(value.get("message")), description=clean(value.get("description")),
-        parameters=tuple(parameters[:LONGEST_LIST]) if isinstance(parameters, list) else (), priority=int_or_none(value.get("priority")),
+        mission_id=text_or_none(value.get("mission_id")), message=resolve(value.get("message")),
+        description=clean(value.get("description")), priority=int_or_none(value.get("priority")),
+        parameters=tuple(parameters[:LONGEST_LIST]) if isinstance(parameters, list) else (),
         ordered=instant(value.get("ordered")), started=instant(value.get("started")), finished=instant(value.get("finished")),
         created_by_id=text_or_none(value.get("created_by_id")), created_by_name=clean(value.get("created_by_name"), 80),
         control_state=int_or_none(value.get("control_state")))

@@ -25,8 +25,8 @@ def clean(value: Any, limit: int = LONGEST_TEXT) -> str:
 def resolve(value: Any, limit: int = LONGEST_TEXT) -> str:
     """A cleaned text with the robot's template filled in: ``{"message": "Failed to reach '%(name)s'", "args": {"name": "Dock"}}``.
 
-    Such a string stands in mission texts, error descriptions and messages of fw 2.x and 3.x, at times with backslash-escaped quotes (reference,
-    section 2). What is no such template, or a broken one, stays as it is.
+    Such a string stands in mission texts, error descriptions and messages, at times with backslash-escaped quotes (reference, section 2).
+    What is no such template, or a broken one, stays as it is.
     """
     if not isinstance(value, str):
         return ""

@@ -1,8 +1,9 @@
 """How a request travels to a robot. ``Transport`` is the seam: over HTTP in real life, straight into a simulated robot in simulations.
 
-The rules of the HTTP one come from what ``requests`` was measured to do with hostile answers: redirects are never followed (a POST would silently
-become a GET), proxies and .netrc are ignored (.netrc overrides the Authorization header), the whole answer has a deadline however slowly it drips,
-its decoded length has a limit, and whatever changes something gets a connection of its own (a kept-alive one may just be closing).
+The rules of the HTTP one come from what ``requests`` was measured to do with hostile answers: redirects are never followed (a POST
+would silently become a GET), proxies and .netrc are ignored (.netrc overrides the Authorization header), the whole answer has a deadline
+however slowly it drips, its decoded length has a limit, and whatever changes something gets a connection of its own (a kept-alive one
+may just be closing).
 """
 from __future__ import annotations
 
@@ -86,7 +87,7 @@ class HttpTransport:
             return self._get(url, timeout)
         self._session.close()                # drops what is kept alive, so that the next connection is a new one
         try:
-            return self._once(method, url, body, timeout)
+            return self._once(method, url, body, timeout, headers={"Connection": "close"})
         finally:
             self._session.close()
 
@@ -103,13 +104,12 @@ class HttpTransport:
             self._exchange.begin_again()
             return self._once("GET", url, None, timeout)
 
-    def _once(self, method: str, url: str, body: bytes | None, timeout: Timeouts) -> Response:
+    def _once(self, method: str, url: str, body: bytes | None, timeout: Timeouts, headers: Mapping[str, str] | None = None) -> Response:
         try:
-            answer = self._session.request(method, url, data=body, stream=True, allow_redirects=False, timeout=(timeout.connect, timeout.read))
+            answer = self._session.request(method, url, data=body, headers=headers, stream=True, allow_redirects=False,
+                                           timeout=(timeout.connect, timeout.read))
             with closing(answer):
                 return Response(answer.status_code, self._read(answer), dict(answer.headers))
-        except RobotError:
-            raise
         except (requests.RequestException, urllib3.exceptions.HTTPError, http.client.HTTPException, OSError, ValueError) as error:
             # Not chained: the originals print whole requests and would only be noise in a log.
             raise self._translated(error, timeout) from None
@@ -133,11 +133,12 @@ class HttpTransport:
         if not exchange.is_sent and isinstance(error, requests.exceptions.ConnectTimeout):
             return Unreachable(code="no_answer", address=address)
         if exchange.is_connecting and not exchange.is_sent:
-            return certificate_problem(error, address) or Unreachable(code="no_answer" if exchange.is_stalled else "unreachable", address=address)
+            code = "no_answer" if isinstance(error, requests.Timeout) else "unreachable"
+            return certificate_problem(error, address) or Unreachable(code=code, address=address)
+        if exchange.is_stalled and exchange.is_over:
+            return TimedOut(code="too_slow", address=address, seconds=f"{timeout.total:g}")
         if exchange.is_stalled or isinstance(error, requests.Timeout):
-            if exchange.is_over:
-                return TimedOut(code="too_slow", address=address, seconds=timeout.total)
-            return TimedOut(address=address, seconds=timeout.read)
+            return TimedOut(address=address, seconds=f"{timeout.read:g}")
         if isinstance(error, requests.exceptions.ContentDecodingError) or any(_is_nonsense(cause) for cause in _causes(error)):
             return Unreadable(address=address, problem="it doesn't keep to HTTP")
         return ConnectionLost(address=address)
@@ -167,4 +168,4 @@ def _is_nonsense(cause: BaseException) -> bool:
     if isinstance(cause, http.client.RemoteDisconnected):
         return False
     return isinstance(cause, http.client.BadStatusLine | http.client.LineTooLong | http.client.UnknownProtocol
-                      | urllib3.exceptions.InvalidChunkLength)
+                      | urllib3.exceptions.InvalidChunkLength | urllib3.exceptions.InvalidHeader)

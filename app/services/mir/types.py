@@ -1,7 +1,7 @@
 """What a robot says, as frozen values. Everything that is null or missing on some software is Optional (reference, sections 2–4).
 
-Texts are cleaned (no control characters, at most 500 characters) and the robot's templates are resolved in them. Instants of the robot are naive
-times of its own clock, which may be wrong: only differences between instants of one item mean anything.
+Texts are cleaned (no control characters, at most 500 characters) and the robot's templates are resolved in them. Instants of the
+robot are naive times of its own clock, which may be wrong: only differences between instants of one item mean anything.
 """
 from __future__ import annotations
 
