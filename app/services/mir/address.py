@@ -69,7 +69,7 @@ def _host_and_port(text: str, default_port: int) -> tuple[str, int]:
     if text.count(":") > 1 and not text.startswith("["):
         text = f"[{text}]"                            # a bare IPv6 literal
     match = _HOST_AND_PORT.fullmatch(text)
-    if match is None:
+    if match is None or match["host"].startswith("[") != match["host"].endswith("]"):
         raise InvalidAddress("{host} is not a host name or IP address", host=text[:80])
     return _host(match["host"]), _port(match["port"], default_port)
 

@@ -16,7 +16,7 @@ from app.services.mir import parse
 from app.services.mir.address import Address
 from app.services.mir.credentials import Token
 from app.services.mir.errors import Busy, NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
-from app.services.mir.queue import NOT_OFFERED, QueueReader
+from app.services.mir.mission_queue import NOT_OFFERED, QueueReader
 from app.services.mir.texts import clean, resolve
 from app.services.mir.transport import API, HttpTransport, Response, Timeouts, Transport
 from app.services.mir.types import (
