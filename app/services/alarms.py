@@ -26,7 +26,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
                                    "nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
-    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed: {reason}"),
+    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off, asleep or without a true clock"),
     "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
     "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
     "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),

@@ -60,9 +60,7 @@ class Planner:
             if len(due) < AT_ONCE:
                 break
         if fallen.missed:
-            gap = self._downtime.at(self._clock.now()) or None
-            self._alarms.raise_("executions_missed", "plan", count=fallen.missed, reason="the app was off, asleep or without a true clock"
-                                if gap is None else f"off from {gap.start:%H:%M} to {gap.end:%H:%M}")
+            self._alarms.raise_("executions_missed", "plan", count=fallen.missed)
         if fallen.robot_ids or fallen.missed:
             self._changes.publish(Topic.EXECUTIONS)
             self._changes.publish(Topic.SCHEDULES)

@@ -1,0 +1,34 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime
+
+import pytest
+
+from app.models import Schedule
+from tests.support.site import Site
+
+
+@pytest.fixture
+def site(tmp_path) -> Iterator[Site]:
+    """One robot R1, the mission Deliver, Monday 06:00 UTC, working days Monday to Friday."""
+    site = Site(tmp_path)
+    site.add_robots()
+    site.add_mission("Deliver")
+    yield site
+    site.switch_off()
+
+
+@pytest.fixture
+def plan(site):
+    """Make a schedule of Deliver on R1; ``start`` is text like "2026-11-23T06:05"."""
+    def make(start: str, recurrence: str | None = None, **values) -> Schedule:
+        c = site.container.db.read()
+        robot = site.container.repositories.robots.by_name(c, "R1")
+        mission = next(m for m in site.container.repositories.missions.all(c) if m.name == "Deliver")
+        values = {"name": f"S{len(site.container.repositories.schedules.all(c)) + 1}", **values}
+        saved = site.container.catalogue.save_schedule(Schedule(
+            robot_id=robot.id, mission_id=mission.id, start=datetime.fromisoformat(start), timezone="UTC", recurrence=recurrence, **values))
+        site.kick()
+        return saved
+    return make

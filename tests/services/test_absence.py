@@ -1,0 +1,136 @@
+"""The app was off, the tablet slept, its clock was moved: nothing doubled, nothing lost without a word."""
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from app.models import ReasonCode, State, Wait
+from tests.support.site import Site
+
+
+def outcome(site):
+    return [(run.planned_at.strftime("%H:%M"), run.state, run.reason and run.reason.code) for run in site.executions()]
+
+
+def off_for(site, seconds):
+    site.switch_off(cleanly=False)
+    site.clock.advance(seconds)
+    site.switch_on()
+
+
+def test_off_at_the_instant_but_back_in_the_window_runs_once(site, plan):
+    plan("2026-11-23T06:05")
+    site.run(60)
+    off_for(site, 600)
+    site.run(300)
+    assert outcome(site) == [("06:05", State.COMPLETED, None)]
+    assert "app_was_off" in [alarm.code for alarm in site.container.alarms.standing()]
+
+
+def test_off_longer_than_the_window_is_missed(site, plan):
+    plan("2026-11-23T06:05")
+    site.run(60)
+    off_for(site, 3600)
+    site.run(300)
+    [run] = site.executions()
+    assert (run.state, run.reason.code) == (State.MISSED, ReasonCode.APP_DOWN)
+    assert run.reason.details["start"] < run.planned_at.isoformat() < run.reason.details["end"]
+
+
+def test_of_many_missed_only_the_latest_still_runs_and_each_has_its_row(site, plan):
+    plan("2026-11-23T06:05", "FREQ=HOURLY")
+    site.run(60)
+    off_for(site, 5 * 3600 + 400)        # back at about 11:07
+    site.run(600)
+    assert outcome(site) == [(f"{hour:02d}:05", State.MISSED, ReasonCode.APP_DOWN) for hour in range(6, 11)] + [("11:05", State.COMPLETED, None)]
+
+
+def test_thousands_of_missed_ones_are_counted_whole_but_kept_to_the_limit(site, plan):
+    plan("2026-11-23T06:05", "FREQ=MINUTELY", respect_working_days=False)
+    site.run(60)
+    off_for(site, 86400)
+    site.run(30)
+    missed = site.executions(State.MISSED)
+    assert len(missed) == 100
+    [alarm] = [alarm for alarm in site.container.alarms.standing() if alarm.code == "executions_missed"]
+    assert 1430 < alarm.details["count"] < 1440
+
+
+def test_with_a_window_late_starts_are_listed_for_30_seconds_first(tmp_path):
+    site = Site(tmp_path, with_window=True)
+    site.add_robots()
+    site.add_mission("Deliver")
+    c = site.container
+    from app.models import Schedule
+    c.catalogue.save_schedule(Schedule("S", 1, 1, datetime(2026, 11, 23, 6, 5), "UTC"))
+    site.run(60)
+    off_for(site, 600)
+    site.run(25)
+    [run] = site.executions()
+    assert (run.state, run.wait) == (State.WAITING, Wait.LATE_START)
+    assert len(site.machines["R1"].queue) == 0
+    site.run(300)
+    assert site.executions()[0].state is State.COMPLETED
+    site.switch_off()
+
+
+def test_a_short_restart_is_no_absence(site, plan):
+    plan("2026-11-23T06:05")
+    site.run(280)
+    off_for(site, 10)
+    site.run(300)
+    assert outcome(site) == [("06:05", State.COMPLETED, None)]
+    assert site.container.alarms.standing() == []
+
+
+@pytest.mark.parametrize("step", [7200, 3 * 86400])
+def test_the_clock_jumps_forward(site, plan, step):
+    plan("2026-11-23T06:05")
+    site.run(60)
+    site.clock.step(step)
+    site.run(300)
+    assert outcome(site) == [("06:05", State.MISSED, ReasonCode.APP_DOWN)]
+
+
+@pytest.mark.parametrize("step", [-45, -3600, -3 * 86400])
+def test_the_clock_jumps_back_and_nothing_runs_twice(site, plan, step):
+    plan("2026-11-23T06:05", "FREQ=DAILY", respect_working_days=False)
+    site.run(310)
+    site.clock.step(step)
+    site.run(max(-step, 0) + 600)
+    assert [run.planned_at.day for run in site.executions()] == [23]
+    assert len(site.machines["R1"].queue) == 1
+
+
+def test_a_clock_before_the_last_heartbeat_holds_everything(site, plan):
+    plan("2026-11-23T06:05", "FREQ=DAILY", respect_working_days=False)
+    site.run(120)
+    site.switch_off()
+    site.clock.step(-86400 * 3650)
+    site.switch_on()
+    site.run(600)
+    assert site.executions() == []
+    assert "clock_implausible" in [alarm.code for alarm in site.container.alarms.standing()]
+    assert site.container.holds.active().clock
+    site.clock.step(86400 * 3650)
+    site.run(600)
+    assert site.container.holds.active() is None
+    assert [run.state for run in site.executions()] == [State.COMPLETED]
+
+
+def test_dst_night_in_helsinki(tmp_path):
+    """03:30 does not exist on 28 March 2027 and comes twice on 31 October: once each, shifted and first."""
+    for start, expected in ((datetime(2027, 3, 27, 12, tzinfo=UTC), "2027-03-28T01:30:00+00:00"),
+                            (datetime(2027, 10, 30, 12, tzinfo=UTC), "2027-10-31T00:30:00+00:00")):
+        directory = tmp_path / expected[:7]
+        directory.mkdir()
+        site = Site(directory, now=start)
+        site.add_robots()
+        site.add_mission("Deliver")
+        from app.models import Schedule
+        first = start.replace(tzinfo=None).replace(hour=3, minute=30)
+        site.container.catalogue.save_schedule(Schedule("S", 1, 1, first, "Europe/Helsinki", "FREQ=DAILY", respect_working_days=False))
+        site.run(timedelta(hours=20).total_seconds())
+        assert [run.planned_at.isoformat() for run in site.executions()] == [expected]
+        site.switch_off()

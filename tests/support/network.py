@@ -1,0 +1,126 @@
+"""The network between the app and simulated robots: it drops, delays, duplicates nothing by itself but whatever it is told to, by seed.
+
+``Network`` decides what happens to each request; ``SimulatedTransport`` is the transport seam of the client put straight onto a robot's
+pure request handler, so that a request costs microseconds and virtual time.
+"""
+from __future__ import annotations
+
+import json as json_module
+import random
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+from app.services.mir.credentials import Token
+from app.services.mir.errors import ConnectionLost, TimedOut, Unreachable
+from app.services.mir.transport import Response, Timeouts
+from mir_sim import SimulatedRobot, api
+from mir_sim.messages import Request
+from tests.support.clock import VirtualClock
+
+if TYPE_CHECKING:
+    from tests.support.site import Site
+
+LATENCY = 0.02           # s
+
+
+class Fate(StrEnum):
+    """What happens to one request."""
+    FINE = "fine"
+    REFUSED = "refused"              # no connection
+    LOST = "lost"                    # connected, the request never arrives
+    ANSWER_LOST = "answer_lost"      # handled, the answer never arrives
+    LATE = "late"                    # the app gives up, the request is handled later
+    ERROR_BEFORE = "error_before"    # 5xx, not handled
+    ERROR_AFTER = "error_after"      # handled, then 5xx
+    PAGE = "page"                    # handled, then a web page instead of the answer
+    CUT = "cut"                      # handled, then half of the answer
+
+
+HARMFUL = tuple(fate for fate in Fate if fate is not Fate.FINE)
+
+
+@dataclass
+class Network:
+    """``rate`` of the requests meet a fault, drawn by ``seed``; outages of a robot are added by name."""
+    rate: float = 0.0
+    seed: int = 1
+    latest: float = 60.0             # s after which a late request is handled at most
+    fates: tuple[Fate, ...] = HARMFUL
+    only: Callable[[str, str], bool] = lambda method, path: True
+    site: Site | None = None
+    counts: Counter[str] = field(default_factory=Counter)
+    down: set[str] = field(default_factory=set)
+    planned: list[tuple[str, str, Fate]] = field(default_factory=list)     # (method, path prefix, fate): the next request that fits
+    interrupt: Callable[[str], None] = lambda where: None                  # the simulation crashes the app here
+
+    def __post_init__(self) -> None:
+        self.rng = random.Random(self.seed)
+
+    def next(self, method: str, path: str, fate: Fate) -> None:
+        """The next request of this kind meets this fate."""
+        self.planned.append((method, path, fate))
+
+    def fate_of(self, robot: str, method: str, path: str) -> Fate:
+        for entry in self.planned:
+            if entry[0] == method and path.startswith(entry[1]):
+                self.planned.remove(entry)
+                return self._counted(entry[2])
+        if robot in self.down:
+            return self._counted(Fate.REFUSED)
+        if self.rate and self.only(method, path) and self.rng.random() < self.rate:
+            return self._counted(self.rng.choice(self.fates))
+        return Fate.FINE
+
+    def _counted(self, fate: Fate) -> Fate:
+        self.counts[fate] += 1
+        return fate
+
+
+class SimulatedTransport:
+    def __init__(self, machine: SimulatedRobot, network: Network, clock: VirtualClock, name: str, token: Token) -> None:
+        self._machine, self._network, self._clock, self._name = machine, network, clock, name
+        self._headers = {"Authorization": token.header, "Content-Type": "application/json", "Accept-Language": "en_US"}
+
+    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
+        network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
+        network.interrupt(f"before {method} {path}")
+        fate = network.fate_of(self._name, method, path)
+        self._clock.advance(LATENCY)
+
+        def handle() -> Response:
+            target = f"/api/v2.0.0{path}" + (f"?{urlencode(query)}" if query else "")
+            answer = api.handle(self._machine, Request.of(method, target, self._headers, body))
+            return Response(answer.status, answer.body, answer.headers)
+        match fate:
+            case Fate.REFUSED:
+                raise Unreachable(code="refused", address=self._name)
+            case Fate.LOST:
+                self._clock.advance(timeout.read)
+                raise TimedOut(address=self._name, seconds=timeout.read)
+            case Fate.LATE:
+                assert network.site is not None
+                network.site.at(timeout.read + network.rng.uniform(0, network.latest), handle)
+                self._clock.advance(timeout.read)
+                raise TimedOut(address=self._name, seconds=timeout.read)
+            case Fate.ERROR_BEFORE:
+                return Response(500, b'{"error_code": "internal", "error_human": "no"}', {})
+        answer = handle()
+        network.interrupt(f"after {method} {path}")
+        match fate:
+            case Fate.ANSWER_LOST:
+                self._clock.advance(timeout.read)
+                raise TimedOut(address=self._name, seconds=timeout.read)
+            case Fate.ERROR_AFTER:
+                return Response(503, b'{"error_code": "service_unavailable", "error_human": "busy"}', {})
+            case Fate.PAGE:
+                return Response(200, b"<html><body>Sign in to the guest network</body></html>", {"Content-Type": "text/html"})
+            case Fate.CUT:
+                raise ConnectionLost(address=self._name)
+        return answer
+
+    def close(self) -> None:
+        """Nothing is held."""

@@ -1,0 +1,157 @@
+"""A whole site in one thread: the real services on a virtual clock, simulated robots behind a network that misbehaves on demand.
+
+Nothing here waits: time passes when a lane asks for it (``clock.sleep``), when an answer takes time, or when the test says so.
+"""
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from app.container import Container
+from app.database.connection import Database
+from app.models import Mission, Robot, State
+from app.services.lane import Lane
+from app.services.mir.address import Address
+from app.services.mir.client import RobotClient
+from app.services.mir.credentials import Token
+from mir_sim import MISSIONS, SimulatedRobot
+from tests.support.clock import VirtualClock
+from tests.support.network import Network, SimulatedTransport
+
+USER, PASSWORD = "distributor", "distributor"
+
+
+class Site:
+    """Robots, network, tablet. ``run`` lets time pass as the app's own threads would: ticks, cycles, lanes, each at its instant."""
+
+    def __init__(self, directory: Path, *, robots: int = 1, now: datetime | None = None, network: Network | None = None,
+                 with_window: bool = False, timezone: str = "UTC") -> None:
+        self.clock = VirtualClock(now) if now else VirtualClock()
+        self._began = self.clock.monotonic()
+        self.network = network or Network()
+        self.network.site = self
+        self.directory, self._with_window = directory, with_window
+        self.machines = {f"R{number}": SimulatedRobot(f"R{number}", seed=number, clock=self.seconds, start=self.clock.now(),
+                                                      timezone=timezone, battery=90.0) for number in range(1, robots + 1)}
+        self._later: list[tuple[float, int, Callable[[], None]]] = []
+        self._order = itertools.count()
+        self.container: Container
+        self.switch_on()
+
+    def seconds(self) -> float:
+        """True time since the beginning, which is the robots' simulated time."""
+        return self.clock.monotonic() - self._began
+
+    # ------------------------------------------------------------------ the tablet
+    def switch_on(self) -> None:
+        """Start the app on whatever the database holds."""
+        db = Database.open(self.directory / "amr-scheduler.db", clock=self.clock, threaded=False, durable=False)
+        self.container = Container(db, self.clock, make_client=self._client, with_window=self._with_window)
+        self.container.first_start()
+        self._lanes: dict[int, Lane] = {}
+        self._due: dict[int, float] = {}
+        self._next_tick = self._next_cycle = -math.inf
+        self.container.scheduler.start()
+
+    def switch_off(self, *, cleanly: bool = True) -> None:
+        """Stop the app; not cleanly is a power cut: whatever was not committed is gone."""
+        if cleanly:
+            self.container.scheduler.stop()
+            for lane in self._lanes.values():
+                lane.close()
+        self.container.db.close()
+
+    def _client(self, robot: Robot) -> RobotClient:
+        name = robot.address.removeprefix("http://").upper()
+        token = Token.from_header(robot.token or "")
+        transport = SimulatedTransport(self.machines[name], self.network, self.clock, name, token)
+        return RobotClient(Address.parse(robot.address), token, transport=transport, clock=self.clock.monotonic)
+
+    # ------------------------------------------------------------------ furnishing
+    def add_robots(self) -> list[Robot]:
+        return [self.container.catalogue.save_robot(Robot(name, f"http://{name.lower()}", USER), password=PASSWORD) for name in self.machines]
+
+    def add_mission(self, name: str = "Deliver") -> Mission:
+        return self.container.catalogue.save_mission(Mission(name, MISSIONS[name]))
+
+    # ------------------------------------------------------------------ time
+    def at(self, seconds_from_now: float, call: Callable[[], None]) -> None:
+        """Have the world do something while time passes."""
+        heapq.heappush(self._later, (self.clock.monotonic() + seconds_from_now, next(self._order), call))
+
+    def run(self, seconds: float) -> None:
+        """Let time pass."""
+        end = self.clock.monotonic() + seconds
+        while True:
+            instant = min(self._next_tick, *self._due.values(), self._later[0][0] if self._later else math.inf, math.inf)
+            if instant > end:
+                break
+            self._go_to(instant)
+            self._step()
+        self._go_to(end)
+
+    def run_until(self, condition: Callable[[], bool], within: float = 3600.0) -> None:
+        """Let time pass until something holds; an error when it doesn't in time."""
+        end = self.clock.monotonic() + within
+        while not condition():
+            if self.clock.monotonic() > end:
+                raise AssertionError(f"not within {within} s: {condition}")
+            self.run(0.5)
+
+    def _go_to(self, instant: float) -> None:
+        self.clock.advance(max(0.0, instant - self.clock.monotonic()))
+
+    def _step(self) -> None:
+        while self._later and self._later[0][0] <= self.clock.monotonic():
+            heapq.heappop(self._later)[2]()
+        if self._next_tick <= self.clock.monotonic():
+            self._tick()
+        for key in sorted(self._due, key=self._due.__getitem__):
+            if self._due.get(key, math.inf) <= self.clock.monotonic():
+                self._step_lane(key)
+
+    def _tick(self) -> None:
+        """What the scheduler's thread does."""
+        self._match_lanes()
+        kicked = self.container.scheduler.tick().robot_ids
+        for key in kicked:
+            self._due[key] = self.clock.monotonic()
+        if self.clock.monotonic() >= self._next_cycle:
+            self._next_cycle = self.clock.monotonic() + self.container.settings().poll_interval_seconds
+            for key in self._lanes:
+                self._polls.add(key)
+                self._due[key] = self.clock.monotonic()
+        self._next_tick = self.clock.monotonic() + self.container.scheduler.seconds_to_next()
+
+    def _match_lanes(self) -> None:
+        for robot in self.container.repositories.robots.all(self.container.db.read()):
+            if robot.id not in self._lanes:
+                self._lanes[robot.id] = self.container.make_lane(robot)
+                self._due[robot.id] = self.clock.monotonic()
+
+    @property
+    def _polls(self) -> set[int]:
+        return self.__dict__.setdefault("_poll_wanted", set())
+
+    def _step_lane(self, key: int) -> None:
+        wanted = key in self._polls
+        self._polls.discard(key)
+        self._due[key] = math.inf
+        wait = self._lanes[key].step(wanted)
+        self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
+
+    def kick(self) -> None:
+        """As after an operator's press: every lane looks at once."""
+        for key in self._lanes:
+            self._due[key] = self.clock.monotonic()
+        self._next_tick = self.clock.monotonic()
+
+    # ------------------------------------------------------------------ looking
+    def executions(self, *states: State) -> list:
+        c = self.container.db.read()
+        rows = [self.container.repositories.executions.get(c, row[0]) for row in c.execute("SELECT id FROM executions ORDER BY id")]
+        return [row for row in rows if not states or row.state in states]
