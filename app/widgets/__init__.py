@@ -2,7 +2,7 @@
 from pathlib import Path
 
 KV_DIR = Path(__file__).resolve().parents[2] / "kv"
-COMMON_KV = ("tokens", "components", "fields", "lists", "rows", "dialogs", "pickers", "frame")
+COMMON_KV = ("tokens", "components", "fields", "lists", "rows", "dialogs", "pickers", "snackbar", "frame")
 
 
 def load_kv(*names: str) -> None:
@@ -21,12 +21,15 @@ def load() -> None:
         buttons,
         chart,
         charts,
+        dialogs,
         display,
         fields,
         frame,
         lists,
+        pickers,
         robot_map,
         rows,
+        snackbar,
         surfaces,
         text,
         timeline,

@@ -33,13 +33,13 @@ class Row:
         if self.host is not None:
             self.host.dispatch("on_action", self.key, action, *values)
 
-    def fill(self, data: dict) -> None:
-        """Show ``data``; what an earlier filling set and this one leaves out goes back to its default."""
-        for name in getattr(self, "_filled", set()) - data.keys():
+    def take(self, data: dict) -> None:
+        """Show ``data``; what earlier data set and this one leaves out goes back to its default."""
+        for name in getattr(self, "_taken", set()) - data.keys():
             setattr(self, name, self.property(name).defaultvalue)
         for name, value in data.items():
             setattr(self, name, value)
-        self._filled = set(data)
+        self._taken = set(data)
 
 
 class Rows(BoxLayout):
@@ -78,7 +78,7 @@ class Rows(BoxLayout):
                 raise ValueError(f"two rows with the key {key!r}")
             view = old.pop(key, None) or Factory.get(self.viewclass)()
             view.host = self.host or self
-            Row.fill(view, data)
+            Row.take(view, data)
             self._views[key] = view
         for view in old.values():
             self.remove_widget(view)
@@ -102,6 +102,7 @@ class ScrollPage(CalmScroll):
     """A page that scrolls: children go into one column as wide as the page, as high as they need."""
     padding = VariableListProperty([0, 0, 0, 0])
     spacing = NumericProperty("16dp")
+    content_height = NumericProperty(0)      # of the column, with its padding
 
     def add_widget(self, widget, *args, **kwargs):
         column = self.ids.get("column")
@@ -199,7 +200,7 @@ class RecycledRow(Row, RecycleDataViewBehavior):
 
     def refresh_view_attrs(self, rv, index, data):
         self.host = rv
-        self.fill(data)
+        self.take(data)
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):

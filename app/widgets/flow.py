@@ -1,0 +1,95 @@
+"""Chips that flow from left to right and wrap, and the fields that a mission's parameters need."""
+from collections.abc import Mapping
+from typing import Any
+
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.stacklayout import StackLayout
+
+from app.widgets.fields import FormField
+from app.widgets.surfaces import Tap
+
+
+class FlowChip(Tap):
+    """A word that can be chosen; one too long for ``limit`` px wraps."""
+    text = StringProperty()
+    icon = StringProperty()
+    selected = BooleanProperty(False)
+    limit = NumericProperty(0)
+
+
+class ChipFlow(StackLayout):
+    """``data`` = [{"key", "text", "icon", "selected"}, …]; a tap fires ``on_choose(key)``. As high as its rows."""
+    data = ListProperty()
+
+    __events__ = ("on_choose",)
+
+    def __init__(self, **kwargs):
+        self._chips: dict[object, FlowChip] = {}
+        super().__init__(**kwargs)
+        self.fbind("data", self._build)
+        self.fbind("width", self._limit)
+        self._build()
+
+    def _limit(self, *_):
+        for chip in self._chips.values():
+            chip.limit = self.width
+
+    def on_choose(self, key):
+        """A chip was tapped."""
+
+    def _build(self, *_):
+        if [row["key"] for row in self.data] != list(self._chips):
+            self.clear_widgets()
+            self._chips = {row["key"]: FlowChip(limit=self.width) for row in self.data}
+            for key, chip in self._chips.items():
+                chip.bind(on_release=lambda _chip, key=key: self.dispatch("on_choose", key))
+                self.add_widget(chip)
+        for row in self.data:
+            chip = self._chips[row["key"]]
+            chip.text, chip.icon, chip.selected = row["text"], row.get("icon", ""), row.get("selected", False)
+
+
+class ChoiceRow(BoxLayout):
+    """A label above chips of which one is chosen: ``chosen`` is its key."""
+    label = ObjectProperty("")
+    options = ListProperty()             # [(key, word), …]
+    chosen = ObjectProperty(None, allownone=True)
+
+    def rows(self, options, chosen):
+        return [{"key": key, "text": word, "selected": key == chosen} for key, word in options]
+
+
+class ParameterFields(BoxLayout):
+    """One field per parameter: ``fields`` = [{"name", "label", "kind", "default", "help", "choices": [(value, word), …]}, …] with the kinds
+    text, int, decimal and choice. ``values()`` is what was entered."""
+    fields = ListProperty()
+
+    def __init__(self, **kwargs):
+        self._views: dict[str, FormField | ChoiceRow] = {}
+        super().__init__(**kwargs)
+        self.fbind("fields", self._build)
+        self._build()
+
+    def _build(self, *_):
+        self.clear_widgets()
+        self._views = {}
+        for field in self.fields:
+            default = field.get("default")
+            if field["kind"] == "choice":
+                view = ChoiceRow(label=field["label"], options=field["choices"], chosen=default)
+            else:
+                view = FormField(label=field["label"], kind=field["kind"], help=field.get("help", ""),
+                                 text="" if default is None else str(default))
+            self._views[field["name"]] = view
+            self.add_widget(view)
+
+    def values(self) -> Mapping[str, Any]:
+        """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""
+        return {name: view.chosen if isinstance(view, ChoiceRow) else view.text for name, view in self._views.items()}
+
+    def show_problems(self, problems: Mapping[str, str]) -> None:
+        """One sentence at each field that can't be taken; the others lose theirs."""
+        for name, view in self._views.items():
+            if isinstance(view, FormField):
+                view.problem = problems.get(name, "")

@@ -1,0 +1,120 @@
+"""Snackbars: what was done, in one line, with at most one button (Undo). Several stand above each other, so no undo is lost to the next."""
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from kivy.animation import Animation
+from kivy.clock import Clock
+from kivy.core.window import Window
+from kivy.properties import StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.widgets.surfaces import Surface
+
+AT_ONCE = 3
+SECONDS = 4.
+UNDO_SECONDS = 8.
+
+
+@dataclass
+class Message:
+    """A text for ``seconds``; ``on_action`` runs when the button is pressed, ``on_end`` when the time is over without it."""
+    text: str
+    icon: str = ""
+    action: str = ""
+    on_action: Callable[[], object] | None = None
+    on_end: Callable[[], object] | None = None
+    seconds: float = SECONDS
+
+
+class Snackbar(Surface):
+    """One message on screen."""
+    text = StringProperty()
+    icon = StringProperty()
+    action_text = StringProperty()
+
+    __events__ = ("on_action",)
+
+    def on_action(self):
+        """The button was pressed."""
+
+
+class SnackbarStack(BoxLayout):
+    """Where the snackbars stand: bottom centre, over everything, above the navigation bar."""
+
+    def on_touch_down(self, touch):
+        return any(child.collide_point(*touch.pos) and child.dispatch("on_touch_down", touch) for child in self.children)
+
+
+class Snackbars:
+    """The one queue of messages: at most three at once, the others wait. Call it on the UI thread."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[Message] = deque()
+        self._shown: dict[Snackbar, tuple[Message, object]] = {}
+        self._stack: SnackbarStack | None = None
+
+    def show(self, text: str, *, icon: str = "", seconds: float = SECONDS) -> None:
+        """Say that something was done."""
+        self.post(Message(text, icon=icon, seconds=seconds))
+
+    def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None) -> None:
+        """Say that something was taken away and offer ``undo`` under ``word`` for 8 s; ``ended`` runs when nobody wanted it."""
+        self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=UNDO_SECONDS))
+
+    def post(self, message: Message) -> None:
+        self._waiting.append(message)
+        self._show_next()
+
+    def clear(self) -> None:
+        """End all at once, also the waiting ones; nobody pressed anything."""
+        while self._waiting:
+            self._end(self._waiting.popleft())
+        for bar in list(self._shown):
+            self._close(bar, pressed=False)
+
+    def _show_next(self) -> None:
+        while self._waiting and len(self._shown) < AT_ONCE:
+            message = self._waiting.popleft()
+            bar = Snackbar(text=message.text, icon=message.icon, action_text=message.action, opacity=0)
+            bar.bind(on_action=self._pressed)
+            timer = Clock.schedule_once(lambda _dt, bar=bar: self._close(bar, pressed=False), message.seconds)
+            self._shown[bar] = message, timer
+            self._place().add_widget(bar)
+            Animation(opacity=1, d=.15).start(bar)
+
+    def _place(self) -> SnackbarStack:
+        if self._stack is None:
+            self._stack = SnackbarStack()
+        Window.remove_widget(self._stack)        # again on top of whatever has been opened since
+        Window.add_widget(self._stack)
+        return self._stack
+
+    def _pressed(self, bar: Snackbar) -> None:
+        self._close(bar, pressed=True)
+
+    def _close(self, bar: Snackbar, pressed: bool) -> None:
+        if bar not in self._shown:
+            return
+        message, timer = self._shown.pop(bar)
+        timer.cancel()
+        self._stack.remove_widget(bar)
+        if not self._shown:
+            Window.remove_widget(self._stack)
+        if pressed and message.on_action is not None:
+            message.on_action()
+        elif not pressed:
+            self._end(message)
+        self._show_next()
+
+    @staticmethod
+    def _end(message: Message) -> None:
+        if message.on_end is not None:
+            message.on_end()
+
+    @property
+    def texts(self) -> list[str]:
+        """What can be read now, oldest first."""
+        return [message.text for message, _timer in self._shown.values()]
+
+
