@@ -164,7 +164,7 @@ class MenuRow(Row, TonedTap):
 
 
 class Menu(Overlay):
-    """Commands that hang on a widget (``open_at``): ``items`` = [{"key", "text", "icon", "tone", "disabled"}, …]; fires ``on_choose(key)``."""
+    """Commands that hang on a widget: ``items`` = [{"key", "text", "icon", "tone", "disabled"}, …]; fires ``on_choose(key)``."""
     items = ListProperty()
     anchor = ObjectProperty(None, allownone=True)
 

@@ -21,8 +21,6 @@ class TimeEntry:
     The first digit of a part may decide it alone (an hour never starts with 7); then the next part is typed at once.
     """
 
-    LIMITS = {"hour": 23, "minute": 59}
-
     def __init__(self, hour: int = 0, minute: int = 0) -> None:
         self.hour, self.minute = hour, minute
         self.part = "hour"
@@ -32,7 +30,7 @@ class TimeEntry:
         self.part, self._half = part, False
 
     def digit(self, number: int) -> None:
-        limit = self.LIMITS[self.part]
+        limit = 23 if self.part == "hour" else 59
         value = getattr(self, self.part) * 10 + number if self._half else number
         if value > limit:                    # the second digit cannot belong to the first: it begins the next part
             self._advance()

@@ -1,0 +1,163 @@
+"""Between the workers and the window: events and results of other threads arrive on the UI thread, a bounded number per frame."""
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Hashable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from kivy.clock import Clock
+
+log = logging.getLogger(__name__)
+
+
+class UiBus:
+    """``publish`` from any thread; handlers run on the UI thread, in order, at most ``per_frame`` events a frame.
+
+    Events with a ``key`` are coalesced: of those not delivered yet only the newest survives, in the place of the first. So fifty robots
+    answering at once cost the window fifty updates, however late it is.
+    """
+
+    def __init__(self, per_frame: int = 100) -> None:
+        self._per_frame = per_frame
+        self._lock = threading.Lock()
+        self._queue: deque[tuple[Hashable | None, list[Any]]] = deque()
+        self._newest: dict[Hashable, list[Any]] = {}
+        self._handlers: dict[type, list[Callable[[Any], object]]] = {}
+        self._trigger = Clock.create_trigger(self._drain)
+
+    def publish(self, event: object, key: Hashable | None = None) -> None:
+        """Deliver ``event`` to those who subscribed to its class or to a class above it."""
+        with self._lock:
+            if key is not None and key in self._newest:
+                self._newest[key][0] = event
+                return
+            slot = [event]
+            if key is not None:
+                self._newest[key] = slot
+            self._queue.append((key, slot))
+        self._trigger()
+
+    def post(self, call: Callable[[], object]) -> None:
+        """Run ``call`` on the UI thread."""
+        self.publish(_Call(call))
+
+    def subscribe(self, kind: type, handler: Callable[[Any], object]) -> Callable[[], None]:
+        """Call ``handler(event)`` for events of class ``kind``; returns what ends it. On the UI thread."""
+        self._handlers.setdefault(kind, []).append(handler)
+
+        def unsubscribe() -> None:
+            if handler in self._handlers[kind]:
+                self._handlers[kind].remove(handler)
+
+        return unsubscribe
+
+    def _drain(self, _dt: float) -> None:
+        for _n in range(self._per_frame):
+            with self._lock:
+                if not self._queue:
+                    return
+                key, slot = self._queue.popleft()
+                if key is not None:
+                    del self._newest[key]
+            self._deliver(slot[0])
+        self._trigger()
+
+    def _deliver(self, event: object) -> None:
+        if isinstance(event, _Call):
+            self._guarded(event.call)
+            return
+        for kind in type(event).__mro__:
+            for handler in list(self._handlers.get(kind, ())):
+                self._guarded(handler, event)
+
+    @staticmethod
+    def _guarded(call: Callable[..., object], *args: object) -> None:
+        """One broken handler must neither stop the others nor the window; its traceback goes to the log."""
+        try:
+            call(*args)
+        except Exception:
+            log.exception("a handler on the UI thread failed")
+
+
+class _Call:
+    def __init__(self, call: Callable[[], object]) -> None:
+        self.call = call
+
+
+class Job:
+    """Work under way. ``cancel`` drops its result; the work itself runs to its end."""
+
+    def __init__(self) -> None:
+        self.cancelled = False
+        self.finished = False
+
+    def cancel(self) -> None:
+        self.cancelled = True
+
+
+class Background:
+    """Runs what may take longer than a frame (database, robots) on a few threads and brings the results back to the UI thread.
+
+    ``unexpected(exception)`` hears of failures nobody asked for with ``failed``, on the UI thread, after they are in the log.
+    """
+
+    def __init__(self, bus: UiBus, workers: int = 4, unexpected: Callable[[BaseException], object] | None = None) -> None:
+        self._bus = bus
+        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="ui-work")
+        self._unexpected = unexpected
+        self._latest: dict[Hashable, Job] = {}
+        self._pending: set[Job] = set()
+
+    def run(self, work: Callable[[], Any], done: Callable[[Any], object] | None = None,
+            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None) -> Job:
+        """Run ``work()`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread. Call it on the UI thread.
+
+        Of several runs with one ``key`` only the newest delivers (a search while typing).
+        """
+        job = Job()
+        if key is not None:
+            if key in self._latest:
+                self._latest[key].cancel()
+            self._latest[key] = job
+        self._pending.add(job)
+        self._pool.submit(self._work, job, work, done, failed, key)
+        return job
+
+    @property
+    def idle(self) -> bool:
+        """Nothing is running and every result has been delivered."""
+        return not self._pending
+
+    def close(self) -> None:
+        """Take no more work and deliver nothing more; what runs, runs out."""
+        for job in self._pending:
+            job.cancel()
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _work(self, job: Job, work, done, failed, key) -> None:
+        try:
+            result = work()
+        except Exception as problem:
+            # the except clause deletes its name at its end, so the closure gets its own
+            self._bus.post(lambda problem=problem: self._deliver(job, key, lambda: self._tell(problem, failed)))
+        else:
+            self._bus.post(lambda: self._deliver(job, key, lambda: done(result) if done is not None else None))
+
+    def _deliver(self, job: Job, key: Hashable | None, call: Callable[[], object]) -> None:
+        self._pending.discard(job)
+        job.finished = True
+        if key is not None and self._latest.get(key) is job:
+            del self._latest[key]
+        if not job.cancelled:
+            call()
+
+    def _tell(self, problem: BaseException, failed: Callable[[BaseException], object] | None) -> None:
+        if failed is not None:
+            failed(problem)
+            return
+        log.error("work in the background failed", exc_info=problem)
+        if self._unexpected is not None:
+            self._unexpected(problem)
