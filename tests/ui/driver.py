@@ -1,0 +1,164 @@
+"""Hands and eyes of a test: virtual time, taps, typing, keys, and what can be seen.
+
+    def test_cancel(ui):
+        row = ui.show(Factory.QueueRow(mission="Deliver"))
+        ui.tap(ui.find(IconButton))
+        assert "Deliver" in ui.texts()
+"""
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+from kivy.base import EventLoop
+from kivy.clock import Clock
+from kivy.core.window import Window
+from kivy.uix.label import Label
+from kivy.uix.widget import Widget
+
+FRAME = 1 / 60
+
+
+class VirtualTime:
+    """Replaces the time source of kivy's Clock, so that animations and timeouts take no wall time and always the same frames.
+
+    One instance per process: time that ran backwards between two tests would leave the later one waiting for ever.
+    """
+    _only: VirtualTime | None = None
+
+    def __new__(cls):
+        if cls._only is None:
+            cls._only = self = super().__new__(cls)
+            self.now = time.perf_counter()
+            Clock.time = lambda: self.now
+            Clock._max_fps = 0               # Clock.idle() must not sleep
+        return cls._only
+
+
+class Driver:
+    def __init__(self, app=None) -> None:
+        self.app = app
+        self.window = Window
+        self._time = VirtualTime()
+
+    # ------------------------------------------------------------------ time
+    def advance(self, seconds: float = 0.) -> None:
+        """Run the frames of ``seconds``, at least three, so that layouts settle."""
+        for _n in range(max(3, round(seconds / FRAME))):
+            self._time.now += FRAME
+            EventLoop.idle()
+
+    def wait(self, condition: Callable[[], object], seconds: float = 10.) -> None:
+        """Run frames until ``condition()`` holds that another thread brings about; AssertionError after ``seconds`` of wall time."""
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, f"still not after {seconds} s: {condition}"
+            self.advance()
+            time.sleep(.002)
+
+    # ------------------------------------------------------------------ the stage
+    def show(self, widget: Widget, size: tuple[float, float] | None = None) -> Widget:
+        """Put ``widget`` alone on screen: filling it, or ``size`` large at the top left."""
+        for child in list(Window.children):
+            Window.remove_widget(child)
+        Window.add_widget(widget)
+        if size is not None:
+            widget.size_hint = None, None
+            widget.size = size
+            widget.pos = 0, Window.height - size[1]
+        self.advance()
+        return widget
+
+    # ------------------------------------------------------------------ hands
+    def tap(self, widget: Widget, hold: float = .05) -> None:
+        """Touch the middle of ``widget`` for ``hold`` seconds. It must be on screen."""
+        self.press(widget)(hold)
+
+    def press(self, widget: Widget) -> Callable[[float], None]:
+        """Put a finger down on ``widget``; call what comes back to lift it after so many seconds."""
+        from kivy.tests.common import UnitTestTouch
+        x, y = widget.to_window(*widget.center)
+        assert 0 <= x <= Window.width and 0 <= y <= Window.height, f"{widget} is not on screen: {x:.0f}, {y:.0f}"
+        touch = UnitTestTouch(x, y)
+        touch.touch_down()
+        self.advance()
+
+        def lift(after: float = .05) -> None:
+            self.advance(after)
+            touch.touch_up()
+            self.advance(.3)
+
+        return lift
+
+    def tap_at(self, x: float, y: float) -> None:
+        """Touch a point of the window."""
+        from kivy.tests.common import UnitTestTouch
+        touch = UnitTestTouch(x, y)
+        touch.touch_down()
+        self.advance(.05)
+        touch.touch_up()
+        self.advance(.3)
+
+    def drag(self, widget: Widget, dx: float, dy: float, steps: int = 10) -> None:
+        """Drag from the middle of ``widget`` by that many px, and let go after a moment of rest, so that nothing flies on."""
+        from kivy.tests.common import UnitTestTouch
+        x, y = widget.to_window(*widget.center)
+        touch = UnitTestTouch(x, y)
+        touch.touch_down()
+        self.advance()
+        for n in range(1, steps + 1):
+            touch.touch_move(x + dx * n / steps, y + dy * n / steps)
+            self.advance()
+        self.advance(.5)
+        touch.touch_up()
+        self.advance(1)
+
+    def tap_text(self, text: str) -> None:
+        """Tap what shows ``text``."""
+        self.tap(self.find(text=text))
+
+    def type(self, field: Widget, text: str) -> None:
+        """Focus ``field`` (anything with ``focus``) and type ``text`` at its end."""
+        field.focus = True
+        self.advance(.4)
+        for character in text:
+            Window.dispatch("on_textinput", character)
+        self.advance(.1)
+
+    def key(self, code: int, text: str = "") -> None:
+        """Press and release a key: 27 Esc, 13 Enter, 8 backspace."""
+        Window.dispatch("on_key_down", code, 0, text, [])
+        Window.dispatch("on_keyboard", code, 0, text, [])
+        Window.dispatch("on_key_up", code, 0)
+        self.advance(.3)
+
+    # ------------------------------------------------------------------ eyes
+    def seen(self, root: Widget | None = None) -> Iterator[Widget]:
+        """What is shown, topmost first: not transparent, not without size."""
+        for top in [root] if root is not None else list(Window.children):
+            yield from self._walk(top)
+
+    def _walk(self, widget: Widget) -> Iterator[Widget]:
+        if not widget.opacity:
+            return
+        yield widget
+        for child in reversed(widget.children):
+            yield from self._walk(child)
+
+    def find_all(self, kind: type | None = None, root: Widget | None = None, **values) -> list[Widget]:
+        """All that is shown of class ``kind`` with those property values, in reading order of the tree."""
+        missing = object()
+        return [widget for widget in self.seen(root) if (kind is None or isinstance(widget, kind))
+                and all(getattr(widget, name, missing) == value for name, value in values.items())]
+
+    def find(self, kind: type | None = None, root: Widget | None = None, **values) -> Widget:
+        """The first such widget; LookupError when there is none."""
+        found = self.find_all(kind, root, **values)
+        if not found:
+            raise LookupError(f"nothing shown is {kind.__name__ if kind else 'a widget'} with {values}; texts: {self.texts(root)}")
+        return found[0]
+
+    def texts(self, root: Widget | None = None) -> list[str]:
+        """All texts that can be read, icons left out."""
+        return [widget.text for widget in self.seen(root)
+                if isinstance(widget, Label) and widget.text and widget.font_name != "Icons" and widget.width > 1]

@@ -1,0 +1,127 @@
+"""Buttons: a tap becomes an event, once, and shows at once."""
+from __future__ import annotations
+
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segments, Toggle
+from app.widgets.chart import WorkingRing
+from app.widgets.text import Txt
+from app.widgets.tokens import tk
+
+
+def fired(widget, event: str) -> list[tuple]:
+    """Every firing of ``event`` with its values."""
+    calls: list[tuple] = []
+    widget.bind(**{event: lambda _widget, *values: calls.append(values)})
+    return calls
+
+
+def test_a_tap_on_a_button_is_one_release(ui):
+    button = ui.show(CommandButton(text="Pause", icon="pause"), (200, 64))
+    calls = fired(button, "on_release")
+    ui.tap(button)
+    assert calls == [()]
+
+
+def test_a_press_is_visible_in_the_same_frame_and_stays_long_enough_to_be_seen(ui):
+    button = ui.show(CommandButton(text="Pause"), (200, 64))
+    assert button.veil[3] == 0
+    lift = ui.press(button)
+    assert button.veil[3] > 0
+    lift(0)
+    assert button.veil[3] == 0
+
+
+def test_a_disabled_button_says_nothing(ui):
+    button = ui.show(CommandButton(text="Reset", disabled=True), (200, 64))
+    calls = fired(button, "on_release")
+    ui.tap(button)
+    assert calls == []
+    assert list(button.front) == list(tk.disabled)
+
+
+def test_a_busy_button_swallows_taps_and_shows_its_work_after_300_ms(ui):
+    button = ui.show(CommandButton(text="Test connection", icon="connection"), (240, 64))
+    calls = fired(button, "on_release")
+    button.busy = True
+    ui.tap(button)
+    assert calls == []
+    ring = ui.find(WorkingRing)
+    assert ring.active
+    angle = ring.angle
+    ui.advance(.1)
+    assert ring.angle != angle
+    button.busy = False
+    ui.tap(button)
+    assert calls == [()]
+    assert not ring.active
+
+
+def test_quick_work_shows_no_ring(ui):
+    button = ui.show(CommandButton(text="Save"), (240, 64))
+    button.busy = True
+    ui.advance(.2)
+    button.busy = False
+    ui.advance(.5)
+    assert not button.working
+
+
+def test_a_long_word_wraps_inside_its_button(ui):
+    button = ui.show(CommandButton(text="Kuittaa kaikki virheilmoitukset", icon="restore-alert", stacked=True), (140, 96))
+    ui.advance()
+    label = ui.find(Txt, text="Kuittaa kaikki virheilmoitukset")
+    assert label.width <= 140
+    assert label.height > 30
+    button.width = 400
+    ui.advance()
+    assert label.height < 30
+
+
+def test_natural_width_holds_icon_and_word(ui):
+    button = CommandButton(text="Export CSV", icon="export", size_hint_x=None)
+    button.bind(natural_width=button.setter("width"))
+    ui.show(button)
+    label = ui.find(Txt, text="Export CSV")
+    assert button.width >= label.width + 24 + 32
+
+
+def test_segments_choose_one(ui):
+    segments = ui.show(Segments(options=[("once", "Once"), ("daily", "Daily")], selected="once"), (300, 48))
+    calls = fired(segments, "on_choose")
+    ui.tap_text("Daily")
+    assert calls == [("daily",)]
+    assert segments.selected == "daily"
+    assert [s.text for s in segments.children if s.selected] == ["Daily"]
+
+
+def test_segments_follow_the_view_model(ui):
+    segments = ui.show(Segments(options=[("a", "A"), ("b", "B")], selected="a"), (300, 48))
+    segments.selected = "b"
+    assert [s.text for s in segments.children if s.selected] == ["B"]
+    segments.options = [("b", "Bee"), ("c", "Cee")]
+    assert [s.text for s in segments.children if s.selected] == ["Bee"]
+
+
+def test_a_toggle_flips_and_says_what_is_wanted(ui):
+    toggle = ui.show(Toggle(), (56, 48))
+    calls = fired(toggle, "on_switch")
+    ui.tap(toggle)
+    ui.tap(toggle)
+    assert calls == [(True,), (False,)]
+    assert not toggle.active
+
+
+def test_a_controlled_toggle_waits_for_the_truth(ui):
+    toggle = ui.show(Toggle(controlled=True), (56, 48))
+    calls = fired(toggle, "on_switch")
+    ui.tap(toggle)
+    assert calls == [(True,)]
+    assert not toggle.active
+
+
+def test_targets_grow_with_gloves(ui):
+    icon, chip, button = IconButton(icon="close"), ChoiceChip(text="All robots"), CommandButton(text="Pause")
+    for widget in (icon, chip, button):
+        ui.show(widget)
+    assert (icon.height, chip.height, button.height) == (48, 48, 64)
+    tk.use("light", gloves=True)
+    ui.advance()
+    assert (icon.height, icon.width, chip.height, button.height) == (64, 64, 64, 120)
