@@ -3,12 +3,19 @@
 A screen is a widget, built lazily on its first visit as ``HomeScreen(container, shell)``; the four are listed in ``SCREENS``. The window calls
 ``shown(**intent)`` each time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when it leaves:
 between the two it subscribes to ``container.changes`` and ticks, outside it does nothing. The frame (top bar, banner, navigation) is the
-window's own; a screen fills the space between with its margins included in it.
+window's own; a screen fills what is between them, and the margins around it are the frame's.
 """
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from app.screens.problems import sentence_of
+
+if TYPE_CHECKING:
+    from app.screens.base import Background, Dialogs, Navigator, Snackbars, UiBus
+
+PROBLEM_SECONDS = 8.0
 
 # name: (module, class)
 SCREENS = {
@@ -21,17 +28,21 @@ SCREENS = {
 
 @dataclass(frozen=True)
 class Shell:
-    """The services of the window, as ``app.screens.base`` defines them; tests pass fakes.
+    """The services of the window (app/screens/base.py tells how they are used); tests pass fakes.
 
-    ``navigator`` goes to another screen by name, with what is wanted there; ``dialogs`` asks and tells; ``snackbars`` says what was done, with
-    Undo; ``bus`` brings what happens on other threads to the UI thread; ``background`` runs work off the UI thread and its result back on it.
+    ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` says what was done, with Undo; ``bus`` brings what happens on other
+    threads to the UI thread; ``background`` runs work off the UI thread and its result back on it.
     """
-    navigator: Any
-    dialogs: Any
-    snackbars: Any
-    bus: Any
-    background: Any
+    navigator: Navigator
+    dialogs: Dialogs
+    snackbars: Snackbars
+    bus: UiBus
+    background: Background
 
     def go(self, screen: str, **intent: Any) -> None:
         """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""
         self.navigator.go(screen, **intent)
+
+    def say_problem(self, problem: BaseException) -> None:
+        """One sentence about what went wrong, long enough to be read."""
+        self.snackbars.show(sentence_of(problem), icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
