@@ -1,0 +1,75 @@
+"""``python -m mir_sim``: simulated robots for clients without a robot on the desk."""
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import NoReturn
+
+from mir_sim.definition import SOFTWARE
+from mir_sim.fleet import Fleet, make_robots
+
+USAGE_ERROR = 2
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong with an option in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(USAGE_ERROR, f"{self.prog}: {message}\n")
+
+
+def _between(low: float, high: float, kind: Callable[[str], float]) -> Callable[[str], float]:
+    def parse(text: str) -> float:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = float("nan")
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} must be a {'whole ' if kind is int else ''}number from {low:g} to {high:g}")
+        return value
+    return parse
+
+
+def parser() -> argparse.ArgumentParser:
+    options = Parser(prog="python -m mir_sim", description="Simulated MiR robots on consecutive ports.", allow_abbrev=False)
+    options.add_argument("--host", default="127.0.0.1", help="address to listen on (default %(default)s)")
+    options.add_argument("--port", type=_between(0, 65535, int), default=8080, help="port of the first robot, 0 = free ones (default %(default)s)")
+    options.add_argument("--robots", type=_between(1, 500, int), default=3, help="how many (default %(default)s)")
+    options.add_argument("--time-scale", type=_between(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000")
+    options.add_argument("--seed", type=int, default=1, help="decides everything random (default %(default)s)")
+    options.add_argument("--software", choices=SOFTWARE, default="3.5.4", help="software generation of the robots (default %(default)s)")
+    return options
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Serve until SIGINT or SIGTERM. Returns the exit code: 0 done, 2 when a port can't be opened."""
+    args = parser().parse_args(arguments)
+    if args.port and args.port + args.robots - 1 > 65535:
+        parser().error(f"--port {args.port}: {args.robots} robots need ports up to {args.port + args.robots - 1}, the last one is 65535")
+    stop = threading.Event()
+
+    def end(number: int, frame: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    fleet = Fleet(make_robots(args.robots, time_scale=args.time_scale, seed=args.seed, software=args.software), args.host, args.port)
+    try:
+        fleet.start()
+    except OSError as error:
+        print(f"python -m mir_sim: cannot listen on {args.host} port {args.port}: {error.strerror or error}", file=sys.stderr)
+        return USAGE_ERROR
+    for robot in fleet.robots:
+        print(f"ready {robot.name} {robot.url}", flush=True)
+    while not stop.wait(1.0):
+        pass
+    fleet.stop()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,156 @@
+"""The robot's REST API as a pure function: a request in, an answer out."""
+from __future__ import annotations
+
+import base64
+import binascii
+import hmac
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from mir_sim import definition, listing, resources
+from mir_sim.control import control
+from mir_sim.definition import Operation, Routes
+from mir_sim.errors import ApiError, not_found
+from mir_sim.messages import Request, Response
+from mir_sim.resources.collections import whole_properties
+from mir_sim.resources.registry import Call
+from mir_sim.site import Row
+
+if TYPE_CHECKING:
+    from mir_sim.robot import SimulatedRobot
+
+BASE = "/api/v2.0.0"
+
+
+def handle(robot: SimulatedRobot, request: Request) -> Response:
+    """Let the robot catch up with its clock and answer one request, as if nothing went wrong between client and robot."""
+    with robot.lock:
+        robot.catch_up()
+        if request.path.rstrip("/") == "/sim":
+            return control(robot, request)
+        if not robot.online:
+            return refuse(robot, ApiError(503, "Service unavailable"))
+        return answer(robot, request)
+
+
+def answer(robot: SimulatedRobot, request: Request) -> Response:
+    """Answer a request of the API proper."""
+    try:
+        status, value = _dispatch(robot, request)
+    except ApiError as error:
+        return refuse(robot, error)
+    if isinstance(value, Response):
+        return Response(value.status, {**value.headers, **_headers(robot)}, value.body)
+    if value is None:
+        return Response(status, _headers(robot))
+    return Response.json_of(status, value, _headers(robot))
+
+
+def refuse(robot: SimulatedRobot, error: ApiError) -> Response:
+    return Response.json_of(error.status, error.body(), _headers(robot))
+
+
+def below_base(path: str) -> str | None:
+    """The path below /api/v2.0.0 without a trailing slash, or None for a path that is elsewhere."""
+    if path != BASE and not path.startswith(BASE + "/"):
+        return None
+    return path[len(BASE):].rstrip("/") or "/"
+
+
+def _headers(robot: SimulatedRobot) -> dict[str, str]:
+    return {"Robot-Version": robot.software, "API-Version": "v2.0.0", "MiR-Product": robot.model.upper()}
+
+
+@lru_cache(maxsize=len(definition.SOFTWARE))
+def _routes(version: str) -> Routes:
+    return Routes([*definition.load(version).templates(), *resources.UNLISTED])
+
+
+def _dispatch(robot: SimulatedRobot, request: Request) -> tuple[int, Any]:
+    path, verb = below_base(request.path), request.method.lower()
+    if path is None:
+        raise not_found()
+    user = _user(robot, request.headers.get("authorization", ""))
+    if user is None and (verb, path) != ("get", "/status"):
+        raise ApiError(401, "Unauthorized")
+    if verb == "post" and path.endswith("/search"):
+        return 201, _search(robot, request, path.removesuffix("/search"), user)
+    call = _call(robot, request, verb, path, user)
+    value = resources.handler(verb, call.operation.template)(call)
+    if verb == "get":
+        value = _listed(call, value, ())
+    return call.operation.success, value
+
+
+def _call(robot: SimulatedRobot, request: Request, verb: str, path: str, user: Row | None) -> Call:
+    found = _routes(robot.software).find(path)
+    if found is None:
+        raise not_found()
+    template, params = found
+    operation = robot.definition.operation(verb, template)
+    if operation is None and template in resources.UNLISTED and verb == "post":
+        operation = Operation(verb, template, 201, None, None)
+    if operation is None:
+        raise not_found()
+    return Call(robot, request, operation, params, user)
+
+
+def _search(robot: SimulatedRobot, request: Request, path: str, user: Row | None) -> Any:
+    call = _call(robot, request, "get", path, user)
+    body = call.json()
+    filters = body.get("filters", []) if isinstance(body, dict) else None
+    if not isinstance(filters, list):
+        raise ApiError(400, listing.FILTERS)
+    value = resources.handler("get", call.operation.template)(call)
+    if isinstance(value, dict):
+        raise not_found()
+    return _listed(call, value, filters)
+
+
+def _listed(call: Call, value: Any, filters: list[Any] | tuple[()]) -> Any:
+    """Apply whitelist, sort_by, limit, offset and filters to what a GET has brought."""
+    properties = set(call.robot.definition.properties(call.operation.schema))
+    if isinstance(value, Response):
+        return value
+    if isinstance(value, dict):
+        return listing.pick(value, call.request.query, properties)
+    entries = [_Plain(entry) if isinstance(entry, dict) else entry for entry in value] if isinstance(value, list) else value
+    return listing.show(entries, call.request.query, properties | _fields(call, entries), filters)
+
+
+def _fields(call: Call, entries: Iterable[listing.Listed]) -> set[str]:
+    """Every field that a list's entries may have, asked of the first one and of the definition."""
+    first = next(iter(entries), None)
+    shown = set(first.full()) | set(first.summary()) if first is not None else set()
+    return shown | set(whole_properties(call.robot, call.operation.template))
+
+
+class _Plain:
+    """A list entry that is a plain object."""
+
+    def __init__(self, value: dict[str, Any]) -> None:
+        self._value = value
+
+    def summary(self) -> dict[str, Any]:
+        return self._value
+
+    full = summary
+
+    def value(self, name: str) -> Any:
+        return self._value.get(name)
+
+
+def _user(robot: SimulatedRobot, authorization: str) -> Row | None:
+    """Who asks: Basic credentials whose password is its SHA-256 in lower-case hexadecimal. User names don't mind case (guess)."""
+    scheme, _, token = authorization.partition(" ")
+    if scheme.lower() != "basic":
+        return None
+    try:
+        name, _, secret = base64.b64decode(token.strip(), validate=True).decode().partition(":")
+    except (binascii.Error, ValueError):
+        return None
+    for user in robot.site.table("/users"):
+        if user["username"].lower() == name.lower() and hmac.compare_digest(user["password_hash"].encode(), secret.encode()):
+            return user
+    return None

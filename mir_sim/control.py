@@ -1,0 +1,140 @@
+"""/sim: what only a simulated robot can be told. Outside /api, without credentials."""
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from mir_sim.faults import Fault, FaultKind
+from mir_sim.messages import Request, Response
+from mir_sim.state import RobotError
+
+if TYPE_CHECKING:
+    from mir_sim.robot import SimulatedRobot
+
+Act = Callable[["SimulatedRobot"], object]
+
+
+class ControlError(ValueError):
+    """What was asked for isn't possible; the text is a sentence that says why."""
+
+
+def control(robot: SimulatedRobot, request: Request) -> Response:
+    """Answer GET and POST /sim."""
+    if request.method == "GET":
+        return Response.json_of(200, robot.snapshot())
+    if request.method != "POST":
+        return _refusal(405, "Only GET and POST are possible here.")
+    try:
+        wishes = json.loads(request.body)
+    except (ValueError, RecursionError):
+        return _refusal(400, "The body is not JSON.")
+    try:
+        apply(robot, wishes)
+    except ControlError as error:
+        return _refusal(400, str(error))
+    return Response.json_of(200, robot.snapshot())
+
+
+def _refusal(status: int, sentence: str) -> Response:
+    return Response.json_of(status, {"error_code": "bad_request" if status == 400 else "method_not_allowed", "error_human": sentence})
+
+
+def apply(robot: SimulatedRobot, wishes: Any) -> None:
+    """Do what a POST asks for: all of it, or nothing when any part is wrong.
+
+    Raises:
+        ControlError: saying what is wrong.
+    """
+    if not isinstance(wishes, dict) or not wishes:
+        raise ControlError("The body must be an object with at least one wish.")
+    for name in wishes:
+        if name not in WISHES:
+            raise ControlError(f"There is no wish {name!r}; known are {', '.join(WISHES)}.")
+    acts = [WISHES[name](value) for name, value in wishes.items()]
+    with robot.lock:
+        robot.catch_up()
+        for act in acts:
+            act(robot)
+
+
+def _number(value: Any, name: str, low: float, high: float = math.inf) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high or math.isinf(value):
+        raise ControlError(f"{name} must be a number from {low:g}{f' to {high:g}' if high < math.inf else ''}.")
+    return float(value)
+
+
+def _text(value: Any, name: str) -> str:
+    if not isinstance(value, str) or not value:
+        raise ControlError(f"{name} must be a text.")
+    return value
+
+
+def _battery(value: Any) -> Act:
+    percent = _number(value, "battery", 0, 100)
+    return lambda robot: robot.set_battery(percent)
+
+
+def _emergency_stop(value: Any) -> Act:
+    if not isinstance(value, bool):
+        raise ControlError("emergency_stop must be true or false.")
+    return lambda robot: robot.press_emergency_stop(value)
+
+
+def _error(value: Any) -> Act:
+    if value is None:
+        return lambda robot: robot.remove_error_causes()
+    if not isinstance(value, dict) or isinstance(value.get("code"), bool) or not isinstance(value.get("code"), int):
+        raise ControlError('error must be null or an object with an integer "code" and a "description".')
+    error = RobotError(value["code"], _text(value.get("description"), "error.description"), str(value.get("module", "MissionController")),
+                       value.get("non_resettable") is True)
+    return lambda robot: robot.raise_error(error, lasting=True)
+
+
+def _fail_next(value: Any) -> Act:
+    text = None if value is None else _text(value, "fail_next_mission")
+    return lambda robot: setattr(robot, "fail_next", text)
+
+
+def _reboot(value: Any) -> Act:
+    seconds = _number(value, "reboot_seconds", 0, 3600)
+    return lambda robot: robot.reboot(seconds)
+
+
+def _user_prompt(value: Any) -> Act:
+    if value is None:
+        return lambda robot: robot.withdraw_prompt(robot.prompt.guid) if robot.prompt else None
+    if not isinstance(value, dict):
+        raise ControlError("user_prompt must be null or an object with question, options and timeout.")
+    question = _text(value.get("question"), "user_prompt.question")
+    options = value.get("options", ["Yes", "No"])
+    if not isinstance(options, list) or not all(isinstance(option, str) for option in options):
+        raise ControlError("user_prompt.options must be a list of texts.")
+    timeout = _number(value.get("timeout", 60), "user_prompt.timeout", 0)
+    return lambda robot: robot.ask(question, options, timeout, expires=robot.in_real(timeout), blocks=True)
+
+
+def _fault(value: Any) -> Act:
+    if value is None:
+        return lambda robot: robot.faults.clear()
+    if not isinstance(value, dict) or value.get("kind") not in set(FaultKind):
+        raise ControlError(f"fault must be null or an object whose kind is one of {', '.join(FaultKind)}.")
+    unknown = set(value) - {"kind", "method", "path", "count", "seconds"}
+    if unknown:
+        raise ControlError(f"A fault has no {', '.join(sorted(unknown))}.")
+    count = value.get("count", 1)
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or count < 1):
+        raise ControlError("fault.count must be null or a whole number above 0.")
+    path = _text(value.get("path", "*"), "fault.path")
+    if path != "*" and not path.startswith("/"):
+        raise ControlError('fault.path must be "*" or begin with a slash.')
+    seconds = _number(value.get("seconds", 5), "fault.seconds", 0)
+    kind, method = FaultKind(value["kind"]), _text(value.get("method", "*"), "fault.method").upper()
+    return lambda robot: robot.faults.add(Fault(kind, path.rstrip("/") or "/", method, count, seconds))
+
+
+WISHES: dict[str, Callable[[Any], Act]] = {
+    "battery": _battery, "emergency_stop": _emergency_stop, "error": _error, "fail_next_mission": _fail_next, "reboot_seconds": _reboot,
+    "user_prompt": _user_prompt, "fault": _fault,
+}

@@ -1,0 +1,149 @@
+"""MiR's own definition of the REST API: which operations there are, what a body must look like, what an empty answer looks like."""
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from mir_sim.errors import ApiError, argument_error
+
+SOFTWARE = ("2.14.7", "3.5.4")
+Schema = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One verb on one path template. ``schema`` is None where the answer has no body."""
+
+    verb: str
+    template: str
+    success: int
+    schema: Schema | None
+    body_schema: Schema | None
+
+    @property
+    def is_list(self) -> bool:
+        return self.schema is not None and self.schema.get("type") == "array"
+
+
+class Definition:
+    """The parsed definition of one software version."""
+
+    def __init__(self, version: str, document: dict[str, Any]) -> None:
+        self.version = version
+        self.document = document
+        self._schemas: dict[str, Schema] = document["definitions"]
+        self._operations = {(verb, template): self._operation(verb, template, raw)
+                            for template, verbs in document["paths"].items() for verb, raw in verbs.items()}
+
+    @staticmethod
+    def _operation(verb: str, template: str, raw: dict[str, Any]) -> Operation:
+        success = next(code for code in raw["responses"] if code.startswith("2"))
+        bodies = [parameter["schema"] for parameter in raw["parameters"] if parameter["in"] == "body"]
+        return Operation(verb, template, int(success), raw["responses"][success].get("schema"), bodies[0] if bodies else None)
+
+    def operations(self) -> Iterator[Operation]:
+        return iter(self._operations.values())
+
+    def operation(self, verb: str, template: str) -> Operation | None:
+        return self._operations.get((verb, template))
+
+    def templates(self) -> list[str]:
+        return list(self.document["paths"])
+
+    def resolve(self, schema: Schema) -> Schema:
+        """Follow a ``$ref``; other schemas come back as they are."""
+        return self._schemas[schema["$ref"].rsplit("/", 1)[-1]] if "$ref" in schema else schema
+
+    def properties(self, schema: Schema | None) -> Mapping[str, Schema]:
+        """The properties of an object schema, or of the items of a list."""
+        if schema is None:
+            return {}
+        schema = self.resolve(schema)
+        if schema.get("type") == "array":
+            schema = self.resolve(schema["items"])
+        properties: Mapping[str, Schema] = schema.get("properties", {})
+        return properties
+
+    def blank(self, schema: Schema) -> Any:
+        """A schema-true value that says nothing: what a robot shows of equipment that it doesn't have."""
+        schema = self.resolve(schema)
+        kind = schema.get("type", "object")
+        if kind == "object":
+            return {name: self.blank(inner) for name, inner in schema.get("properties", {}).items()}
+        if schema.get("format") == "date-time":
+            return "1970-01-01T00:00:00"
+        return {"string": "", "integer": 0, "number": 0.0, "boolean": False, "array": []}[kind]
+
+    def check_body(self, schema: Schema, body: Any) -> dict[str, Any]:
+        """Return the known fields of a request body.
+
+        Fields that the definition doesn't know are passed over, since field clients send such and live.
+
+        Raises:
+            ApiError: 400 when a required field is missing or a value is of the wrong type, too long or no choice.
+        """
+        schema = self.resolve(schema)
+        if not isinstance(body, dict):
+            raise argument_error()
+        properties: Mapping[str, Schema] = schema.get("properties", {})
+        if any(name not in body for name in schema.get("required", ())):
+            raise argument_error()
+        known = {name: value for name, value in body.items() if name in properties}
+        for name, value in known.items():
+            if not _fits(value, properties[name]):
+                raise argument_error()
+        return known
+
+
+def _fits(value: Any, schema: Schema) -> bool:
+    kind = schema.get("type")
+    if kind == "string":
+        fits = isinstance(value, str) and schema.get("minLength", 0) <= len(value) <= schema.get("maxLength", math.inf)
+    elif kind == "boolean":
+        fits = isinstance(value, bool)
+    elif kind == "integer":
+        fits = isinstance(value, int) and not isinstance(value, bool)
+    elif kind == "number":
+        fits = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    elif kind == "array":
+        items = schema.get("items", {})
+        fits = isinstance(value, list) and all(_fits(item, items) for item in value)
+    else:
+        fits = isinstance(value, dict) if kind == "object" else True
+    return fits and ("enum" not in schema or value in schema["enum"])
+
+
+class Routes:
+    """Finds the path template that a path belongs to; fixed words win over placeholders (``/users/me`` over ``/users/{guid}``)."""
+
+    def __init__(self, templates: list[str]) -> None:
+        self._exact = {template: template for template in templates if "{" not in template}
+        self._patterns = [(re.compile(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", template)), template)
+                          for template in sorted(templates, key=lambda t: (t.count("{"), t)) if "{" in template]
+
+    def find(self, path: str) -> tuple[str, dict[str, str]] | None:
+        """Return the template and the values of its placeholders, or None."""
+        path = path.rstrip("/") or "/"
+        if path in self._exact:
+            return path, {}
+        for pattern, template in self._patterns:
+            if match := pattern.fullmatch(path):
+                return template, match.groupdict()
+        return None
+
+
+@lru_cache(maxsize=len(SOFTWARE))
+def load(version: str) -> Definition:
+    """Read the definition of a software version. Raises ValueError for a version that isn't known."""
+    if version not in SOFTWARE:
+        raise ValueError(f"unknown software {version}: choose one of {', '.join(SOFTWARE)}")
+    text = (Path(__file__).parent / "definitions" / f"robot-{version}.json").read_text(encoding="utf-8")
+    return Definition(version, json.loads(text))
+
+

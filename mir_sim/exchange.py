@@ -1,0 +1,97 @@
+"""What becomes of one request on a faulty way: handled or not, answered now, late or never.
+
+The socket server and in-process clients share this, so that a fault is the same thing in both.
+"""
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from mir_sim.api import below_base, handle, refuse
+from mir_sim.errors import ApiError
+from mir_sim.faults import Fault, FaultKind
+from mir_sim.messages import Request, Response
+
+if TYPE_CHECKING:
+    from mir_sim.robot import SimulatedRobot
+
+
+class Fate(Enum):
+    """What the client sees."""
+
+    ANSWERED = "answered"
+    REFUSED = "refused"           # no connection: the robot is off the air
+    CLOSED = "closed"             # the connection ends without an answer
+    CUT = "cut"                   # the answer ends before its Content-Length
+    HELD = "held"                 # nothing ever comes
+
+
+@dataclass
+class Exchange:
+    """The fate of one request.
+
+    Attributes:
+        response: what comes back, if anything does; for ``CUT`` the body is the half that arrives, ``full_length`` bytes were promised.
+        seconds: real seconds that the client waits for it.
+        pending: the robot handles the request only when those seconds are over (``response`` is None until then).
+    """
+
+    fate: Fate
+    response: Response | None = None
+    seconds: float = 0.0
+    full_length: int = 0
+    pending: bool = False
+
+
+def exchange(robot: SimulatedRobot, request: Request) -> Exchange:
+    """Send one request through the robot's faults. A late one is handled by the robot itself when its time has come."""
+    with robot.lock:
+        robot.catch_up()
+        if not robot.online:
+            return Exchange(Fate.REFUSED)
+        fault = take_fault(robot, request)
+        if fault is not None and fault.kind is FaultKind.LATE:
+            late = Exchange(Fate.ANSWERED, None, fault.seconds, pending=True)
+
+            def arrive() -> None:
+                late.response, late.pending = handle(robot, request), False
+
+            robot.call_at(robot.in_real(fault.seconds), arrive)
+            return late
+        return undergo(robot, request, fault)
+
+
+def take_fault(robot: SimulatedRobot, request: Request) -> Fault | None:
+    """The fault that this request falls to. Only requests of the API can."""
+    path = below_base(request.path)
+    return None if path is None else robot.faults.take(request.method, path)
+
+
+def undergo(robot: SimulatedRobot, request: Request, fault: Fault | None) -> Exchange:
+    """Handle a request as its fault lets it. ``late`` is the caller's affair: its time is to pass before this is called."""
+    kind = fault.kind if fault is not None else None
+    if kind is FaultKind.DROP_REQUEST:
+        return Exchange(Fate.CLOSED)
+    if kind is FaultKind.HANG:
+        return Exchange(Fate.HELD)
+    if kind is FaultKind.STATUS_503:
+        return Exchange(Fate.ANSWERED, refuse(robot, ApiError(503, "Service unavailable")))
+    response = handle(robot, request)
+    if kind is FaultKind.DROP_RESPONSE:
+        return Exchange(Fate.CLOSED)
+    if kind is FaultKind.DELAY and fault is not None:
+        return Exchange(Fate.ANSWERED, response, fault.seconds)
+    if kind is FaultKind.HTML:
+        return Exchange(Fate.ANSWERED, Response(200, {"Content-Type": "text/html; charset=utf-8"}, PAGE))
+    if kind is FaultKind.TRUNCATE:
+        half = Response(response.status, response.headers, response.body[:len(response.body) // 2])
+        return Exchange(Fate.CUT, half, full_length=max(1, len(response.body)))
+    if kind is FaultKind.GARBAGE:
+        noise = random.Random(f"{robot.serial_number}/{robot.now}").randbytes(max(16, len(response.body)))
+        return Exchange(Fate.ANSWERED, Response(response.status, response.headers, noise))
+    return Exchange(Fate.ANSWERED, response)
+
+
+PAGE = b"<!DOCTYPE html>\n<html><head><title>Sign in</title></head><body><h1>Sign in to the network</h1><form><input name=\"user\"></form></body></html>\n"

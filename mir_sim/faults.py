@@ -1,0 +1,75 @@
+"""Faults of the network and of the robot's web server, put between a request and its answer on demand.
+
+Each is what some field report tells of: answers lost after the robot has taken the order, stalls of many seconds while it drives, bursts
+of 503 while it docks, connections dropped without a word.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+
+class FaultKind(StrEnum):
+    """What goes wrong; for each, whether the robot handles the request."""
+
+    DROP_REQUEST = "drop_request"       # closed before it is handled
+    DROP_RESPONSE = "drop_response"     # handled, answer lost
+    DELAY = "delay"                     # handled, then answered late
+    LATE = "late"                       # answered late, handled only then
+    HANG = "hang"                       # held, never handled nor answered
+    STATUS_503 = "status_503"           # refused, not handled
+    HTML = "html"                       # handled, then a web page
+    TRUNCATE = "truncate"               # handled, then half a body
+    GARBAGE = "garbage"                 # handled, then noise
+
+
+@dataclass
+class Fault:
+    """A fault that waits for its requests.
+
+    Attributes:
+        path: exact path below /api/v2.0.0, or "*".
+        method: verb in capitals, or "*".
+        count: how many requests it still hits; None: all.
+        seconds: real seconds, for ``delay`` and ``late``.
+    """
+
+    kind: FaultKind
+    path: str = "*"
+    method: str = "*"
+    count: int | None = 1
+    seconds: float = 5.0
+
+    def hits(self, method: str, path: str) -> bool:
+        return self.method in ("*", method) and self.path in ("*", path)
+
+    def full(self) -> dict[str, Any]:
+        return {"kind": str(self.kind), "method": self.method, "path": self.path, "count": self.count, "seconds": self.seconds}
+
+
+class FaultList:
+    """The faults that are armed, oldest first; the first that fits a request takes it."""
+
+    def __init__(self) -> None:
+        self._faults: list[Fault] = []
+
+    def add(self, fault: Fault) -> None:
+        self._faults.append(fault)
+
+    def clear(self) -> None:
+        self._faults.clear()
+
+    def full(self) -> list[dict[str, Any]]:
+        return [fault.full() for fault in self._faults]
+
+    def take(self, method: str, path: str) -> Fault | None:
+        """Use up one hit of the fault that this request falls to, if any. ``path`` is below /api/v2.0.0."""
+        for fault in self._faults:
+            if fault.hits(method, path):
+                if fault.count is not None:
+                    fault.count -= 1
+                    if fault.count <= 0:
+                        self._faults.remove(fault)
+                return fault
+        return None

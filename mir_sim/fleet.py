@@ -1,0 +1,124 @@
+"""A fleet of simulated robots on ports of this machine, for tests, demonstrations and the command line."""
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import threading
+import time
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from typing import Any
+
+from mir_sim import control
+from mir_sim.robot import SimulatedRobot
+from mir_sim.server import Station
+
+NAMES = ("Aino", "Veikko", "Sisu", "Lempi", "Onni", "Helmi", "Eino", "Toivo", "Aava", "Urho", "Impi", "Sulo")
+
+
+def robot_name(index: int) -> str:
+    """A friendly name for the n-th robot; with more robots than names a number is added."""
+    turn, place = divmod(index, len(NAMES))
+    return NAMES[place] if turn == 0 else f"{NAMES[place]} {turn + 1}"
+
+
+class FleetRobot:
+    """One served robot: its address and what can be done to it from any thread."""
+
+    def __init__(self, station: Station) -> None:
+        self._station = station
+        self.name = station.robot.name
+        self.model = station.robot
+
+    @property
+    def port(self) -> int:
+        return self._station.port
+
+    @property
+    def url(self) -> str:
+        host = self._station.host
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}"
+
+    def control(self, wishes: dict[str, Any]) -> dict[str, Any]:
+        """The same as POST /sim: do it and return the new state. Raises ControlError with a sentence."""
+        control.apply(self.model, wishes)
+        return self.model.snapshot()
+
+    def state(self) -> dict[str, Any]:
+        """The same as GET /sim."""
+        return self.model.snapshot()
+
+
+class Fleet:
+    """Robots that are served until ``stop``. All share one clock, one thread and one event loop."""
+
+    def __init__(self, robots: list[SimulatedRobot], host: str = "127.0.0.1", port: int = 0) -> None:
+        self._stations = [Station(robot, host, port + number if port else 0) for number, robot in enumerate(robots)]
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._live, name="mir_sim", daemon=True)
+        self._watchers: list[asyncio.Task[None]] = []
+        self.robots: list[FleetRobot] = []
+
+    def start(self) -> None:
+        """Open all ports and answer from now on. Raises OSError when one is taken; then none stays open."""
+        self._thread.start()
+        try:
+            asyncio.run_coroutine_threadsafe(self._open(), self._loop).result()
+        except OSError:
+            self.stop()
+            raise
+        self.robots = [FleetRobot(station) for station in self._stations]
+
+    def stop(self) -> None:
+        """Close all ports and connections and end the thread."""
+        if self._thread.is_alive():
+            asyncio.run_coroutine_threadsafe(self._close(), self._loop).result()
+            self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join()
+        self._loop.close()
+
+    def _live(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        self._loop.run_forever()
+
+    async def _open(self) -> None:
+        for station in self._stations:
+            await station.open()
+        self._watchers = [asyncio.create_task(station.follow_power()) for station in self._stations]
+
+    async def _close(self) -> None:
+        for station in self._stations:
+            station.close()
+            if station.reservation is not None:
+                station.reservation.close()
+        tasks = [task for task in asyncio.all_tasks() if task is not asyncio.current_task()]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def make_robots(count: int, *, time_scale: float = 1.0, seed: int = 1, **options: Any) -> list[SimulatedRobot]:
+    """Robots that share one clock, which starts now. ``options`` go to each :class:`SimulatedRobot`."""
+    began = time.monotonic()
+    options.setdefault("start", datetime.now(UTC))
+    return [SimulatedRobot(robot_name(number), seed=seed, time_scale=time_scale, clock=lambda: (time.monotonic() - began) * time_scale, **options)
+            for number in range(count)]
+
+
+@contextlib.contextmanager
+def serve(robots: int = 3, *, time_scale: float = 1.0, seed: int = 1, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[Fleet]:
+    """Serve a fleet while the block runs.
+
+    Args:
+        robots: how many.
+        time_scale: simulated seconds per real second, 1 to 1000.
+        seed: decides everything random.
+        port: first of the consecutive ports; 0 takes free ones.
+        options: passed to every :class:`SimulatedRobot`.
+    """
+    fleet = Fleet(make_robots(robots, time_scale=time_scale, seed=seed, **options), host, port)
+    fleet.start()
+    try:
+        yield fleet
+    finally:
+        fleet.stop()

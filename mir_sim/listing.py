@@ -1,0 +1,175 @@
+"""What every list of the API can do: whitelist, sort_by, limit and offset, and the filters of POST …/search."""
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Protocol
+
+from mir_sim.errors import bad_request
+
+FIELDS, FILTERS, ORDERING, LIMITS = "Wrong output fields", "Invalid filters", "Invalid ordering", "Invalid limits"
+
+
+class Listed(Protocol):
+    """An entry of a list."""
+
+    def summary(self) -> dict[str, Any]:
+        """What the bare list shows of it."""
+
+    def full(self) -> dict[str, Any]:
+        """All its fields."""
+
+    def value(self, name: str) -> Any:
+        """One field."""
+
+
+def show(entries: Iterable[Listed], query: Mapping[str, str], fields: set[str], filters: Sequence[Any] = ()) -> list[dict[str, Any]]:
+    """The list as the client wants it.
+
+    Args:
+        query: the URL's query; what isn't known is passed over.
+        fields: every field an entry may have.
+        filters: the ``filters`` of a search.
+
+    Raises:
+        ApiError: 400 with MiR's text for what is wrong.
+    """
+    found = list(entries)
+    for accepts, name in [_filter(one, fields) for one in filters]:
+        found = [entry for entry in found if accepts(entry.value(name))]
+    found = _sorted(found, query.get("sort_by"), fields)
+    found = _page(found, query)
+    whitelist = query.get("whitelist")
+    if whitelist is None:
+        return [entry.summary() for entry in found]
+    names = _names(whitelist, fields)
+    if names is None:
+        return [entry.full() for entry in found]
+    return [{name: value for name, value in (entry.full() | entry.summary()).items() if name in names} for entry in found]
+
+
+def pick(value: dict[str, Any], query: Mapping[str, str], fields: set[str]) -> dict[str, Any]:
+    """A single object, reduced to its whitelist."""
+    whitelist = query.get("whitelist")
+    names = _names(whitelist, fields | set(value)) if whitelist is not None else None
+    return value if names is None else {name: inner for name, inner in value.items() if name in names}
+
+
+def _names(whitelist: str, fields: set[str]) -> set[str] | None:
+    """The wanted top-level fields; None means all."""
+    names = {name.strip() for name in whitelist.split(",")}
+    if names == {"all"}:
+        return None
+    if not names <= fields:
+        raise bad_request(FIELDS)
+    return names
+
+
+def _sorted(entries: list[Listed], sort_by: str | None, fields: set[str]) -> list[Listed]:
+    if sort_by is None:
+        return entries
+    name, _, direction = (part.strip() for part in sort_by.partition(","))
+    if name not in fields or direction.lower() not in ("", "asc", "desc"):
+        raise bad_request(ORDERING)
+    return sorted(entries, key=lambda entry: _sort_key(entry.value(name)), reverse=direction.lower() == "desc")
+
+
+def _sort_key(value: Any) -> tuple[int, float, str]:
+    """Nulls first, then numbers, then texts, as the robot's database has it."""
+    if value is None:
+        return 0, 0.0, ""
+    if isinstance(value, int | float):
+        return 1, float(value), ""
+    return 2, 0.0, str(value)
+
+
+def _page(entries: list[Listed], query: Mapping[str, str]) -> list[Listed]:
+    bounds = []
+    for name in ("offset", "limit"):
+        text = query.get(name)
+        if text is not None and not re.fullmatch(r"\d{1,9}", text):
+            raise bad_request(LIMITS)
+        bounds.append(None if text is None else int(text))
+    offset, limit = bounds[0] or 0, bounds[1]
+    return entries[offset:] if limit is None else entries[offset:offset + limit]
+
+
+Test = Callable[[Any], bool]
+
+
+def _filter(one: Any, fields: set[str]) -> tuple[Test, str]:
+    """Turn {"fieldname", "operator", "value"} into a test and the field that it is for."""
+    if not isinstance(one, dict) or not {"fieldname", "operator", "value"} <= set(one) or one["fieldname"] not in fields:
+        raise bad_request(FILTERS)
+    wanted, make = one["value"], OPERATORS.get(str(one["operator"]).upper())
+    if make is None:
+        raise bad_request(FILTERS)
+    return make(wanted), one["fieldname"]
+
+
+def _alike(left: Any, right: Any) -> tuple[Any, Any]:
+    """Make two values comparable: as numbers if both can be, else as texts (the robot's database does so)."""
+    try:
+        return float(left), float(right)
+    except (TypeError, ValueError):
+        return str(left), str(right)
+
+
+def _equal(left: Any, right: Any) -> bool:
+    if left is None or right is None:
+        return False
+    first, second = _alike(left, right)
+    return bool(first == second)
+
+
+def _comparing(compare: Callable[[Any, Any], bool]) -> Callable[[Any], Test]:
+    """A null compares with nothing."""
+    return lambda wanted: lambda value: value is not None and wanted is not None and compare(*_alike(value, wanted))
+
+
+def _like(wanted: Any) -> Test:
+    pattern = re.compile("".join({"%": ".*", "_": "."}.get(char, re.escape(char)) for char in str(wanted)), re.IGNORECASE | re.DOTALL)
+    return lambda value: value is not None and pattern.fullmatch(str(value)) is not None
+
+
+def _in(wanted: Any) -> Test:
+    if not isinstance(wanted, list):
+        raise bad_request(FILTERS)
+    return lambda value: any(_equal(value, one) for one in wanted)
+
+
+def _is(wanted: Any) -> Test:
+    if isinstance(wanted, str) and wanted.upper() == "NULL":
+        wanted = None
+    return lambda value: value is None if wanted is None else _equal(value, wanted)
+
+
+def _not(make: Callable[[Any], Test]) -> Callable[[Any], Test]:
+    """The opposite test, which accepts no null either."""
+    def opposite(wanted: Any) -> Test:
+        accepts = make(wanted)
+        return lambda value: value is not None and not accepts(value)
+    return opposite
+
+
+def _is_not(wanted: Any) -> Test:
+    accepts = _is(wanted)
+    return lambda value: not accepts(value)
+
+
+OPERATORS: dict[str, Callable[[Any], Test]] = {
+    "=": lambda wanted: lambda value: _equal(value, wanted),
+    "<=>": lambda wanted: lambda value: value is None if wanted is None else _equal(value, wanted),
+    "<>": _not(lambda wanted: lambda value: _equal(value, wanted)),
+    "!=": _not(lambda wanted: lambda value: _equal(value, wanted)),
+    ">": _comparing(lambda left, right: left > right),
+    ">=": _comparing(lambda left, right: left >= right),
+    "<": _comparing(lambda left, right: left < right),
+    "<=": _comparing(lambda left, right: left <= right),
+    "LIKE": _like,
+    "NOT LIKE": _not(_like),
+    "IN": _in,
+    "NOT IN": _not(_in),
+    "IS": _is,
+    "IS NOT": _is_not,
+}

@@ -1,0 +1,33 @@
+"""/batch: several requests in one, answered in order."""
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from mir_sim.errors import argument_error
+from mir_sim.messages import Request
+from mir_sim.resources.registry import Call, Handler
+
+
+def batch(call: Call) -> list[dict[str, Any]]:
+    """Answer ``{"requests": [{"url", "method", "body"?}]}`` with a list of ``{"status", "body", "headers"}``."""
+    from mir_sim.api import BASE, answer     # a batch asks the whole API again
+
+    body = call.json()
+    requests = body.get("requests") if isinstance(body, dict) else None
+    if not isinstance(requests, list):
+        raise argument_error()
+    answers = []
+    for one in requests:
+        if not isinstance(one, dict) or not isinstance(one.get("url"), str) or not isinstance(one.get("method"), str) \
+                or one["url"].startswith("/batch"):
+            raise argument_error()
+        content = json.dumps(one["body"]).encode() if "body" in one else b""
+        response = answer(call.robot, Request.of(one["method"], BASE + one["url"], call.request.headers, content))
+        text = response.body.decode()
+        is_json = response.headers.get("Content-Type") == "application/json"
+        answers.append({"status": response.status, "body": json.loads(text) if is_json and text else text or None, "headers": dict(response.headers)})
+    return answers
+
+
+HANDLERS: dict[tuple[str, str], Handler] = {("post", "/batch"): batch}

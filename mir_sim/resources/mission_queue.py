@@ -1,0 +1,107 @@
+"""/mission_queue: ordering missions, watching and cancelling them."""
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from mir_sim.errors import ApiError, argument_error, not_found
+from mir_sim.mission_queue import ItemState, QueueAction, QueueItem
+from mir_sim.resources.registry import Call, Handler
+from mir_sim.site import Row
+
+
+def list_items(call: Call) -> Any:
+    return call.robot.queue
+
+
+def order(call: Call) -> dict[str, Any]:
+    """Queue a mission. Software 2.x answers with the full item as well, 3.x with what the definition says."""
+    robot, fields = call.robot, call.fields()
+    mission = robot.site.table("/missions").get(fields["mission_id"])
+    if mission is None:
+        raise argument_error()
+    parameters: list[Row] = fields.get("parameters", [])
+    _check_parameters(call, mission["guid"], parameters)
+    # MiR's definition: the description is that of the mission when the order has none of its own.
+    item = robot.order(
+        mission["guid"], call.asker, message=fields.get("message", ""), description=fields.get("description", mission["description"]),
+        parameters=parameters, priority=fields.get("priority", 0), fleet_schedule_guid=fields.get("fleet_schedule_guid", ""))
+    return item.full() | item.summary() if robot.software.startswith("2.") else item.summary()
+
+
+def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> None:
+    """Clients name a parameter by ``input_name`` or by ``id``; both work on robots. An unknown name gives 500 (reported)."""
+    wanted = call.robot.site.user_parameters(mission_id)
+    given = {}
+    for parameter in parameters:
+        name = parameter.get("input_name") or parameter.get("id")
+        if name not in wanted:
+            raise ApiError(500, "Internal server error")
+        given[name] = parameter.get("value")
+    for name, asked in wanted.items():
+        value = given.get(name, asked["value"])
+        if value is None or isinstance(value, dict | list):
+            raise argument_error()
+        if asked["id"] in ("position", "marker") and value not in call.robot.site.table("/positions"):
+            raise argument_error()
+
+
+def _item(call: Call, name: str = "id") -> QueueItem:
+    item = call.robot.queue.get(int(call.params[name])) if call.params[name].isdecimal() and len(call.params[name]) < 16 else None
+    if item is None:
+        raise not_found()
+    return item
+
+
+def get_item(call: Call) -> dict[str, Any]:
+    return _item(call).full()
+
+
+def change_item(call: Call) -> dict[str, Any]:
+    """Change a waiting item. What ``cmd`` does on a robot is not documented; here it does nothing."""
+    item, fields = _item(call), call.changes()
+    if item.state is ItemState.PENDING:
+        if fields.get("mission_id", item.mission_id) not in call.robot.site.table("/missions"):
+            raise argument_error()
+        item.mission_id = fields.get("mission_id", item.mission_id)
+        item.priority = fields.get("priority", item.priority)
+    return item.full()
+
+
+def cancel_item(call: Call) -> None:
+    """Abort one item; it stays in the list. Cancelling an ended one changes nothing and succeeds (guess: not recorded)."""
+    call.robot.cancel(_item(call))
+
+
+def cancel_all(call: Call) -> None:
+    call.robot.cancel_all()
+
+
+def _action_url(item: QueueItem, action: QueueAction) -> str:
+    return f"/v2.0.0/mission_queue/{item.id}/actions/{action.id}"
+
+
+def list_actions(call: Call) -> list[dict[str, Any]]:
+    """Actions begun so far, as ``[{id, url}]`` (recorded; the definition shows one full object instead)."""
+    item = _item(call, "mission_queue_id")
+    return [{"id": action.id, "url": _action_url(item, action)} for action in item.actions]
+
+
+def get_action(call: Call) -> dict[str, Any]:
+    item = _item(call, "mission_queue_id")
+    for action in item.actions:
+        if str(action.id) == call.params["id"]:
+            return {**asdict(action), "mission_queue_id": item.id, "url": _action_url(item, action), "allowed_methods": ["GET"]}
+    raise not_found()
+
+
+HANDLERS: dict[tuple[str, str], Handler] = {
+    ("get", "/mission_queue"): list_items,
+    ("post", "/mission_queue"): order,
+    ("delete", "/mission_queue"): cancel_all,
+    ("get", "/mission_queue/{id}"): get_item,
+    ("put", "/mission_queue/{id}"): change_item,
+    ("delete", "/mission_queue/{id}"): cancel_item,
+    ("get", "/mission_queue/{mission_queue_id}/actions"): list_actions,
+    ("get", "/mission_queue/{mission_queue_id}/actions/{id}"): get_action,
+}

@@ -1,0 +1,111 @@
+"""/status: what the robot is and does, and the few things that can be told it."""
+from __future__ import annotations
+
+import json
+import math
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from mir_sim.errors import ApiError, argument_error
+from mir_sim.motion import Pose
+from mir_sim.resources.registry import Call, Handler
+from mir_sim.state import ModeId, StateId
+
+if TYPE_CHECKING:
+    from mir_sim.robot import SimulatedRobot
+
+FOOTPRINTS = {"MiR100": (-0.454, 0.506, 0.32), "MiR200": (-0.454, 0.506, 0.32), "MiR250": (-0.39, 0.39, 0.305)}
+
+
+def _footprint(model: str) -> str:
+    """A polygon in metres, as a string that holds JSON (recorded so)."""
+    back, front, side = FOOTPRINTS.get(model, FOOTPRINTS["MiR250"])
+    return json.dumps([[back, side], [front, side], [front, -side], [back, -side]], separators=(",", ":"))
+
+
+def status_of(robot: SimulatedRobot) -> dict[str, Any]:
+    """The whole status. In emergency stop the battery monitor is cut off and shows −1 (recorded)."""
+    state, motion, run = robot.state, robot.motion, robot.run
+    blind = robot.emergency_stop
+    status: dict[str, Any] = {
+        "allowed_methods": None,
+        "battery_percentage": -1.0 if blind else round(robot.battery.at(robot.now), 2),
+        "battery_time_remaining": -1 if blind else robot.battery.seconds_left(robot.now),
+        "distance_to_next_target": round(robot.distance_to_target, 3),
+        "errors": [] if blind else [error.full() for error in robot.errors],
+        "footprint": _footprint(robot.model),
+        "joystick_low_speed_mode_enabled": False,
+        "joystick_web_session_id": robot.joystick_session,
+        "map_id": robot.map_id,
+        "mission_queue_id": run.item.id if run is not None else None,
+        "mission_queue_url": f"/v2.0.0/mission_queue/{run.item.id}" if run is not None else None,
+        "mission_text": robot.mission_text,
+        "mode_id": int(robot.mode),
+        "mode_key_state": "idle" if robot.model in ("MiR100", "MiR200") else "manual" if robot.manual else "auto",
+        "mode_text": robot.mode.text,
+        "moved": round(robot.moved, 3),
+        "position": {"x": round(motion.pose.x, 3), "y": round(motion.pose.y, 3), "orientation": round(motion.pose.orientation, 3)},
+        "robot_model": robot.model,
+        "robot_name": robot.name,
+        "safety_system_muted": False,
+        "serial_number": robot.serial_number,
+        "session_id": robot.session_id,
+        "state_id": int(state),
+        "state_text": state.text,
+        "unloaded_map_changes": False,
+        "uptime": int(robot.now - robot.switched_on),
+        "user_prompt": robot.prompt.full() if robot.prompt is not None else None,
+        "velocity": {"linear": round(motion.linear, 3), "angular": round(motion.angular, 3)},
+    }
+    return status
+
+
+def get_status(call: Call) -> dict[str, Any]:
+    return status_of(call.robot)
+
+
+def put_status(call: Call) -> dict[str, Any]:
+    """All of it or nothing: every field is checked before the first one acts. Errors are cleared before a state is set."""
+    robot, fields = call.robot, call.changes()
+    pose = _pose(fields["position"]) if "position" in fields else None
+    map_id = fields.get("map_id", robot.map_id)
+    if map_id not in robot.site.table("/maps"):
+        raise argument_error()
+    if "answer" in fields and (robot.prompt is None or fields.get("guid") != robot.prompt.guid):
+        raise argument_error()
+    moment = _moment(fields["datetime"]) if "datetime" in fields else None
+
+    robot.name = fields.get("name", robot.name)
+    robot.serial_number = fields.get("serial_number", robot.serial_number)
+    robot.joystick_session = fields.get("web_session_id", robot.joystick_session)
+    if "mode_id" in fields:
+        robot.set_mode(ModeId(fields["mode_id"]))
+    if pose is not None or map_id != robot.map_id:
+        robot.relocate(pose or robot.pose, map_id)
+    if "answer" in fields:
+        robot.withdraw_prompt(fields["guid"])
+    if moment is not None:
+        robot.set_clock(moment)
+    if "clear_error" in fields:
+        robot.clear_errors()
+    if "state_id" in fields:
+        {StateId.READY: robot.resume, StateId.PAUSE: robot.pause, StateId.MANUAL_CONTROL: robot.take_over}[StateId(fields["state_id"])]()
+    return status_of(robot)
+
+
+def _pose(position: dict[str, Any]) -> Pose:
+    values = [position.get(name) for name in ("x", "y", "orientation")]
+    numbers = [float(value) for value in values if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)]
+    if len(numbers) != 3:
+        raise argument_error()
+    return Pose(*numbers)
+
+
+def _moment(text: str) -> datetime:
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise ApiError(400, "Argument error") from None
+
+
+HANDLERS: dict[tuple[str, str], Handler] = {("get", "/status"): get_status, ("put", "/status"): put_status}

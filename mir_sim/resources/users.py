@@ -1,0 +1,46 @@
+"""/users/me and /users/auth: who is asking."""
+from __future__ import annotations
+
+from datetime import timedelta
+from typing import Any
+
+from mir_sim.resources.collections import row_full
+from mir_sim.resources.registry import Call, Handler
+from mir_sim.site import password_hash
+
+
+def get_me(call: Call) -> dict[str, Any]:
+    """One object, as recorded; the definition says a list of them."""
+    me = call.asker
+    return {"url": f"/v2.0.0/users/{me['guid']}", "guid": me["guid"], "name": me["name"], "user_group_id": me["user_group_id"],
+            "user_group": f"/v2.0.0/user_groups/{me['user_group_id']}", "allowed_methods": ["GET", "PUT"]}
+
+
+def put_me(call: Call) -> dict[str, Any]:
+    fields = call.changes()
+    if "password" in fields:
+        call.asker["password_hash"] = password_hash(fields.pop("password"))
+    call.asker.update(fields)
+    return get_me(call)
+
+
+def my_group(call: Call) -> list[dict[str, Any]]:
+    group = call.robot.site.table("/user_groups").get(call.asker["user_group_id"])
+    return [row_full(call, "/user_groups", group)] if group else []
+
+
+def log_in(call: Call) -> dict[str, Any]:
+    """A session of the web interface. Clients with Basic credentials don't need one."""
+    now = call.robot.clock.local(call.robot.now)
+    return {"user_id": call.asker["guid"], "ip": "127.0.0.1", "login_time": now.isoformat(timespec="seconds"),
+            "expiration_time": (now + timedelta(minutes=15)).isoformat(timespec="seconds"), "token": call.robot.site.new_guid(),
+            "allowed_methods": None}
+
+
+HANDLERS: dict[tuple[str, str], Handler] = {
+    ("get", "/users/me"): get_me,
+    ("put", "/users/me"): put_me,
+    ("get", "/users/me/group"): my_group,
+    ("post", "/users/auth"): log_in,
+    ("delete", "/users/auth"): lambda call: None,
+}

@@ -1,0 +1,48 @@
+"""A queue item in execution: which action it is at and how many active seconds that one has had."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from mir_sim.mission_queue import QueueItem
+from mir_sim.site import Row
+from mir_sim.steps import Step
+
+STARTING_SECONDS = 0.5
+
+
+@dataclass
+class Run:
+    """The mission that a robot is executing. Time counts only while ``since`` is set; a held robot has None there."""
+
+    item: QueueItem
+    actions: list[Row]
+    step: Step = field(default_factory=lambda: Step(STARTING_SECONDS, "Starting..."))
+    next_action: int = 0
+    done: float = 0.0
+    since: float | None = None
+    failure: str | None = None
+    fails_after: float | None = None
+
+    def elapsed(self, now: float) -> float:
+        """Active seconds of the present step."""
+        return self.done + (now - self.since if self.since is not None else 0.0)
+
+    def freeze(self, now: float) -> None:
+        self.done, self.since = self.elapsed(now), None
+
+    def go_on(self, now: float) -> None:
+        if self.since is None:
+            self.since = now
+
+    def enter(self, step: Step, now: float) -> None:
+        """Begin a step. A mission that is to fail does so halfway through its first action, or after a second of an endless one."""
+        self.step, self.done, self.since = step, 0.0, now
+        if self.failure is not None and self.fails_after is None:
+            self.fails_after = step.duration / 2 if step.duration else 1.0
+
+    def values(self, action: Row) -> dict[str, Any]:
+        """The action's parameters, with those that were given when the mission was queued."""
+        given = {parameter.get("input_name") or parameter.get("id"): parameter.get("value") for parameter in self.item.parameters}
+        return {parameter["id"]: given.get(parameter["input_name"], parameter["value"]) if parameter.get("input_name") else parameter["value"]
+                for parameter in action["parameters"]}

@@ -1,0 +1,223 @@
+"""A mission's actions in execution: how long each takes, what it shows and what it leaves behind."""
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from mir_sim import power, world
+from mir_sim.motion import Motion, Pose, Trip
+from mir_sim.state import StateId
+
+if TYPE_CHECKING:
+    from mir_sim.robot import SimulatedRobot
+
+DOCKING_SPEED = 0.25          # m/s on the last metres to a marker
+DOCKING_DISTANCE = 1.5        # m that are driven at that speed
+SHOWN_DOCKED = 3.0            # s for which a robot that has reached its charger says Docked
+
+
+class UnknownPosition(Exception):
+    """The action names a position that the robot doesn't have (any more)."""
+
+
+@dataclass
+class Step:
+    """One action under way. ``duration`` is in active seconds: a paused robot doesn't use them up."""
+
+    duration: float
+    label: str = ""
+
+    @property
+    def length(self) -> float:
+        """Metres that it drives in all."""
+        return 0.0
+
+    def begin(self, robot: SimulatedRobot) -> None:
+        """Take hold of the robot."""
+
+    def ends_at(self, robot: SimulatedRobot, since: float, done: float) -> float | None:
+        """Simulated second of the end if the robot keeps going, or None.
+
+        Args:
+            since: simulated second at which the step was begun or went on.
+            done: active seconds it had had by then.
+        """
+        return since + self.duration - done
+
+    def state(self, elapsed: float) -> StateId:
+        return StateId.EXECUTING
+
+    def text(self, robot: SimulatedRobot, elapsed: float) -> str:
+        return self.label
+
+    def motion(self, elapsed: float) -> Motion | None:
+        """Where the robot is and how it moves, or None when it stands."""
+        return None
+
+    def battery_rate(self) -> float:
+        return power.STANDING
+
+    def finish(self, robot: SimulatedRobot) -> None:
+        """Leave behind what the action was for."""
+
+
+class MoveStep(Step):
+    """Drive along the aisle to a position."""
+
+    def __init__(self, name: str, goal: Pose) -> None:
+        super().__init__(0.0, name)
+        self.goal = goal
+        self.trip = Trip(goal, [])
+
+    def begin(self, robot: SimulatedRobot) -> None:
+        start = robot.pose
+        self.trip = Trip(start, world.route(start, self.goal.x, self.goal.y), self.goal.orientation)
+        self.duration = self.trip.duration
+
+    @property
+    def length(self) -> float:
+        return self.trip.length
+
+    def motion(self, elapsed: float) -> Motion | None:
+        return self.trip.at(elapsed)
+
+    def text(self, robot: SimulatedRobot, elapsed: float) -> str:
+        left = self.length - self.trip.at(elapsed).travelled
+        return f"Moving to '{self.label}' ({left:.1f} meters to goal)"
+
+    def battery_rate(self) -> float:
+        return power.DRIVING
+
+
+class DockStep(MoveStep):
+    """Drive up to a marker and creep onto it."""
+
+    approach = Trip(Pose(0, 0, 0), [])
+
+    @property
+    def length(self) -> float:
+        return self.trip.length + self.approach.length
+
+    def begin(self, robot: SimulatedRobot) -> None:
+        start, goal = robot.pose, self.goal
+        side = DOCKING_DISTANCE if goal.y < world.AISLE else -DOCKING_DISTANCE
+        entry = (goal.x, goal.y + side)
+        self.trip = Trip(start, world.route(start, *entry))
+        self.approach = Trip(self.trip.goal, [(goal.x, goal.y)], goal.orientation, cruise=DOCKING_SPEED)
+        self.duration = self.trip.duration + self.approach.duration
+
+    def motion(self, elapsed: float) -> Motion | None:
+        if elapsed < self.trip.duration:
+            return self.trip.at(elapsed)
+        near = self.approach.at(elapsed - self.trip.duration)
+        return Motion(near.pose, near.linear, near.angular, self.trip.length + near.travelled)
+
+    def state(self, elapsed: float) -> StateId:
+        return StateId.EXECUTING if elapsed < self.trip.duration else StateId.DOCKING
+
+    def text(self, robot: SimulatedRobot, elapsed: float) -> str:
+        return super().text(robot, elapsed) if elapsed < self.trip.duration else f"Docking to '{self.label}'"
+
+
+class ChargeStep(Step):
+    """Charge for a time, up to a level, and then perhaps until another mission comes: without one it never ends."""
+
+    def __init__(self, minimum_time: float, percentage: float, until_new_mission: bool) -> None:
+        super().__init__(minimum_time)
+        self.percentage = percentage
+        self.until_new_mission = until_new_mission
+
+    def ends_at(self, robot: SimulatedRobot, since: float, done: float) -> float | None:
+        if self.until_new_mission:
+            return robot.now if robot.queue.pending() else None
+        charged = robot.battery.time_of(self.percentage)
+        return max(since + self.duration - done, charged if charged is not None else since)
+
+    def state(self, elapsed: float) -> StateId:
+        return StateId.DOCKED if elapsed < SHOWN_DOCKED else StateId.EXECUTING
+
+    def text(self, robot: SimulatedRobot, elapsed: float) -> str:
+        level = robot.battery.at(robot.now)
+        if level < self.percentage:
+            return f"Charging until battery reaches {self.percentage:.0f}% (Current: {level:.0f}%)..."
+        return "Charging... Waiting for new mission..." if self.until_new_mission else "Charging..."
+
+    def battery_rate(self) -> float:
+        return power.CHARGING
+
+
+class PromptStep(Step):
+    """Ask a person and wait for the answer; when nobody answers in time the mission goes on."""
+
+    def __init__(self, question: str, timeout: float) -> None:
+        super().__init__(0.0, "Waiting for user input")
+        self.question = question
+        self.timeout = timeout
+        self._guid = ""
+
+    def begin(self, robot: SimulatedRobot) -> None:
+        self._guid = robot.ask(self.question, ["Yes", "No"], self.timeout).guid
+
+    def ends_at(self, robot: SimulatedRobot, since: float, done: float) -> float | None:
+        waiting = robot.prompt is not None and robot.prompt.guid == self._guid
+        return None if waiting else robot.now
+
+    def finish(self, robot: SimulatedRobot) -> None:
+        robot.withdraw_prompt(self._guid)
+
+
+class RegisterStep(Step):
+    """Write a PLC register."""
+
+    def __init__(self, register: int, value: float) -> None:
+        super().__init__(0.1, f"Setting register {register}")
+        self.register = register
+        self.value = value
+
+    def finish(self, robot: SimulatedRobot) -> None:
+        robot.set_register(self.register, self.value)
+
+
+def seconds_of(value: Any) -> float:
+    """Turn MiR's "HH:MM:SS.ffffff" (or plain seconds) into seconds. Raises ValueError when it is neither."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    match = re.fullmatch(r"(\d+):([0-5]?\d):([0-5]?\d(?:\.\d*)?)", str(value))
+    if not match:
+        raise ValueError(f"{value!r} is no duration of the form HH:MM:SS")
+    hours, minutes, seconds = match.groups()
+    return int(hours) * 3600 + int(minutes) * 60 + float(seconds)
+
+
+def _goal(robot: SimulatedRobot, guid: Any) -> tuple[str, Pose]:
+    row = robot.site.table("/positions").get(guid)
+    if row is None:
+        raise UnknownPosition(str(guid))
+    return row["name"], Pose(row["pos_x"], row["pos_y"], row["orientation"])
+
+
+def step_for(robot: SimulatedRobot, action_type: str, values: Mapping[str, Any]) -> Step:
+    """Make the step for an action. Action types outside this small world (sounds, lights, logic) take a second and do nothing.
+
+    Raises:
+        UnknownPosition: the position that it drives to doesn't exist.
+        ValueError, TypeError: a parameter has no usable value.
+    """
+    if action_type in ("move", "move_to"):
+        return MoveStep(*_goal(robot, values.get("position")))
+    if action_type == "move_to_position":
+        return MoveStep("coordinates", Pose(float(values["x"]), float(values["y"]), float(values.get("orientation") or 0.0)))
+    if action_type == "docking":
+        return DockStep(*_goal(robot, values.get("marker")))
+    if action_type == "wait":
+        return Step(seconds_of(values["time"]), "Waiting")
+    if action_type == "charging":
+        return ChargeStep(seconds_of(values.get("minimum_time") or 0), float(values.get("minimum_percentage") or 0),
+                          bool(values.get("charge_until_new_mission")))
+    if action_type == "set_plc_register":
+        return RegisterStep(int(values["register"]), float(values["value"]))
+    if action_type == "prompt_user":
+        return PromptStep(str(values.get("question", "")), seconds_of(values.get("timeout") or 60))
+    return Step(1.0, action_type)
