@@ -220,6 +220,8 @@ class RobotClient:
         status, address = answer.status, self.address.netloc
         if 200 <= status < 300:
             return answer
+        if status < 200:
+            raise Unreadable(address=address, problem=f"status {status}")
         if status < 400:
             target = self._token.hide_in(clean(answer.header("Location"), 100)) or "elsewhere"
             raise NotAMir(code="redirected", address=address, target=target)

@@ -32,7 +32,11 @@ def _objects(value: Any) -> list[Object]:
 
 
 def _unique(found: Iterable[MissionParameter]) -> list[MissionParameter]:
-    return list({parameter.name: parameter for parameter in found if parameter.name}.values())
+    by_name: dict[str, MissionParameter] = {}
+    for parameter in found:
+        if parameter.name:
+            by_name.setdefault(parameter.name, parameter)
+    return list(by_name.values())
 
 
 def _parameter(value: Object) -> MissionParameter:

@@ -1,0 +1,365 @@
+"""Each call: what it sends, what it makes of the answer. Without sockets; test_sockets.py has those."""
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import requests
+from responses import RequestsMock, matchers
+
+from app.services.mir.client import RobotClient
+from app.services.mir.errors import (
+    Busy,
+    ConnectionLost,
+    Delivery,
+    NotAMir,
+    Rejected,
+    RobotError,
+    RobotFault,
+    TimedOut,
+    Unauthorized,
+    Unreachable,
+    Unreadable,
+)
+from app.services.mir.types import MapPosition, MissionInfo, MissionParameter, Pose, QueueState, Register, RobotState
+from tests.unit.mir.answers import MAP, MISSION, STATUS, item
+from tests.unit.mir.conftest import TOKEN
+from tests.unit.mir.test_parse import png
+
+API = "http://robot.test/api/v2.0.0"
+
+
+def sent(responses: RequestsMock, number: int = -1) -> requests.PreparedRequest:
+    return responses.calls[number].request
+
+
+def body(responses: RequestsMock, number: int = -1) -> Any:
+    raw = sent(responses, number).body
+    assert raw is not None
+    return json.loads(raw)
+
+
+# ---------------------------------------------------------------------- who and how
+def test_status(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/status", json=STATUS, headers={"Robot-Version": "2.13.1.4", "Date": "Thu, 07 Dec 2023 10:54:31 GMT"})
+    status = robot.status()
+    assert (status.robot_name, status.state, status.software) == ("R1", RobotState.EXECUTING, "2.13.1.4")
+    assert status.date is not None
+    assert status.date.isoformat() == "2023-12-07T10:54:31+00:00"
+    assert 0 <= status.elapsed_s < 5
+
+
+def test_every_request_says_who_asks_and_what_it_wants(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/status", json=STATUS)
+    robot.status()
+    headers = sent(responses).headers
+    assert headers["Authorization"] == TOKEN.header
+    assert headers["Accept-Language"] == "en_US"
+    assert headers["Content-Type"] == "application/json"
+    assert headers["Accept-Encoding"] == "identity"
+
+
+def test_netrc_and_proxies_of_the_machine_are_ignored(robot: RobotClient, responses: RequestsMock, monkeypatch: pytest.MonkeyPatch,
+                                                      tmp_path: Any) -> None:
+    (tmp_path / "netrc").write_text("machine robot.test login other password other")
+    monkeypatch.setenv("NETRC", str(tmp_path / "netrc"))
+    monkeypatch.setenv("HTTP_PROXY", "http://proxy.test:3128")
+    responses.get(f"{API}/status", json=STATUS)
+    robot.status()
+    assert sent(responses).headers["Authorization"] == TOKEN.header
+    assert not responses.calls[-1].request.req_kwargs["proxies"]  # type: ignore[attr-defined]  # responses adds it
+
+
+def test_the_robots_cookies_are_not_kept(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/status", json=STATUS, headers={"Set-Cookie": "session=1"})
+    robot.status()
+    robot.status()
+    assert "Cookie" not in sent(responses).headers
+
+
+def test_identify_asks_with_credentials(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/status", json=STATUS)
+    responses.get(f"{API}/users/me", json={"guid": "u", "name": "Distributor"})
+    responses.get(f"{API}/software/system_status", json=[{"application_version": "3.5.4"}])
+    identity = robot.identify()
+    assert (identity.name, identity.model, identity.serial_number) == ("R1", "MiR100", "200100000000000")
+    assert (identity.user_name, identity.software) == ("Distributor", "3.5.4")
+
+
+def test_identify_takes_the_version_from_the_header_when_there_is_one(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/status", json=STATUS, headers={"Robot-Version": "2.13.1.4"})
+    responses.get(f"{API}/users/me", json=[{"guid": "u", "name": "Admin"}])
+    assert robot.identify().software == "2.13.1.4"
+
+
+def test_a_wrong_password_shows_although_status_answers(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/status", json=STATUS)
+    responses.get(f"{API}/users/me", status=401, json={"error_code": "unauthorized", "error_human": "no"})
+    with pytest.raises(Unauthorized):
+        robot.identify()
+
+
+@pytest.mark.parametrize("password_holds", [True, False])
+def test_a_robot_without_users_me_is_asked_for_its_queue(robot: RobotClient, responses: RequestsMock, password_holds: bool) -> None:
+    responses.get(f"{API}/status", json={**STATUS, "serial_number": None, "robot_model": ""})
+    responses.get(f"{API}/users/me", status=404)
+    responses.get(f"{API}/mission_queue", json=[] if password_holds else {}, status=200 if password_holds else 401)
+    if password_holds:
+        responses.get(f"{API}/software/system_status", status=404)
+        identity = robot.identify()
+        assert (identity.user_name, identity.software, identity.serial_number, identity.model) == ("", None, None, None)
+    else:
+        with pytest.raises(Unauthorized):
+            robot.identify()
+
+
+@pytest.mark.parametrize("status", [404, 405, 410])
+def test_something_without_the_interface_is_no_mir(robot: RobotClient, responses: RequestsMock, status: int) -> None:
+    responses.get(f"{API}/status", status=status, body="not here")
+    with pytest.raises(NotAMir) as refused:
+        robot.status()
+    assert refused.value.text == f"robot.test answers, but has no MiR interface (status {status})"
+
+
+# ---------------------------------------------------------------------- missions
+def test_missions(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/missions", json=[{"url": f"/v2.0.0/missions/{MISSION}", "guid": MISSION, "name": "Deliver\n"},
+                                           {"name": "no guid"}, {"guid": "g", "name": None}])
+    assert robot.missions() == [MissionInfo(MISSION, "Deliver", f"/api/v2.0.0/missions/{MISSION}"), MissionInfo("g", "g")]
+
+
+def test_mission(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver", "valid": True, "has_user_parameters": False,
+                                                     "definition": f"/v2.0.0/missions/{MISSION}/definition", "hidden": False})
+    mission = robot.mission(MISSION)
+    assert (mission.name, mission.valid, mission.has_user_parameters, mission.group_id) == ("Deliver", True, False, None)
+    assert mission.definition_url == f"/api/v2.0.0/missions/{MISSION}/definition"
+
+
+def test_a_guid_cannot_lead_anywhere_else(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/missions/..%2Fstatus%3Fx%3D%3F", status=404)
+    with pytest.raises(Rejected):
+        robot.mission("../status?x=\ud800")
+
+
+def test_parameters_are_asked_for_where_the_mission_says(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver", "has_user_parameters": True,
+                                                     "definition": f"/v2.0.0/missions/{MISSION}/definition"})
+    responses.get(f"{API}/missions/{MISSION}/definition", json=[{"parameters": [{"id": "goal", "name": "Goal", "type": "Reference"}]}])
+    assert robot.parameters(MISSION) == [MissionParameter("goal", "Goal", "Reference")]
+
+
+def test_parameters_are_found_in_the_actions_when_the_definition_tells_none(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver"})
+    responses.get(f"{API}/missions/{MISSION}/definition", status=404)
+    responses.get(f"{API}/missions/{MISSION}/actions", json=[{"parameters": [{"id": "x", "input_name": "Where", "value": 2.0}]}])
+    assert robot.parameters(MISSION) == [MissionParameter("Where", default=2.0)]
+
+
+def test_a_mission_without_parameters_is_asked_no_further(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver", "has_user_parameters": False})
+    assert robot.parameters(MISSION) == []
+
+
+# ---------------------------------------------------------------------- queueing
+def test_enqueue(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.post(f"{API}/mission_queue", status=201, json={"id": 724, "state": "Pending", "url": "/v2.0.0/mission_queue/724"})
+    assert robot.enqueue(MISSION, description="token", message="Morning" * 100, priority=2, parameters={"count": 3}) == 724
+    assert body(responses) == {"mission_id": MISSION, "description": "token", "message": ("Morning" * 100)[:200], "priority": 2,
+                               "parameters": [{"input_name": "count", "value": 3}]}
+    assert sent(responses).headers["Connection"] == "close"
+
+
+def test_enqueue_leaves_out_what_is_not_given(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.post(f"{API}/mission_queue", status=201, json=item(1))
+    assert robot.enqueue(MISSION) == 1
+    assert body(responses) == {"mission_id": MISSION, "priority": 0}
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), object(), b"x"])
+def test_parameters_that_are_no_json_are_refused_before_anything_is_sent(robot: RobotClient, responses: RequestsMock, value: Any) -> None:
+    with pytest.raises(Rejected) as refused:
+        robot.enqueue(MISSION, parameters={"x": value})
+    assert refused.value.delivery is Delivery.REFUSED
+    assert len(responses.calls) == 0
+
+
+NOT_ACCEPTED: list[tuple[int, str]] = [
+    (201, ""), (201, "null"), (201, "[]"), (201, "{}"), (201, '{"id": null}'), (201, '{"id": "7"}'), (201, '{"id": 7.0}'),
+    (201, '{"id": true}'), (201, '{"id": -1}'), (201, '[{"id": 7}]'), (201, '{"id": 7, "id": 8}'), (201, '{"id": 7, "x": NaN}'),
+    (201, '{"id": 7'), (201, '{"id": 9999999999999999999}'), (201, "<html>Sign in</html>"), (200, '{"id": 7}'), (202, '{"id": 7}'),
+    (204, ""), (206, '{"id": 7}')]
+
+
+@pytest.mark.parametrize(("status", "text"), NOT_ACCEPTED)
+def test_only_201_with_an_integer_id_is_accepted(robot: RobotClient, responses: RequestsMock, status: int, text: str) -> None:
+    responses.post(f"{API}/mission_queue", status=status, body=text)
+    with pytest.raises(RobotError) as failed:
+        robot.enqueue(MISSION)
+    assert isinstance(failed.value, Unreadable | NotAMir)
+    assert failed.value.delivery is Delivery.UNKNOWN
+
+
+def test_a_queue_item(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/mission_queue/723", json=item(723, "Pending"))
+    found = robot.queue_item(723)
+    assert (found.id, found.state, found.mission_id) == (723, QueueState.PENDING, MISSION)
+
+
+def test_a_queue_item_that_is_gone(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/mission_queue/723", status=404, json={"error_code": "not_found", "error_human": "Not found"})
+    with pytest.raises(Rejected) as refused:
+        robot.queue_item(723)
+    assert (refused.value.status, refused.value.robot_code, refused.value.reason) == (404, "not_found", "Not found")
+
+
+def test_cancel_and_clear(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.delete(f"{API}/mission_queue/723", status=204)
+    responses.delete(f"{API}/mission_queue", status=204)
+    robot.cancel(723)
+    robot.clear_queue()
+    assert [call.request.url for call in responses.calls] == [f"{API}/mission_queue/723", f"{API}/mission_queue"]
+    assert sent(responses).body is None
+
+
+# ---------------------------------------------------------------------- the robot
+@pytest.mark.parametrize(("call", "expected"), [
+    (lambda robot: robot.set_state(RobotState.PAUSE), {"state_id": 4}),
+    (lambda robot: robot.set_state(RobotState.READY), {"state_id": 3}),
+    (lambda robot: robot.clear_error(), {"clear_error": True}),
+    (lambda robot: robot.answer_prompt("g-1", "Y" * 300), {"guid": "g-1", "answer": "Y" * 255})])
+def test_putting_the_status(robot: RobotClient, responses: RequestsMock, call: Callable[[RobotClient], Any], expected: Any) -> None:
+    responses.put(f"{API}/status", json=STATUS)
+    assert call(robot).robot_name == "R1"
+    assert body(responses) == expected
+    assert len(responses.calls) == 1                # clear_error doesn't set the robot going
+
+
+def test_a_status_put_that_is_not_answered_with_the_status_has_been_done_all_the_same(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.put(f"{API}/status", json={"state": "ok"})
+    assert robot.clear_error() is None
+
+
+@pytest.mark.parametrize("state", [RobotState.EXECUTING, RobotState.MANUAL_CONTROL, RobotState.UNKNOWN])
+def test_no_other_state_can_be_set(robot: RobotClient, responses: RequestsMock, state: RobotState) -> None:
+    with pytest.raises(ValueError, match=str(int(state))):
+        robot.set_state(state)
+
+
+def test_map_positions_and_registers(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/maps/{MAP}", json={"guid": MAP, "name": "Hall", "base_map": png(), "resolution": 0.05, "origin_x": 1})
+    responses.get(f"{API}/maps/{MAP}/positions", json=[
+        {"guid": "p", "name": "Dock", "type_id": 7, "pos_x": 1.5, "pos_y": -2, "orientation": 90}, {"guid": "q", "name": "Door"}, {}])
+    responses.get(f"{API}/positions", json=[{"guid": "r", "name": "A", "map_id": "m"}])
+    responses.get(f"{API}/registers", json=[{"id": 1, "label": "Light", "value": 3, "url": "/v2.0.0/registers/1"},
+                                            {"id": 101, "value": None}])
+    assert (robot.map(MAP).name, robot.map(MAP).width_px) == ("Hall", 4)
+    assert robot.positions(MAP) == [MapPosition("p", "Dock", 7, MAP, Pose(1.5, -2.0, 90.0)), MapPosition("q", "Door", None, MAP)]
+    assert robot.positions() == [MapPosition("r", "A", None, "m")]
+    assert robot.registers() == [Register(1, 3.0, "Light"), Register(101, None)]
+
+
+# ---------------------------------------------------------------------- what goes wrong
+STATUSES: list[tuple[int, type[RobotError], Delivery]] = [
+    *((status, Rejected, Delivery.REFUSED) for status in (400, 404, 405, 409, 410, 418, 422)),
+    *((status, Rejected, Delivery.UNKNOWN) for status in (408, 425, 429)),
+    (401, Unauthorized, Delivery.REFUSED), (403, Unauthorized, Delivery.REFUSED),
+    *((status, RobotFault, Delivery.UNKNOWN) for status in (500, 501, 502, 504, 599)), (503, Busy, Delivery.UNKNOWN),
+    *((status, NotAMir, Delivery.UNKNOWN) for status in (300, 301, 302, 303, 307, 308))]
+
+
+@pytest.mark.parametrize(("status", "kind", "delivery"), STATUSES)
+def test_every_status_of_failure(robot: RobotClient, responses: RequestsMock, status: int, kind: type[RobotError],
+                                 delivery: Delivery) -> None:
+    responses.post(f"{API}/mission_queue", status=status, headers={"Location": "http://elsewhere.test/login"},
+                   json={"error_code": "word", "error_human": "Some text"})
+    with pytest.raises(RobotError) as failed:
+        robot.enqueue(MISSION)
+    assert type(failed.value) is kind
+    assert failed.value.delivery is delivery
+    assert len(responses.calls) == 1
+    if kind is NotAMir:
+        assert failed.value.params["target"] == "http://elsewhere.test/login"
+    elif kind is not Unauthorized:
+        assert failed.value.reason == "Some text"  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("text", ["", "null", "[]", "5", "<html>", "{", '{"error_human": 5}', '{"error_human": null, "error_code": []}'])
+def test_an_error_without_readable_words(robot: RobotClient, responses: RequestsMock, text: str) -> None:
+    responses.post(f"{API}/mission_queue", status=400, body=text)
+    with pytest.raises(Rejected) as refused:
+        robot.enqueue(MISSION)
+    assert refused.value.text == "robot.test refused (status 400)"
+
+
+def test_a_secret_that_the_robot_echoes_stays_hidden(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.post(f"{API}/mission_queue", status=400, json={"error_human": f"bad header {TOKEN.header}"})
+    responses.get(f"{API}/status", status=302, headers={"Location": f"http://x/?a={TOKEN.header}"})
+    for call in (lambda: robot.enqueue(MISSION), robot.status):
+        with pytest.raises(RobotError) as failed:
+            call()
+        assert TOKEN.header.removeprefix("Basic ") not in f"{failed.value!r} {failed.value} {dict(failed.value.params)} {failed.value.args}"
+    assert TOKEN.header not in repr(robot) + repr(vars(robot))
+
+
+@pytest.mark.parametrize("text", ["<html><body>Sign in</body></html>", "\n <!DOCTYPE html>", "\ufeff<html>"])
+def test_a_web_page_is_no_mir(robot: RobotClient, responses: RequestsMock, text: str) -> None:
+    responses.get(f"{API}/status", body=text)
+    with pytest.raises(NotAMir) as refused:
+        robot.status()
+    assert refused.value.code == "web_page"
+
+
+@pytest.mark.parametrize("text", ["", "noise", "{", "NaN", '{"state_id": NaN}', "[" * 100_000, '{"state_id": 3, "state_id": 4}'])
+def test_an_unreadable_answer(robot: RobotClient, responses: RequestsMock, text: str) -> None:
+    responses.get(f"{API}/status", body=text)
+    with pytest.raises(Unreadable) as refused:
+        robot.status()
+    assert refused.value.text.startswith("robot.test gave an answer that can't be read: it ")
+
+
+@pytest.mark.parametrize("call", [
+    lambda robot: robot.missions(), lambda robot: robot.mission(MISSION), lambda robot: robot.queue_item(5),
+    lambda robot: robot.open_items(), lambda robot: robot.items_after(5), lambda robot: robot.highest_queue_id(),
+    lambda robot: robot.map(MAP), lambda robot: robot.positions(), lambda robot: robot.registers(), lambda robot: robot.status()])
+@pytest.mark.parametrize("text", ['"text"', "5", "null", "true", '{"a": 1}', "[5]", "[null]", '[{"id": "x"}]', '[[]]'])
+def test_an_answer_of_the_wrong_shape(robot: RobotClient, responses: RequestsMock, call: Callable[[RobotClient], Any], text: str) -> None:
+    responses.assert_all_requests_are_fired = False
+    responses.get(re.compile(f"{API}/.*"), body=text)
+    responses.post(re.compile(f"{API}/.*"), body=text, status=201)
+    try:
+        found = call(robot)
+    except (Unreadable, NotAMir):
+        return
+    assert found in ([], [Register(0, None)])         # lists pass over entries without an identity
+
+
+@pytest.mark.parametrize(("raised", "kind", "delivery"), [
+    (requests.exceptions.ConnectTimeout(), Unreachable, Delivery.NOT_SENT),
+    (requests.exceptions.ReadTimeout(), TimedOut, Delivery.UNKNOWN),
+    (requests.exceptions.ConnectionError(), ConnectionLost, Delivery.UNKNOWN),
+    (requests.exceptions.SSLError(), ConnectionLost, Delivery.UNKNOWN),
+    (requests.exceptions.ChunkedEncodingError(), ConnectionLost, Delivery.UNKNOWN),
+    (requests.exceptions.ContentDecodingError(), Unreadable, Delivery.UNKNOWN),
+    (requests.exceptions.RequestException(), ConnectionLost, Delivery.UNKNOWN),
+    (ConnectionResetError(), ConnectionLost, Delivery.UNKNOWN),
+    (ValueError("x"), ConnectionLost, Delivery.UNKNOWN)])
+def test_errors_of_requests_become_ours(robot: RobotClient, responses: RequestsMock, raised: Exception, kind: type[RobotError],
+                                        delivery: Delivery) -> None:
+    responses.post(f"{API}/mission_queue", body=raised)
+    with pytest.raises(RobotError) as failed:
+        robot.enqueue(MISSION)
+    assert type(failed.value) is kind
+    assert failed.value.delivery is delivery
+    assert failed.value.__cause__ is None
+    assert len(responses.calls) == 1
+
+
+def test_the_search_is_asked_as_clients_on_robots_do(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.post(f"{API}/mission_queue/search", status=201, json=[item(7, "Pending")],
+                   match=[matchers.query_param_matcher({"whitelist": "all", "sort_by": "id,desc", "limit": "200", "offset": "0"}),
+                          matchers.json_params_matcher({"filters": [{"fieldname": "state", "operator": "IN",
+                                                                     "value": ["Pending", "Executing"]}]})])
+    assert [found.id for found in robot.open_items()] == [7]
+    assert "sort_by=id,desc" in (sent(responses).url or "")

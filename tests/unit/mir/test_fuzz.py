@@ -1,0 +1,179 @@
+"""Whatever a robot answers, a call returns its type or raises RobotError, and a POST is only accepted when it certainly was."""
+from __future__ import annotations
+
+import contextlib
+import json as json_module
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.services.mir.address import Address
+from app.services.mir.client import RobotClient
+from app.services.mir.credentials import Token
+from app.services.mir.errors import Delivery, RobotError
+from app.services.mir.transport import HttpTransport, Response, Timeouts
+from app.services.mir.types import QueueItem, RobotState, RobotStatus
+from tests.unit.mir.answers import STATUS, item
+from tests.unit.mir.servers import Conversation, Server
+
+TOKEN = Token.derive("distributor", "distributor")
+
+SCALARS = (st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20)
+           | st.sampled_from(['{"message": "%(a)s", "args": {"a": 1}}', '{"message": 5', "Pending", "\ud800", "-1", 10**30, -1, 2**63]))
+VALUES = st.recursive(SCALARS, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+                      max_leaves=8)
+
+
+def like(template: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
+    """Objects of the right keys with some values replaced by anything."""
+    return st.dictionaries(st.sampled_from(sorted(template)), VALUES, max_size=6).map(lambda changes: {**template, **changes})
+
+
+ITEMS = like(item())
+BODIES = (
+    st.one_of(VALUES, like(STATUS), ITEMS, st.lists(ITEMS | VALUES, max_size=3)).map(lambda value: json_module.dumps(value).encode())
+    | st.binary(max_size=60))
+STATUSES = (st.sampled_from([200, 201]) | st.sampled_from([100, 202, 204, 206, 301, 304, 400, 401, 404, 408, 429, 500, 503])
+            | st.integers(100, 999))
+HEADERS = st.dictionaries(st.sampled_from(["Date", "Robot-Version", "Location", "x"]), st.text(max_size=40), max_size=4)
+ANSWERS = st.builds(Response, STATUSES, BODIES, HEADERS)
+
+
+@dataclass
+class Scripted:
+    """Gives the answers in turn, the last one for ever."""
+    answers: list[Response]
+    methods: list[str] = field(default_factory=list)
+
+    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
+        self.methods.append(method)
+        path.encode("ascii")
+        return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
+
+    def close(self) -> None:
+        pass
+
+
+def robot_that_says(answers: list[Response]) -> tuple[RobotClient, Scripted]:
+    transport = Scripted(list(answers))
+    return RobotClient(Address.parse("robot"), TOKEN, transport=transport), transport
+
+
+READS = {
+    "status": lambda robot: robot.status(), "identify": lambda robot: robot.identify(), "missions": lambda robot: robot.missions(),
+    "mission": lambda robot: robot.mission("g"), "parameters": lambda robot: robot.parameters("g"),
+    "queue_item": lambda robot: robot.queue_item(7), "open_items": lambda robot: robot.open_items(),
+    "items_after": lambda robot: robot.items_after(7), "highest_queue_id": lambda robot: robot.highest_queue_id(),
+    "map": lambda robot: robot.map("g"), "positions": lambda robot: robot.positions("g"), "registers": lambda robot: robot.registers()}
+
+
+@settings(max_examples=150, deadline=None)
+@given(call=st.sampled_from(sorted(READS)), answers=st.lists(ANSWERS, min_size=1, max_size=3))
+def test_reading_raises_nothing_but_robot_errors(call: str, answers: list[Response]) -> None:
+    robot, _ = robot_that_says(answers)
+    try:
+        found = READS[call](robot)
+    except RobotError as error:
+        _is_presentable(error.text)
+    else:
+        for value in found if isinstance(found, list) else [found]:
+            _is_sound(value)
+
+
+def _is_presentable(text: str) -> None:
+    text.encode()
+    assert not any(unicodedata.category(character) in ("Cc", "Cs", "Zl", "Zp") for character in text)
+    assert len(text) < 1000
+    assert TOKEN.header.removeprefix("Basic ") not in text
+
+
+def _is_sound(value: Any) -> None:
+    if isinstance(value, RobotStatus):
+        assert isinstance(value.state, RobotState)
+        assert value.battery_percentage is None or 0 <= value.battery_percentage <= 100
+        for text in (value.state_text, value.mission_text, value.robot_name, value.serial_number or ""):
+            assert len(text) <= 500
+            text.encode()
+    if isinstance(value, QueueItem):
+        assert 0 <= value.id < 2**63
+        assert all(stamp is None or stamp.tzinfo is None for stamp in (value.ordered, value.started, value.finished))
+
+
+WRITES = {
+    "set_state": lambda robot: robot.set_state(RobotState.READY), "clear_error": lambda robot: robot.clear_error(),
+    "answer_prompt": lambda robot: robot.answer_prompt("g", "Yes"), "cancel": lambda robot: robot.cancel(7),
+    "clear_queue": lambda robot: robot.clear_queue()}
+
+
+@settings(max_examples=60, deadline=None)
+@given(call=st.sampled_from(sorted(WRITES)), answer=ANSWERS)
+def test_a_command_is_sent_once_and_raises_nothing_but_robot_errors(call: str, answer: Response) -> None:
+    robot, transport = robot_that_says([answer])
+    try:
+        WRITES[call](robot)
+    except RobotError as error:
+        _is_presentable(error.text)
+        assert not 200 <= answer.status < 300
+    assert len(transport.methods) == 1
+
+
+@settings(max_examples=150, deadline=None)
+@given(answer=ANSWERS | st.builds(Response, st.just(201), ITEMS.map(lambda value: json_module.dumps(value).encode())))
+def test_a_mission_is_accepted_only_with_201_and_an_integer_id(answer: Response) -> None:
+    robot, transport = robot_that_says([answer])
+    number, delivery = None, None
+    try:
+        number = robot.enqueue("g", description="token")
+    except RobotError as error:
+        delivery = error.delivery
+    if delivery is not None:
+        refused = 400 <= answer.status < 500 and answer.status not in (408, 425, 429)
+        assert delivery is (Delivery.REFUSED if refused else Delivery.UNKNOWN)
+    else:
+        assert answer.status == 201
+        assert type(number) is int
+        assert json_module.loads(answer.body)["id"] == number
+    assert transport.methods == ["POST"]
+
+
+RAW = (st.binary(max_size=200)
+       | st.builds(lambda status, headers, body: b"HTTP/1.1 %d X\r\n" % status + headers + b"\r\n" + body, st.integers(0, 999),
+                   st.lists(st.sampled_from([b"Content-Length: 3\r\n", b"Content-Length: x\r\n", b"Transfer-Encoding: chunked\r\n",
+                                             b"Content-Encoding: gzip\r\n", b"Content-Encoding: br, zstd\r\n", b"Location: http://[\r\n",
+                                             b"Location: \xff\r\n", b"Set-Cookie: \x00=;\r\n", b"Connection: close\r\n", b": \r\n",
+                                             b"Date: \x80\r\n", b"Robot-Version: \xff\xfe\r\n"]), max_size=5).map(b"".join),
+                   st.binary(max_size=60) | st.sampled_from([b'{"id": 7}', b"3\r\n{}\n\r\n0\r\n\r\n", b"ffffffff\r\n{"])))
+
+
+def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> None:
+    raw = b""
+
+    def behave(conversation: Conversation) -> None:
+        conversation.request()
+        conversation.send(raw)
+
+    server = Server(behave)
+    address = Address.parse(f"127.0.0.1:{server.port}")
+    patient = Timeouts(connect=10, read=20, total=60)
+
+    @settings(max_examples=150, deadline=None)
+    @given(RAW)
+    def says(answer: bytes) -> None:
+        nonlocal raw
+        raw = answer
+        robot = RobotClient(address, TOKEN, transport=HttpTransport(address, TOKEN), timeouts=patient)
+        for call in (lambda: robot.enqueue("g"), robot.status):
+            before = len(server.requests)
+            with contextlib.suppress(RobotError):
+                call()
+            assert len(server.requests) == before + 1
+        robot.close()
+
+    try:
+        says()
+    finally:
+        server.close()

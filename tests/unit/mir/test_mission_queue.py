@@ -1,0 +1,167 @@
+"""Reading the queue of robots that know more or less of search, filters, order, paging and whitelist."""
+import json as json_module
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.services.mir import mission_queue
+from app.services.mir.address import Address
+from app.services.mir.client import RobotClient
+from app.services.mir.credentials import Token
+from app.services.mir.errors import Busy, Rejected, Unreadable
+from app.services.mir.transport import Response, Timeouts
+from tests.unit.mir.answers import item, short
+
+
+@dataclass
+class QueueTransport:
+    """A robot's queue with the features that it has been given. It also proves that a client runs on any transport."""
+    items: list[dict[str, Any]]
+    has_search: bool = True
+    filters: bool = True
+    sorts: bool = True
+    pages: bool = True
+    whitelists: bool = True
+    page_of_bare_list: int | None = None
+    missing_status: int = 404
+    requests: list[str] = field(default_factory=list)
+
+    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
+        self.requests.append(f"{method} {path}")
+        if path == "/mission_queue/search" and not self.has_search:
+            return Response(self.missing_status)
+        if path.startswith("/mission_queue/") and path != "/mission_queue/search":
+            found = [entry for entry in self.items if entry["id"] == int(path.rpartition("/")[2])]
+            return self._answer(found[0]) if found else Response(404)
+        return self._answer(self._listed(query or {}, json), 201 if method == "POST" else 200)
+
+    def _listed(self, query: Mapping[str, str], json: Any) -> list[dict[str, Any]]:
+        entries = sorted(self.items, key=lambda entry: entry["id"])
+        if json is not None and self.filters:
+            (wanted,) = json["filters"]
+            entries = [entry for entry in entries if self._fits(entry, wanted)]
+        if self.sorts and query.get("sort_by") == "id,desc":
+            entries.reverse()
+        if self.pages and "limit" in query:
+            offset = int(query.get("offset", "0"))
+            entries = entries[offset:offset + int(query["limit"])]
+        elif "limit" not in query and self.page_of_bare_list is not None:
+            entries = entries[:self.page_of_bare_list]
+        return entries if self.whitelists and query.get("whitelist") == "all" else [short(entry["id"], entry["state"]) for entry in entries]
+
+    @staticmethod
+    def _fits(entry: dict[str, Any], wanted: dict[str, Any]) -> bool:
+        match wanted:
+            case {"fieldname": "id", "operator": ">", "value": int(floor)}:
+                return bool(entry["id"] > floor)
+            case {"fieldname": "state", "operator": "IN", "value": list(states)}:
+                return entry["state"] in states
+        raise AssertionError(wanted)
+
+    @staticmethod
+    def _answer(value: Any, status: int = 200) -> Response:
+        return Response(status, json_module.dumps(value).encode())
+
+    def close(self) -> None:
+        pass
+
+
+def history(done: int, executing: int = 0, pending: int = 0, first: int = 1) -> list[dict[str, Any]]:
+    states = ["Done"] * done + ["Executing"] * executing + ["Pending"] * pending
+    return [item(first + number, state, description=f"token {first + number}") for number, state in enumerate(states)]
+
+
+def client(transport: QueueTransport) -> RobotClient:
+    return RobotClient(Address.parse("robot"), Token(), transport=transport)
+
+
+FEATURES = {name: st.booleans() for name in ("has_search", "filters", "sorts", "pages", "whitelists")}
+
+
+@settings(max_examples=100, deadline=None)
+@given(done=st.integers(0, 450), executing=st.integers(0, 1), pending=st.integers(0, 30), above=st.integers(0, 40),
+       features=st.fixed_dictionaries(FEATURES))
+def test_open_and_newer_items_are_found_whatever_the_robot_knows(done: int, executing: int, pending: int, above: int,
+                                                                 features: dict[str, Any]) -> None:
+    everything = history(done, executing, pending, first=5000)
+    robot = client(QueueTransport(everything, **features))
+    open_ids = [entry["id"] for entry in everything if entry["state"] != "Done"]
+    assert [found.id for found in robot.open_items()] == open_ids
+    floor = 5000 + len(everything) - 1 - above
+    found = robot.items_after(floor)
+    assert [(one.id, one.description) for one in found] == [(n, f"token {n}") for n in range(max(floor + 1, 5000), 5000 + len(everything))]
+    highest = robot.highest_queue_id()
+    assert highest == max((entry["id"] for entry in everything), default=None)
+
+
+def test_an_empty_queue() -> None:
+    robot = client(QueueTransport([]))
+    assert (robot.open_items(), robot.items_after(0), robot.highest_queue_id()) == ([], [], None)
+
+
+def test_a_healthy_robot_is_asked_once() -> None:
+    transport = QueueTransport(history(15_000, 1, 3))
+    robot = client(transport)
+    assert len(robot.items_after(15_000)) == 4
+    assert len(robot.open_items()) == 4
+    assert robot.highest_queue_id() == 15_004
+    assert transport.requests == ["POST /mission_queue/search", "POST /mission_queue/search", "GET /mission_queue"]
+
+
+@pytest.mark.parametrize("status", [400, 404, 405, 410, 501])
+def test_a_robot_without_search_is_asked_for_it_once(status: int) -> None:
+    transport = QueueTransport(history(500, 1, 2), has_search=False, missing_status=status)
+    robot = client(transport)
+    assert len(robot.items_after(500)) == 3
+    assert len(robot.items_after(495)) == 8
+    assert transport.requests.count("POST /mission_queue/search") == 1
+
+
+def test_other_refusals_of_the_search_are_no_reason_to_read_the_list() -> None:
+    transport = QueueTransport(history(3), has_search=False, missing_status=503)
+    with pytest.raises(Busy):
+        client(transport).items_after(0)
+    transport.missing_status = 429
+    with pytest.raises(Rejected):
+        client(transport).items_after(0)
+    assert transport.requests == ["POST /mission_queue/search"] * 2
+
+
+def test_short_lists_are_completed_one_by_one() -> None:
+    transport = QueueTransport(history(100, 0, 3), whitelists=False)
+    assert [found.description for found in client(transport).items_after(100)] == ["token 101", "token 102", "token 103"]
+    assert transport.requests == ["POST /mission_queue/search", *(f"GET /mission_queue/{n}" for n in (103, 102, 101))]
+
+
+def test_too_much_to_read_completely_is_said_and_not_passed_for_all_there_is() -> None:
+    with pytest.raises(Unreadable, match="more than 5000 queue items"):
+        client(QueueTransport(history(6_000))).items_after(0)
+    with pytest.raises(Unreadable, match="more than 100 queue items in short form"):
+        client(QueueTransport(history(200), whitelists=False)).items_after(0)
+
+
+def test_a_bare_list_that_is_paged_does_not_hide_the_newest() -> None:
+    robot = client(QueueTransport(history(900, 1, 2), page_of_bare_list=50))
+    assert robot.highest_queue_id() == 903
+    assert [found.id for found in robot.open_items()] == [901, 902, 903]
+
+
+def test_an_item_that_appears_twice_while_paging_counts_once() -> None:
+    """A new item moves the pages on between two requests."""
+    transport = QueueTransport(history(450), filters=False)
+    ask = transport.send
+
+    def send(method: str, path: str, **rest: Any) -> Response:
+        answer = ask(method, path, **rest)
+        transport.items.append(item(len(transport.items) + 1, "Done", description="new"))
+        return answer
+
+    transport.send = send  # type: ignore[method-assign]
+    found = client(transport).items_after(100)
+    assert [one.id for one in found] == list(range(101, 451))
+    assert len(transport.requests) == 3
+    assert mission_queue.PAGE == 200

@@ -1,0 +1,381 @@
+"""What no mock can show: the client on real sockets, against servers that drip, hang, bomb, reset and redirect.
+
+No test measures time. Where a server would go on for ever, that the test ends at all is the proof.
+"""
+from __future__ import annotations
+
+import gzip
+import itertools
+import json
+import socket
+import threading
+import tracemalloc
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+
+import pytest
+
+from app.services.mir.address import Address
+from app.services.mir.client import RobotClient
+from app.services.mir.connections import AddressInfo, Resolver, look_up
+from app.services.mir.credentials import Token
+from app.services.mir.errors import ConnectionLost, Delivery, NotAMir, RobotError, TimedOut, Unreachable, Unreadable
+from app.services.mir.transport import LONGEST_BODY, HttpTransport, Timeouts
+from tests.unit.mir.answers import MISSION, STATUS
+from tests.unit.mir.servers import HEAD, Conversation, Server, closed_port
+
+QUICK = Timeouts(connect=5.0, read=0.2, total=0.4)
+PATIENT = Timeouts(connect=5.0, read=20.0, total=60.0)       # where a test is about something else than time
+TOKEN = Token.derive("distributor", "distributor")
+ACCEPTED = b'{"id": 7, "state": "Pending"}'
+READY = json.dumps(STATUS).encode()
+
+Behaviour = Callable[[Conversation], None]
+Serve = Callable[[Behaviour], Server]
+Connect = Callable[..., RobotClient]
+
+
+@pytest.fixture
+def closing() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+@pytest.fixture
+def serve(closing: ExitStack) -> Serve:
+    def start(behave: Behaviour) -> Server:
+        server = Server(behave)
+        closing.callback(server.close)
+        return server
+    return start
+
+
+@pytest.fixture
+def connect(closing: ExitStack) -> Connect:
+    def make(server: Server | int, timeouts: Timeouts = PATIENT, *, host: str = "127.0.0.1", resolver: Resolver | None = None,
+             longest_body: int = LONGEST_BODY) -> RobotClient:
+        port = server if isinstance(server, int) else server.port
+        address = Address.parse(f"{host}:{port}")
+        transport = HttpTransport(address, TOKEN, resolver=resolver, longest_body=longest_body)
+        client = RobotClient(address, TOKEN, timeouts=timeouts, transport=transport)
+        closing.callback(client.close)
+        return client
+    return make
+
+
+def enqueue_fails(client: RobotClient) -> RobotError:
+    with pytest.raises(RobotError) as failed:
+        client.enqueue(MISSION)
+    assert TOKEN.header not in f"{failed.value!r}{failed.value}"
+    return failed.value
+
+
+def status_fails(client: RobotClient) -> RobotError:
+    with pytest.raises(RobotError) as failed:
+        client.status()
+    return failed.value
+
+
+# ---------------------------------------------------------------------- a well-behaved robot
+def every_request(conversation: Conversation) -> None:
+    while request := conversation.request():
+        conversation.answer(ACCEPTED if request.startswith(b"POST") else READY, "201 Created" if request.startswith(b"POST") else "200 OK")
+
+
+def test_reads_share_a_connection_and_writes_get_their_own(serve: Serve, connect: Connect) -> None:
+    server = serve(every_request)
+    robot = connect(server)
+    robot.status()
+    robot.status()
+    assert server.connections == 1
+    assert robot.enqueue(MISSION) == 7
+    assert server.connections == 2
+    robot.clear_error()
+    robot.status()
+    robot.status()
+    assert server.connections == 4
+    lines = [request.split(b"\r\n")[0] for request in server.requests]
+    assert lines[2] == b"POST /api/v2.0.0/mission_queue HTTP/1.1"
+    assert b"\r\nConnection: close\r\n" in server.requests[2]
+    assert b"\r\nAuthorization: " + TOKEN.header.encode() + b"\r\n" in server.requests[0]
+
+
+def test_ipv6_and_names_work_too(connect: Connect, serve: Serve) -> None:
+    server = serve(every_request)
+    assert connect(server, host="localhost").status().robot_name == "R1"
+
+
+# ---------------------------------------------------------------------- never sent
+def test_a_refused_connection_sent_nothing(connect: Connect) -> None:
+    error = enqueue_fails(connect(closed_port()))
+    assert type(error) is Unreachable
+    assert (error.code, error.delivery) == ("refused", Delivery.NOT_SENT)
+
+
+def test_an_unknown_name_sent_nothing(connect: Connect) -> None:
+    def nobody(host: str, port: int) -> list[AddressInfo]:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    error = enqueue_fails(connect(80, host="no-such-robot", resolver=Resolver(nobody)))
+    assert (error.code, error.delivery, error.params["host"]) == ("unknown_name", Delivery.NOT_SENT, "no-such-robot")
+
+
+def test_a_name_that_takes_for_ever_sent_nothing_and_leaves_one_thread(serve: Serve, connect: Connect) -> None:
+    server, answered, asked = serve(every_request), threading.Event(), []
+
+    def slow(host: str, port: int) -> list[AddressInfo]:
+        asked.append(host)
+        assert answered.wait(30)
+        return list(look_up("127.0.0.1", port))
+
+    robot = connect(server, QUICK, host="slow-robot", resolver=Resolver(slow))
+    for _ in range(3):
+        error = enqueue_fails(robot)
+        assert (error.code, error.delivery) == ("slow_name", Delivery.NOT_SENT)
+    assert asked == ["slow-robot"]
+    answered.set()
+    for _ in range(100):
+        try:
+            robot.status()
+            break
+        except Unreachable:
+            continue
+    assert len(asked) == 2
+
+
+def test_every_address_of_a_name_is_tried(serve: Serve, connect: Connect) -> None:
+    server, deaf = serve(every_request), closed_port()
+
+    def two(host: str, port: int) -> list[AddressInfo]:
+        return [*look_up("127.0.0.1", deaf), *look_up("127.0.0.1", port)]
+
+    assert connect(server, host="robot", resolver=Resolver(two)).status().robot_name == "R1"
+
+
+def test_a_connection_that_nobody_takes_sent_nothing(connect: Connect, closing: ExitStack) -> None:
+    listener = closing.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
+    port = listener.getsockname()[1]
+    for _ in range(8):                      # fill the queue of connections that the kernel accepts by itself
+        filler = closing.enter_context(socket.socket())
+        filler.setblocking(False)
+        filler.connect_ex(("127.0.0.1", port))
+    error = enqueue_fails(connect(port, Timeouts(connect=0.3, read=0.3, total=1.0)))
+    assert (type(error), error.code, error.delivery) == (Unreachable, "no_answer", Delivery.NOT_SENT)
+
+
+# ---------------------------------------------------------------------- outcome unknown
+def after_request(then: Callable[[Conversation], None]) -> Behaviour:
+    def behave(conversation: Conversation) -> None:
+        conversation.request()
+        then(conversation)
+    return behave
+
+
+def flood(conversation: Conversation, head: bytes, data: bytes) -> None:
+    conversation.send(head)
+    for part in itertools.repeat(data):
+        conversation.send(part)
+
+
+SLOW: dict[str, Callable[[Conversation], None]] = {
+    "hang": lambda robot: robot.hang(),
+    "drip the status line": lambda robot: robot.drip(b"HTTP/1.1 200 " + b"O" * 60_000),
+    "drip headers": lambda robot: robot.drip(HEAD + b"X: " + b"x" * 60_000),
+    "drip the body": lambda robot: robot.drip(HEAD + b"Content-Length: 100000\r\n\r\n" + b" " * 100_000),
+    "drip a body without length": lambda robot: robot.drip(HEAD + b"\r\n" + b" " * 100_000),
+    "drip a chunk's size": lambda robot: robot.drip(HEAD + b"Transfer-Encoding: chunked\r\n\r\n" + b"0" * 100_000),
+    "drip interim answers": lambda robot: robot.drip(b"HTTP/1.1 100 Continue\r\n\r\n" * 5_000),
+    "stop in the body": lambda robot: robot.send(HEAD + b"Content-Length: 100\r\n\r\n{", then=robot.hang),
+}
+
+
+@pytest.mark.parametrize("behaviour", SLOW)
+def test_whatever_is_slow_ends_by_the_deadline(serve: Serve, connect: Connect, behaviour: str) -> None:
+    server = serve(after_request(SLOW[behaviour]))
+    error = enqueue_fails(connect(server, QUICK))
+    assert (type(error), error.delivery) == (TimedOut, Delivery.UNKNOWN)
+    assert len(server.requests) == server.connections == 1
+
+
+def test_time_outs_say_how_long_they_waited(serve: Serve, connect: Connect) -> None:
+    server = serve(after_request(lambda robot: robot.hang()))
+    silent = status_fails(connect(server, Timeouts(connect=5.0, read=0.1, total=60.0)))
+    assert silent.text == f"127.0.0.1:{server.port} didn't answer within 0.1 s"
+    slow = status_fails(connect(server, Timeouts(connect=5.0, read=60.0, total=0.1)))
+    assert slow.text == f"the answer of 127.0.0.1:{server.port} wasn't complete after 0.1 s"
+
+
+BREAKS: dict[str, Callable[[Conversation], None]] = {
+    "close": lambda robot: None,
+    "reset": lambda robot: robot.reset(),
+    "close in the headers": lambda robot: robot.send(HEAD),
+    "close in the body": lambda robot: robot.send(HEAD + b'Content-Length: 100\r\n\r\n{"id": 7}'),
+    "close in a chunk": lambda robot: robot.send(HEAD + b"Transfer-Encoding: chunked\r\n\r\n40\r\n{"),
+    "reset in the body": lambda robot: robot.send(HEAD + b"Content-Length: 100\r\n\r\n{", then=robot.reset),
+}
+
+
+@pytest.mark.parametrize("behaviour", BREAKS)
+def test_a_broken_connection_leaves_the_outcome_unknown_and_is_not_repeated(serve: Serve, connect: Connect, behaviour: str) -> None:
+    server = serve(after_request(BREAKS[behaviour]))
+    robot = connect(server)
+    error = enqueue_fails(robot)
+    assert type(error) in (ConnectionLost, Unreadable)
+    assert error.delivery is Delivery.UNKNOWN
+    assert len(server.requests) == server.connections == 1
+    status_fails(robot)
+    assert len(server.requests) == 2             # not on a kept-alive connection, so not repeated either
+
+
+def test_a_reset_before_the_request_is_read_is_not_repeated(serve: Serve, connect: Connect) -> None:
+    server = serve(lambda robot: robot.reset())
+    for _ in range(20):
+        before = server.connections
+        error = enqueue_fails(connect(server))
+        assert type(error) in (ConnectionLost, Unreachable)          # the reset may be faster than the request
+        assert (type(error) is Unreachable) == (error.delivery is Delivery.NOT_SENT)
+        assert server.connections == before + 1
+
+
+NONSENSE: dict[str, bytes] = {
+    "noise": bytes(range(256)) * 4,
+    "another protocol": b"SSH-2.0-OpenSSH_9.6\r\n",
+    "two lengths": b"HTTP/1.1 201 Created\r\nContent-Length: 2\r\nContent-Length: 5\r\n\r\n{}",
+    "bad chunk size": HEAD + b"Transfer-Encoding: chunked\r\n\r\nxyz\r\n{}\r\n0\r\n\r\n",
+    "an endless chunk size": HEAD + b"Transfer-Encoding: chunked\r\n\r\n" + b"0" * 200_000,
+    "too many headers": HEAD + b"".join(b"X%d: 1\r\n" % n for n in range(500)) + b"\r\n{}",
+    "an endless header": HEAD + b"X: " + b"x" * 70_000 + b"\r\n\r\n{}",
+    "not gzip": HEAD + b"Content-Encoding: gzip\r\nContent-Length: 4\r\n\r\nnope",
+    "switching protocols": b"HTTP/1.1 101 Switching Protocols\r\nUpgrade: x\r\n\r\n",
+    "a web page": b"HTTP/1.1 200 OK\r\nContent-Length: 13\r\n\r\n<html></html>",
+    "half an answer": b"HTTP/1.1 201 Created\r\n\r\n{\"id\": 7",
+}
+
+
+@pytest.mark.parametrize("behaviour", NONSENSE)
+def test_nonsense_is_never_taken_for_an_answer(serve: Serve, connect: Connect, behaviour: str) -> None:
+    server = serve(after_request(lambda robot: robot.send(NONSENSE[behaviour])))
+    error = enqueue_fails(connect(server))
+    assert type(error) in (Unreadable, NotAMir, ConnectionLost)
+    assert error.delivery is Delivery.UNKNOWN
+    assert len(server.requests) == 1
+
+
+# ---------------------------------------------------------------------- too much
+BOMB = gzip.compress(b"0" * 200_000_000, 9)
+
+FLOODS: dict[str, Callable[[Conversation], None]] = {
+    "a gzip bomb": lambda robot: robot.answer(BOMB, "200 OK", "Content-Encoding: gzip"),
+    "a gzip bomb on a redirect": lambda robot: robot.answer(BOMB, "302 Found", "Content-Encoding: gzip", "Location: /elsewhere"),
+    "a gzip bomb on an error": lambda robot: robot.answer(BOMB, "400 Bad Request", "Content-Encoding: gzip"),
+    "endless chunks": lambda robot: flood(robot, HEAD + b"Transfer-Encoding: chunked\r\n\r\n", b"10000\r\n" + b"a" * 65536 + b"\r\n"),
+    "endless body": lambda robot: flood(robot, HEAD + b"\r\n", b"a" * 65536),
+    "a great length": lambda robot: flood(robot, HEAD + b"Content-Length: 99999999999\r\n\r\n", b"a" * 65536),
+}
+
+
+@pytest.mark.parametrize("behaviour", FLOODS)
+def test_a_flood_is_cut(serve: Serve, connect: Connect, behaviour: str) -> None:
+    server = serve(after_request(FLOODS[behaviour]))
+    robot = connect(server)
+    tracemalloc.start()
+    try:
+        error = enqueue_fails(robot)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert (type(error), error.code, error.delivery) == (Unreadable, "too_long", Delivery.UNKNOWN)
+    assert peak < 40 * 1024 * 1024
+    assert len(server.requests) == 1
+
+
+def test_endless_interim_answers_are_cut(serve: Serve, connect: Connect) -> None:
+    server = serve(after_request(lambda robot: flood(robot, b"", b"HTTP/1.1 100 Continue\r\n\r\n" * 100)))
+    assert enqueue_fails(connect(server, longest_body=0)).code == "too_long"
+
+
+def test_a_long_answer_within_the_limit_is_read(serve: Serve, connect: Connect) -> None:
+    missions = [{"guid": f"{number:036}", "name": "x" * 200} for number in range(20_000)]
+    body = json.dumps(missions).encode()
+    assert 5_000_000 < len(body) < 8_000_000
+    server = serve(after_request(lambda robot: robot.answer(body)))
+    assert len(connect(server).missions()) == 20_000
+
+
+# ---------------------------------------------------------------------- redirects
+@pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
+def test_redirects_are_not_followed(serve: Serve, connect: Connect, status: int) -> None:
+    other = serve(every_request)
+    server = serve(after_request(lambda robot: robot.answer(b"", f"{status} Moved", f"Location: http://127.0.0.1:{other.port}/api/v2.0.0/x")))
+    robot = connect(server)
+    error = enqueue_fails(robot)
+    assert (type(error), error.code, error.delivery) == (NotAMir, "redirected", Delivery.UNKNOWN)
+    assert type(status_fails(robot)) is NotAMir
+    assert other.connections == 0
+    assert len(server.requests) == 2
+
+
+# ---------------------------------------------------------------------- kept-alive connections that have died
+def dies_on_its_second_request(conversation: Conversation) -> None:
+    conversation.request()
+    conversation.answer(READY)
+    conversation.request()
+
+
+def test_a_read_on_a_dead_connection_is_silently_repeated_once(serve: Serve, connect: Connect) -> None:
+    server = serve(dies_on_its_second_request)
+    robot = connect(server)
+    for _ in range(4):
+        assert robot.status().robot_name == "R1"
+    assert server.connections == 4
+    assert len(server.requests) == 1 + 2 * 3
+
+
+def test_a_read_is_repeated_only_once(serve: Serve, connect: Connect) -> None:
+    def never_answers_again(conversation: Conversation) -> None:
+        if server.connections == 1:
+            dies_on_its_second_request(conversation)
+        else:
+            conversation.request()
+
+    server = serve(never_answers_again)
+    robot = connect(server)
+    robot.status()
+    assert type(status_fails(robot)) is ConnectionLost
+    assert (server.connections, len(server.requests)) == (2, 3)
+
+
+def test_a_write_after_a_read_does_not_meet_the_dead_connection(serve: Serve, connect: Connect) -> None:
+    def closes_after_each_answer(conversation: Conversation) -> None:
+        if request := conversation.request():
+            conversation.answer(ACCEPTED if request.startswith(b"POST") else READY, "201 Created")
+
+    server = serve(closes_after_each_answer)
+    robot = connect(server)
+    for number in range(1, 30):
+        robot.status()
+        assert robot.enqueue(MISSION) == 7
+        assert server.connections == 2 * number
+
+
+def test_a_time_out_on_a_kept_alive_connection_is_no_reason_to_ask_again(serve: Serve, connect: Connect) -> None:
+    def hangs_on_its_second_request(conversation: Conversation) -> None:
+        conversation.request()
+        conversation.answer(READY)
+        conversation.request()
+        conversation.hang()
+
+    server = serve(hangs_on_its_second_request)
+    robot = connect(server, QUICK)
+    robot.status()
+    assert type(status_fails(robot)) is TimedOut
+    assert len(server.requests) == 2
+
+
+def test_a_closed_client_opens_a_new_connection_when_asked(serve: Serve, connect: Connect) -> None:
+    server = serve(every_request)
+    robot = connect(server)
+    robot.status()
+    robot.close()
+    robot.status()
+    assert server.connections == 2
