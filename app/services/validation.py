@@ -1,0 +1,217 @@
+"""What robots, missions, schedules and settings may be (contract: "Ranges"). Each check returns the value in its normal form or raises
+InvalidInput, which names the field and says in one sentence how to mend it."""
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import replace
+from datetime import datetime
+from types import MappingProxyType
+from typing import Any
+from zoneinfo import ZoneInfo, available_timezones
+
+from app.models import WEEKDAYS, Between, InvalidInput, Overlap, Robot, Schedule, Settings
+from app.services.calendar import WorkingCalendar
+from app.services.mir.address import Address
+from app.services.mir.credentials import normalise_fingerprint
+from app.services.recurrence import Recurrence, check_has_instants
+
+LONGEST_NAME = 80
+LONGEST_TEXT = 1000                          # of a parameter
+YEARS = range(1970, 2200)
+WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
+    "poll_interval_seconds": (1, 3600),
+    "retry_limit": (0, 20),
+    "start_window_minutes": (0, 1440),
+    "unknown_outcome_quiet_seconds": (5, 600),
+    "history_limit": (1, 2**31 - 1),
+    "after_minutes": (5, 30),
+    "priority": (-2**31, 2**31 - 1),
+})
+_GUID = re.compile(r"[0-9A-Za-z_-]{1,64}", re.ASCII)
+_UNPRINTABLE = ("Cc", "Cs", "Zl", "Zp")          # control characters, halves of characters, line ends
+
+
+def name(text: object, field: str = "name") -> str:
+    """1 to 80 characters without control characters; blanks around it don't count."""
+    if not isinstance(text, str):
+        raise InvalidInput(field, "a name has to be a text")
+    stripped = text.strip()
+    if not stripped:
+        raise InvalidInput(field, "enter a name")
+    if len(stripped) > LONGEST_NAME:
+        raise InvalidInput(field, "a name has at most {most} characters, this one has {length}", most=LONGEST_NAME, length=len(stripped))
+    if any(unicodedata.category(character) in _UNPRINTABLE for character in stripped):
+        raise InvalidInput(field, "a name can't contain control characters")
+    return stripped
+
+
+def whole_number(value: object, field: str, range_of: str | None = None) -> int:
+    """Inside the range of ``range_of`` (default: of the field itself)."""
+    low, high = WHOLE_NUMBERS[range_of or field]
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise InvalidInput(field, "enter a whole number from {low} to {high}", low=low, high=high)
+    return value
+
+
+def battery(value: object, field: str = "minimum_battery_percent") -> float | None:
+    """Percent; None inherits or, as a setting, means none."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or not 0 <= value <= 100:
+        raise InvalidInput(field, "enter a battery percentage from 0 to 100")
+    return float(value)
+
+
+def flag(value: object, field: str) -> bool:
+    if not isinstance(value, bool):
+        raise InvalidInput(field, "say true or false")
+    return value
+
+
+def timezone(value: object, field: str = "timezone") -> str:
+    """An IANA name that this system knows."""
+    if not isinstance(value, str) or not _is_zone(value):
+        raise InvalidInput(field, "{zone!r} is no time zone; use an IANA name such as Europe/Helsinki", zone=value)
+    return value
+
+
+def _is_zone(value: str) -> bool:
+    try:
+        return value in available_timezones() and bool(ZoneInfo(value))
+    except (ValueError, OSError):
+        return False
+
+
+def working_days(value: object, field: str = "working_days") -> tuple[str, ...]:
+    """In the order of the week; None means every day."""
+    if value is None:
+        return WEEKDAYS
+    if not isinstance(value, list | tuple) or any(day not in WEEKDAYS for day in value):
+        raise InvalidInput(field, "list working days such as {example}", example=", ".join(WEEKDAYS))
+    if not value:
+        raise InvalidInput(field, "choose at least one working day, or all seven for every day")
+    if len(set(value)) < len(value):
+        raise InvalidInput(field, "a working day stands twice")
+    return tuple(day for day in WEEKDAYS if day in value)
+
+
+def guid(value: object, field: str = "guid") -> str:
+    if not isinstance(value, str) or not _GUID.fullmatch(value.strip()):
+        raise InvalidInput(field, "a mission's guid has letters, digits and hyphens only, such as 3d7c7c40-ce85-11ef-904a-000e8e9884eb")
+    return value.strip()
+
+
+def username(value: object, field: str = "username") -> str:
+    """May be empty: then the robot needs a password before it can be used."""
+    if not isinstance(value, str):
+        raise InvalidInput(field, "a user name has to be a text")
+    if ":" in value:
+        raise InvalidInput(field, "a user name can't contain a colon")
+    return name(value, field) if value.strip() else ""
+
+
+def settings(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes of settings, each in its normal form."""
+    return {field: _setting(field, value) for field, value in changes.items()}
+
+
+def _setting(field: str, value: Any) -> Any:
+    match field:
+        case "minimum_battery_percent":
+            return battery(value)
+        case "working_days":
+            return working_days(value)
+        case "timezone":
+            return timezone(value)
+        case "history_limit" if value is None:
+            return None
+        case "language" | "theme":
+            return name(value, field)
+        case "selected_robot_id" if value is None or (isinstance(value, int) and not isinstance(value, bool)):
+            return value
+    if field not in WHOLE_NUMBERS or not hasattr(Settings, field):
+        raise InvalidInput(field, "there is no setting {name!r}", name=field)
+    return whole_number(value, field)
+
+
+def robot(given: Robot) -> Robot:
+    """Its own values; what it has to do with others is the catalogue's to check."""
+    fingerprint = given.certificate_sha256
+    return replace(given, name=name(given.name), address=Address.parse(given.address).url, username=username(given.username),
+                   certificate_sha256=normalise_fingerprint(fingerprint) if fingerprint else None)
+
+
+def schedule(given: Schedule) -> Schedule:
+    """Its own values; robot, mission, name and working days are the catalogue's to check."""
+    if given.start.tzinfo is not None or given.start.second or given.start.microsecond:
+        raise InvalidInput("start", "a start is wall-clock time in whole minutes, without a zone")
+    if given.start.year not in YEARS:
+        raise InvalidInput("start", "enter a year from {first} to {last}", first=YEARS[0], last=YEARS[-1])
+    window = given.start_window_minutes
+    normal = replace(
+        given, timezone=timezone(given.timezone), start=given.start.replace(fold=0),
+        recurrence=None if given.recurrence is None else given.recurrence.strip().upper(),
+        minimum_battery_percent=battery(given.minimum_battery_percent),
+        start_window_minutes=None if window is None else whole_number(window, "start_window_minutes"),
+        overlap=overlap(given.overlap), priority=whole_number(given.priority, "priority"), parameters=parameters(given.parameters))
+    rule = Recurrence.parse(normal.recurrence)
+    if normal.between is not None:
+        if not rule.frequency.is_sub_daily:
+            raise InvalidInput("between", "a part of the day can be chosen for a recurrence every so many minutes or hours only")
+        between(normal.between)
+    check_has_instants(normal)
+    return normal
+
+
+def overlap(value: object, field: str = "overlap") -> Overlap:
+    if not isinstance(value, str) or value not in tuple(Overlap):
+        raise InvalidInput(field, "say {choices}", choices=" or ".join(Overlap))
+    return Overlap(value)
+
+
+def between(value: Between) -> Between:
+    for moment in (value.start, value.end):
+        if moment.tzinfo is not None or moment.second or moment.microsecond:
+            raise InvalidInput("between", "times of day are in whole minutes")
+    if value.start > value.end:
+        raise InvalidInput("between", "the part of the day has to end after it begins, on the same day")
+    return value
+
+
+def parameters(value: object, field: str = "parameters") -> dict[str, Any]:
+    """A mission's inputs by name: texts, numbers, true, false or null."""
+    if not isinstance(value, Mapping):
+        raise InvalidInput(field, "parameters are names with a value each")
+    for key, item in value.items():
+        name(key, field)
+        is_plain = item is None or isinstance(item, str | bool | int) or (isinstance(item, float) and math.isfinite(item))
+        if not is_plain or (isinstance(item, str) and (len(item) > LONGEST_TEXT or not _is_encodable(item))):
+            raise InvalidInput(field, "the value of {name!r} has to be a text, a number, true, false or null", name=key)
+    return dict(value)
+
+
+def _is_encodable(text: str) -> bool:
+    return not any(unicodedata.category(character) == "Cs" for character in text)
+
+
+def one_time_on_working_day(given: Schedule, calendar: WorkingCalendar) -> None:
+    """A one-time schedule that respects working days can't lie on another day: it would never run."""
+    if given.recurrence is None and given.respect_working_days and not calendar.is_working_day(given.start.date()):
+        raise InvalidInput("start", "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
+                           day=f"{given.start:%Y-%m-%d}", weekday=_WEEKDAY_NAMES[given.start.weekday()])
+
+
+_WEEKDAY_NAMES = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+
+
+def starts_text(value: object, field: str = "start") -> datetime:
+    """``2026-11-23T06:30``, as files write it."""
+    if isinstance(value, str) and re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d(:00)?", value, re.ASCII):
+        try:
+            return datetime.fromisoformat(value)
+        except ValueError:
+            raise InvalidInput(field, "there is no such date or time: {value}", value=value) from None
+    raise InvalidInput(field, "write local time in whole minutes without a zone, such as 2026-11-23T06:30, not {value!r}", value=value)
