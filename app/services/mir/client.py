@@ -179,7 +179,7 @@ class RobotClient:
         """Named places, of one map or of all. Coordinates come along where the robot knows the whitelist."""
         path = f"/maps/{_segment(map_id)}/positions" if map_id else "/positions"
         return self._get(path, lambda found: parse.listed(found, "the list of positions", lambda entry: parse.map_position(entry, map_id)),
-                         {"whitelist": "guid,name,type_id,map_id,pos_x,pos_y,orientation"})
+                         {"whitelist": "all"})
 
     def registers(self) -> list[Register]:
         return self._get("/registers", lambda found: parse.listed(found, "the list of registers", parse.register))

@@ -22,9 +22,9 @@ def from_definition(value: Any) -> list[MissionParameter]:
 
 
 def from_actions(value: Any) -> list[MissionParameter]:
-    """The parameters of a mission's actions whose value is asked for."""
-    return _unique(_parameter({"id": entry.get("input_name"), "default": entry.get("value")}) for action in _objects(value)
-                   for entry in _objects(action.get("parameters")))
+    """The parameters of a mission's actions whose value is asked for; ``type`` is what the action takes it for ("position", "time" …)."""
+    return _unique(_parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")})
+                   for action in _objects(value) for entry in _objects(action.get("parameters")))
 
 
 def _objects(value: Any) -> list[Object]:

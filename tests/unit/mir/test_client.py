@@ -154,7 +154,7 @@ def test_parameters_are_found_in_the_actions_when_the_definition_tells_none(robo
     responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver"})
     responses.get(f"{API}/missions/{MISSION}/definition", status=404)
     responses.get(f"{API}/missions/{MISSION}/actions", json=[{"parameters": [{"id": "x", "input_name": "Where", "value": 2.0}]}])
-    assert robot.parameters(MISSION) == [MissionParameter("Where", default=2.0)]
+    assert robot.parameters(MISSION) == [MissionParameter("Where", type="x", default=2.0)]
 
 
 def test_a_mission_without_parameters_is_asked_no_further(robot: RobotClient, responses: RequestsMock) -> None:
