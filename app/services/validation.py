@@ -34,6 +34,12 @@ _GUID = re.compile(r"[0-9A-Za-z_-]{1,64}", re.ASCII)
 _UNPRINTABLE = ("Cc", "Cs", "Zl", "Zp")          # control characters, halves of characters, line ends
 
 
+def shown(value: object) -> str:
+    """What somebody gave, short enough for a sentence."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:60] + "…"
+
+
 def name(text: object, field: str = "name") -> str:
     """1 to 80 characters without control characters; blanks around it don't count."""
     if not isinstance(text, str):
@@ -74,7 +80,7 @@ def flag(value: object, field: str) -> bool:
 def timezone(value: object, field: str = "timezone") -> str:
     """An IANA name that this system knows."""
     if not isinstance(value, str) or not _is_zone(value):
-        raise InvalidInput(field, "{zone!r} is no time zone; use an IANA name such as Europe/Helsinki", zone=value)
+        raise InvalidInput(field, "{zone} is no time zone; use an IANA name such as Europe/Helsinki", zone=shown(value))
     return value
 
 
@@ -189,7 +195,7 @@ def parameters(value: object, field: str = "parameters") -> dict[str, Any]:
         name(key, field)
         is_plain = item is None or isinstance(item, str | bool | int) or (isinstance(item, float) and math.isfinite(item))
         if not is_plain or (isinstance(item, str) and (len(item) > LONGEST_TEXT or not _is_encodable(item))):
-            raise InvalidInput(field, "the value of {name!r} has to be a text, a number, true, false or null", name=key)
+            raise InvalidInput(field, "the value of {name} has to be a text, a number, true, false or null", name=shown(key))
     return dict(value)
 
 
@@ -214,4 +220,4 @@ def starts_text(value: object, field: str = "start") -> datetime:
             return datetime.fromisoformat(value)
         except ValueError:
             raise InvalidInput(field, "there is no such date or time: {value}", value=value) from None
-    raise InvalidInput(field, "write local time in whole minutes without a zone, such as 2026-11-23T06:30, not {value!r}", value=value)
+    raise InvalidInput(field, "write local time in whole minutes without a zone, such as 2026-11-23T06:30, not {value}", value=shown(value))

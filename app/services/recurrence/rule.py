@@ -54,7 +54,11 @@ class Recurrence:
 
 
 def _wrong(msgid: str, **details: object) -> InvalidInput:
-    return InvalidInput("recurrence", msgid, **details)
+    return InvalidInput("recurrence", msgid, **{name: _shortened(value) for name, value in details.items()})
+
+
+def _shortened(value: object) -> object:
+    return value[:60] + "…" if isinstance(value, str) and len(value) > 120 else value
 
 
 def _numbers(low: int, high: int, negative: bool = False) -> Callable[[str, str], tuple[int, ...]]:
