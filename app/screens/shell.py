@@ -1,9 +1,9 @@
 """What a screen is to the window around it, and what the window offers to a screen.
 
-A screen is a widget, built lazily on its first visit as ``HomeScreen(container, shell)``; the four are listed in ``SCREENS``. The window calls
-``shown(**intent)`` each time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when it leaves:
-between the two it subscribes to ``container.changes`` and ticks, outside it does nothing. The frame (top bar, banner, navigation) is the
-window's own; a screen fills what is between them, and the margins around it are the frame's.
+A screen is a widget, built lazily on its first visit as ``HomeScreen(container, shell)``; the four are listed in ``SCREENS``. The window
+calls ``shown(**intent)`` each time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when it
+leaves: between the two it subscribes to ``container.changes`` and ticks, outside it does nothing. The frame (top bar, banner, navigation)
+is the window's own; a screen fills what is between them, and the margins around it are the frame's.
 """
 from __future__ import annotations
 

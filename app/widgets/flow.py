@@ -52,7 +52,8 @@ class ChipFlow(StackLayout):
 
 class ChoiceRow(BoxLayout):
     """A label above chips of which one is chosen: ``chosen`` is its key."""
-    label = ObjectProperty("")
+    label = StringProperty()
+    problem = StringProperty()
     options = ListProperty()             # [(key, word), …]
     chosen = ObjectProperty(None, allownone=True)
 
@@ -62,13 +63,15 @@ class ChoiceRow(BoxLayout):
 
 class ParameterFields(BoxLayout):
     """One field per parameter: ``fields`` = [{"name", "label", "kind", "default", "help", "choices": [(value, word), …]}, …] with the kinds
-    text, int, decimal and choice. ``values()`` is what was entered."""
+    text, int, decimal and choice; ``problems`` one sentence by name where something can't be taken. ``values()`` is what was entered."""
     fields = ListProperty()
+    problems = ObjectProperty({})
 
     def __init__(self, **kwargs):
         self._views: dict[str, FormField | ChoiceRow] = {}
         super().__init__(**kwargs)
         self.fbind("fields", self._build)
+        self.fbind("problems", self._show_problems)
         self._build()
 
     def _build(self, *_):
@@ -88,8 +91,6 @@ class ParameterFields(BoxLayout):
         """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""
         return {name: view.chosen if isinstance(view, ChoiceRow) else view.text for name, view in self._views.items()}
 
-    def show_problems(self, problems: Mapping[str, str]) -> None:
-        """One sentence at each field that can't be taken; the others lose theirs."""
+    def _show_problems(self, *_):
         for name, view in self._views.items():
-            if isinstance(view, FormField):
-                view.problem = problems.get(name, "")
+            view.problem = self.problems.get(name, "")

@@ -1,0 +1,207 @@
+"""The top bar and the banner, whatever the screen. Reads robots, alarms and holds in the background, ticks once a second."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from kivy.clock import Clock
+
+from app.i18n import _, translator
+from app.models import Robot, RobotSnapshot, Settings
+from app.screens.frame_alarms import AlarmsDialog, LateStartsDialog
+from app.screens.frame_view import Act, BannerView, Worries, banner, late_starts, robot_option, top_bar
+from app.screens.shell import Shell
+from app.widgets.frame import Frame
+
+NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
+              ("logs", "text-box-outline", "text-box"), ("settings", "cog-outline", "cog"))
+
+if TYPE_CHECKING:
+    from app.container import Container
+
+
+def screen_word(name: str) -> str:
+    return {"home": _("Home"), "scheduler": _("Scheduler"), "logs": _("Logs"), "settings": _("Settings")}[name]
+
+
+@dataclass(frozen=True)
+class FrameFacts:
+    """What the frame needs to know at one moment."""
+    settings: Settings = field(default_factory=Settings)
+    robots: Mapping[int, Robot] = field(default_factory=dict)
+    worries: Worries = field(default_factory=Worries)
+
+    @property
+    def robot(self) -> Robot | None:
+        """The selected one; the first while the chosen one is gone."""
+        return self.robots.get(self.settings.selected_robot_id or 0) or next(iter(self.robots.values()), None)
+
+
+def read(container: Container) -> FrameFacts:
+    """Called off the UI thread."""
+    robots = {robot.id: robot for robot in container.repositories.robots.all(container.db.read())}
+    everywhere = container.holds.active()
+    of_one = [hold for robot_id in robots if (hold := container.holds.active(robot_id)) and hold.robot_id == robot_id]
+    holds = [everywhere, *of_one] if everywhere else of_one
+    return FrameFacts(container.settings(), robots,
+                      Worries(container.alarms.standing(), holds, late_starts(container.history.open())))
+
+
+class FrameController:
+    """Fills the Frame widget and does what its bar and banner ask for."""
+
+    def __init__(self, container: Container, shell: Shell, frame: Frame) -> None:
+        self._container, self._shell, self._frame = container, shell, frame
+        self._facts = FrameFacts()
+        self._banner = BannerView()
+        self._reading = self._stale = False
+        self._alarms: AlarmsDialog | None = None
+        self._late: LateStartsDialog | None = None
+        self._late_seen: frozenset[int] = frozenset()         # executions whose list the operator has closed
+        self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
+        self._release: list[Callable[[], object]] = []
+
+    # ------------------------------------------------------------------ life
+    def start(self) -> None:
+        frame = self._frame
+        frame.bind(on_go=self._go, on_robot=self._pick_robot, on_alarm=self._press_banner, on_other_alarms=self._show_alarms)
+        self._shell.navigator.bind(current=self._went)
+        self._release = [self._container.changes.subscribe(lambda _topic, _about: self._refresh()),
+                         translator.subscribe(self._retranslated), Clock.schedule_interval(lambda _dt: self._show(), 1).cancel]
+        self._retranslated()
+        self._read()
+
+    def stop(self) -> None:
+        for release in self._release:
+            release()
+        self._release = []
+
+    def _retranslated(self) -> None:
+        self._frame.items = [(name, screen_word(name), icon, selected) for name, icon, selected in NAVIGATION]
+        self._went()
+        self._show()
+
+    def _went(self, *_: Any) -> None:
+        current = self._shell.navigator.current
+        self._frame.current = current
+        self._frame.title = screen_word(current) if current else ""
+        self._show()
+
+    # ------------------------------------------------------------------ reading and showing
+    def _read(self) -> None:
+        if self._reading:
+            self._stale = True
+            return
+        self._reading, self._stale = True, False
+        self._shell.background.run(lambda: read(self._container), self._take, self._not_read)
+
+    def _take(self, facts: FrameFacts) -> None:
+        self._reading = False
+        if self._stale:
+            self._refresh()
+        before, self._facts = self._facts.robot, facts
+        if facts.robot and (before is None or before.id != facts.robot.id):
+            self._container.loop.watch(facts.robot.id)
+        self._show()
+        self._show_late_starts()
+
+    def _not_read(self, problem: BaseException) -> None:
+        self._reading = False
+        self._shell.say_problem(problem)
+
+    def _show(self) -> None:
+        facts, frame, now = self._facts, self._frame, self._container.clock.now()
+        robot = facts.robot
+        bar = top_bar(robot, self._snapshot(robot), facts.settings, now)
+        frame.date, frame.clock, frame.robot, frame.link = bar.date, bar.clock, bar.robot, bar.link
+        frame.link_icon, frame.link_tone = bar.icon, bar.tone
+        on_screen = robot.id if robot and self._shell.navigator.current == "home" else None
+        self._banner = view = banner(facts.worries, facts.robots, facts.settings, now, on_screen)
+        frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
+        frame.alarm_others, frame.alarm_action = view.others, view.action
+        if self._alarms is not None:
+            self._alarms.show(facts.worries.alarms, facts.settings, now)
+        if self._late is not None:
+            self._late.show(facts.worries.late_starts, facts.settings, now)
+
+    def _snapshot(self, robot: Robot | None) -> RobotSnapshot | None:
+        return self._container.snapshots.get(robot.id) if robot else None
+
+    # ------------------------------------------------------------------ the bar
+    def _go(self, _frame: Frame, name: str) -> None:
+        if name != self._shell.navigator.current:
+            self._shell.go(name)
+
+    def _pick_robot(self, _frame: Frame) -> None:
+        """The same choice from every screen; without a robot the way to the first one."""
+        facts = self._facts
+        if not facts.robots:
+            self._shell.go("settings", section="robots", add=True)
+            return
+        selected = facts.robot.id if facts.robot else None
+        options = [robot_option(robot, self._container.snapshots.get(robot.id), facts.settings, self._container.clock.now())
+                   for robot in facts.robots.values()]
+        self._shell.dialogs.choose(_("Robot"), options, self._select_robot, selected=selected)
+
+    def _select_robot(self, robot_id: int) -> None:
+        self._shell.background.run(lambda: self._container.catalogue.save_settings(selected_robot_id=robot_id),
+                                   lambda _settings: self._refresh(), self._shell.say_problem)
+
+    # ------------------------------------------------------------------ the banner
+    def _press_banner(self, _frame: Frame) -> None:
+        self._do(self._banner.act, self._banner.about)
+
+    def _do(self, act: Act, about: int | None) -> None:
+        container, work = self._container, None
+        match act:
+            case Act.SHOW_ROBOT:
+                self._shell.go("home", robot_id=about)
+            case Act.ROBOT_SETTINGS:
+                self._shell.go("settings", section="robots", robot_id=about)
+            case Act.ACKNOWLEDGE if about is not None:
+                work = lambda: container.alarms.acknowledge(about)  # noqa: E731
+            case Act.HOLD:
+                self._hold_late_starts()
+            case Act.RELEASE:
+                work = lambda: container.holds.release(about)  # noqa: E731
+        if work is not None:
+            self._shell.background.run(work, lambda _none: self._refresh(), self._shell.say_problem)
+
+    def _hold_late_starts(self) -> None:
+        """Nothing goes out until somebody releases it; what waits too long is skipped, as for every hold."""
+        reason = _("Late starts after the app was off")
+
+        def held(_none: object) -> None:
+            self._shell.snackbars.show(_("Nothing is sent until it is released"), icon="hand-back-right-outline")
+            self._refresh()
+
+        self._shell.background.run(lambda: self._container.holds.hold(reason), held, self._shell.say_problem)
+
+    def _show_alarms(self, _frame: Frame) -> None:
+        if self._alarms is None:
+            self._alarms = AlarmsDialog(act=self._alarm_act)
+            self._alarms.bind(on_dismiss=self._alarms_closed)
+            self._shell.dialogs.open(self._alarms)
+            self._show()
+
+    def _alarms_closed(self, _dialog: AlarmsDialog) -> None:
+        self._alarms = None
+
+    def _alarm_act(self, alarm_id: int) -> None:
+        self._do(Act.ACKNOWLEDGE, alarm_id)
+
+    def _show_late_starts(self) -> None:
+        """Opens by itself: a robot must not start because somebody plugged the tablet in."""
+        waiting = frozenset(e.id for e in self._facts.worries.late_starts)
+        if self._late is not None and not waiting:
+            self._late.dismiss()
+        elif self._late is None and waiting - self._late_seen:
+            self._late = LateStartsDialog(hold=self._hold_late_starts)
+            self._late.bind(on_dismiss=self._late_closed)
+            self._shell.dialogs.open(self._late)
+            self._show()
+
+    def _late_closed(self, _dialog: LateStartsDialog) -> None:
+        self._late = None
+        self._late_seen = frozenset(e.id for e in self._facts.worries.late_starts)

@@ -1,0 +1,60 @@
+"""The page that stands in the place of the app while its database is damaged: what happened, and Restore."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kivy.properties import BooleanProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.failures import Failure
+from app.i18n import _
+from app.screens.problems import sentence_of
+from app.screens.threads import Background, UiBus
+from app.widgets import load_kv
+
+if TYPE_CHECKING:
+    from app.container import Container
+
+
+@dataclass(frozen=True)
+class Damage:
+    """``sentence`` is the one that the commands print; ``backup`` the newest good one, if there is any; ``restore`` puts it in place and
+    opens the services on it, off the UI thread. It raises Failure with one sentence."""
+    sentence: str
+    backup: Path | None
+    restore: Callable[[], Container]
+
+
+class RescuePage(BoxLayout):
+    """Nothing is scheduled while it stands. ``done(container)`` when the restored services run."""
+    sentence = StringProperty()
+    backup = StringProperty()
+    problem = StringProperty()
+    working = BooleanProperty(False)
+
+    def __init__(self, damage: Damage, bus: UiBus, done: Callable[[Container], object], **kwargs: Any) -> None:
+        load_kv("rescue")
+        self._damage, self._done = damage, done
+        self._background = Background(bus, workers=1)
+        super().__init__(sentence=damage.sentence, backup=damage.backup.name if damage.backup else "", **kwargs)
+
+    def restore(self) -> None:
+        """One press restores the backup that the page names."""
+        if self.working or not self.backup:
+            return
+        self.working, self.problem = True, ""
+        self._background.run(self._damage.restore, self._restored, self._failed)
+
+    def _restored(self, container: Container) -> None:
+        self._background.close()
+        self._done(container)
+
+    def _failed(self, problem: BaseException) -> None:
+        self.working = False
+        self.problem = str(problem) if isinstance(problem, Failure) else sentence_of(problem)
+
+    def hint(self) -> str:
+        return _("Restore puts {backup} in its place; what happened after it is lost.").format(backup=self.backup) if self.backup else ""
