@@ -8,9 +8,11 @@ import threading
 from collections.abc import Callable, Sequence
 from types import FrameType
 from typing import NoReturn
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from mir_sim.definition import SOFTWARE
 from mir_sim.fleet import Fleet, make_robots
+from mir_sim.history import LONGEST
 
 USAGE_ERROR = 2
 
@@ -34,14 +36,32 @@ def _between(low: float, high: float, kind: Callable[[str], float]) -> Callable[
     return parse
 
 
+def _zone(name: str) -> str:
+    try:
+        ZoneInfo(name)
+    except (ZoneInfoNotFoundError, ValueError, OSError):
+        raise argparse.ArgumentTypeError(f"{name!r} is not a time zone, such as Europe/Helsinki") from None
+    return name
+
+
 def parser() -> argparse.ArgumentParser:
     options = Parser(prog="python -m mir_sim", description="Simulated MiR robots on consecutive ports.", allow_abbrev=False)
     options.add_argument("--host", default="127.0.0.1", help="address to listen on (default %(default)s)")
-    options.add_argument("--port", type=_between(0, 65535, int), default=8080, help="port of the first robot, 0 = free ones (default %(default)s)")
+    options.add_argument("--port", type=_between(0, 65535, int), default=8080,
+                         help="port of the first robot, 0 = free ones (default %(default)s)")
     options.add_argument("--robots", type=_between(1, 500, int), default=3, help="how many (default %(default)s)")
     options.add_argument("--time-scale", type=_between(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000")
     options.add_argument("--seed", type=int, default=1, help="decides everything random (default %(default)s)")
     options.add_argument("--software", choices=SOFTWARE, default="3.5.4", help="software generation of the robots (default %(default)s)")
+    options.add_argument("--chaos", type=_between(0, 1, float), default=0.0, metavar="RATE",
+                         help="share of requests that meet a random fault")
+    options.add_argument("--failure-rate", type=_between(0, 1, float), default=0.0, metavar="RATE", help="share of missions that fail")
+    options.add_argument("--history", type=_between(0, LONGEST, int), default=0, metavar="ITEMS",
+                         help="ended items that each queue begins with")
+    options.add_argument("--timezone", type=_zone, default="Europe/Copenhagen", help="zone of the robots' clocks (default %(default)s)")
+    options.add_argument("--clock-offset", type=_between(-1e6, 1e6, float), default=0.0, metavar="SECONDS",
+                         help="error of the robots' clocks")
+    options.add_argument("--clock-drift", type=_between(-3600, 3600, float), default=0.0, metavar="SECONDS", help="seconds gained per day")
     return options
 
 
@@ -57,7 +77,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
-    fleet = Fleet(make_robots(args.robots, time_scale=args.time_scale, seed=args.seed, software=args.software), args.host, args.port)
+    robots = make_robots(args.robots, time_scale=args.time_scale, seed=args.seed, software=args.software, chaos=args.chaos,
+                         failure_rate=args.failure_rate, history=args.history, timezone=args.timezone, clock_offset=args.clock_offset,
+                         clock_drift=args.clock_drift)
+    fleet = Fleet(robots, args.host, args.port)
     try:
         fleet.start()
     except OSError as error:

@@ -9,11 +9,11 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from mir_sim import definition, listing, resources
-from mir_sim.control import control
+from mir_sim.control import MAP_PATH, PATH, control
 from mir_sim.definition import Operation, Routes
 from mir_sim.errors import ApiError, not_found
 from mir_sim.messages import Request, Response
-from mir_sim.resources.collections import whole_properties
+from mir_sim.resources import rows
 from mir_sim.resources.registry import Call
 from mir_sim.site import Row
 
@@ -27,7 +27,7 @@ def handle(robot: SimulatedRobot, request: Request) -> Response:
     """Let the robot catch up with its clock and answer one request, as if nothing went wrong between client and robot."""
     with robot.lock:
         robot.catch_up()
-        if request.path.rstrip("/") == "/sim":
+        if request.path.rstrip("/") in (PATH, MAP_PATH):
             return control(robot, request)
         if not robot.online:
             return refuse(robot, ApiError(503, "Service unavailable"))
@@ -36,6 +36,8 @@ def handle(robot: SimulatedRobot, request: Request) -> Response:
 
 def answer(robot: SimulatedRobot, request: Request) -> Response:
     """Answer a request of the API proper."""
+    if robot.now < robot.api_down_until:
+        return refuse(robot, ApiError(503, "Service unavailable"))
     try:
         status, value = _dispatch(robot, request)
     except ApiError as error:
@@ -123,7 +125,7 @@ def _fields(call: Call, entries: Iterable[listing.Listed]) -> set[str]:
     """Every field that a list's entries may have, asked of the first one and of the definition."""
     first = next(iter(entries), None)
     shown = set(first.full()) | set(first.summary()) if first is not None else set()
-    return shown | set(whole_properties(call.robot, call.operation.template))
+    return shown | set(rows.properties(call.robot.software, call.operation.template))
 
 
 class _Plain:

@@ -7,12 +7,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from mir_sim.faults import Fault, FaultKind
+from mir_sim.floor_plan import live_view
 from mir_sim.messages import Request, Response
 from mir_sim.state import RobotError
 
 if TYPE_CHECKING:
     from mir_sim.robot import SimulatedRobot
 
+PATH, MAP_PATH = "/sim", "/sim/map.png"
 Act = Callable[["SimulatedRobot"], object]
 
 
@@ -21,7 +23,9 @@ class ControlError(ValueError):
 
 
 def control(robot: SimulatedRobot, request: Request) -> Response:
-    """Answer GET and POST /sim."""
+    """Answer GET and POST /sim, and GET /sim/map.png."""
+    if request.path == MAP_PATH:
+        return Response(200, {"Content-Type": "image/png"}, live_view(robot.pose))
     if request.method == "GET":
         return Response.json_of(200, robot.snapshot())
     if request.method != "POST":

@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from mir_sim.errors import ApiError, argument_error
+from mir_sim.errors import argument_error
 
 SOFTWARE = ("2.14.7", "3.5.4")
 Schema = Mapping[str, Any]

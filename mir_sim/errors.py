@@ -4,6 +4,8 @@ The human texts are those of MiR's definition. The machine words were never reco
 """
 from __future__ import annotations
 
+from typing import ClassVar
+
 
 class ApiError(Exception):
     """An answer other than success.
@@ -14,8 +16,8 @@ class ApiError(Exception):
         code: word for ``error_code``; derived from the status when left out.
     """
 
-    WORDS = {400: "bad_request", 401: "unauthorized", 403: "forbidden", 404: "not_found", 405: "method_not_allowed", 409: "duplicate_entry",
-             410: "gone", 500: "internal_server_error", 503: "service_unavailable"}
+    WORDS: ClassVar = {400: "bad_request", 401: "unauthorized", 404: "not_found", 405: "method_not_allowed", 409: "duplicate_entry",
+                       410: "gone", 500: "internal_server_error", 503: "service_unavailable"}
 
     def __init__(self, status: int, human: str, code: str | None = None) -> None:
         super().__init__(f"{status} {human}")

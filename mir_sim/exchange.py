@@ -66,7 +66,8 @@ def exchange(robot: SimulatedRobot, request: Request) -> Exchange:
 def take_fault(robot: SimulatedRobot, request: Request) -> Fault | None:
     """The fault that this request falls to. Only requests of the API can."""
     path = below_base(request.path)
-    return None if path is None else robot.faults.take(request.method, path)
+    with robot.lock:
+        return None if path is None else robot.faults.take(request.method, path)
 
 
 def undergo(robot: SimulatedRobot, request: Request, fault: Fault | None) -> Exchange:
@@ -94,4 +95,5 @@ def undergo(robot: SimulatedRobot, request: Request, fault: Fault | None) -> Exc
     return Exchange(Fate.ANSWERED, response)
 
 
-PAGE = b"<!DOCTYPE html>\n<html><head><title>Sign in</title></head><body><h1>Sign in to the network</h1><form><input name=\"user\"></form></body></html>\n"
+PAGE = (b'<!DOCTYPE html>\n<html><head><title>Sign in</title></head><body><h1>Sign in to the network</h1>'
+        b'<form><input name="user"></form></body></html>\n')

@@ -1,10 +1,11 @@
-"""Faults of the network and of the robot's web server, put between a request and its answer on demand.
+"""Faults of the network and of the robot's web server, put between a request and its answer on demand or by chance.
 
 Each is what some field report tells of: answers lost after the robot has taken the order, stalls of many seconds while it drives, bursts
 of 503 while it docks, connections dropped without a word.
 """
 from __future__ import annotations
 
+import random
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -49,10 +50,17 @@ class Fault:
 
 
 class FaultList:
-    """The faults that are armed, oldest first; the first that fits a request takes it."""
+    """The faults that are armed, oldest first; the first that fits a request takes it. Chance comes after them.
 
-    def __init__(self) -> None:
+    Args:
+        chaos: share of requests (0…1) that meet a fault by chance.
+        rng: draws it, and nothing else, so that chance does not change the robot's life.
+    """
+
+    def __init__(self, chaos: float, rng: random.Random) -> None:
         self._faults: list[Fault] = []
+        self._chaos = chaos
+        self._rng = rng
 
     def add(self, fault: Fault) -> None:
         self._faults.append(fault)
@@ -72,4 +80,6 @@ class FaultList:
                     if fault.count <= 0:
                         self._faults.remove(fault)
                 return fault
+        if self._chaos and self._rng.random() < self._chaos:
+            return Fault(self._rng.choice(list(FaultKind)), path, method, seconds=round(self._rng.uniform(0.2, 8.0), 3))
         return None

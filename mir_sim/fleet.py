@@ -11,7 +11,7 @@ from typing import Any
 
 from mir_sim import control
 from mir_sim.robot import SimulatedRobot
-from mir_sim.server import Station
+from mir_sim.server import Station, follow_power
 
 NAMES = ("Aino", "Veikko", "Sisu", "Lempi", "Onni", "Helmi", "Eino", "Toivo", "Aava", "Urho", "Impi", "Sulo")
 
@@ -19,7 +19,7 @@ NAMES = ("Aino", "Veikko", "Sisu", "Lempi", "Onni", "Helmi", "Eino", "Toivo", "A
 def robot_name(index: int) -> str:
     """A friendly name for the n-th robot; with more robots than names a number is added."""
     turn, place = divmod(index, len(NAMES))
-    return NAMES[place] if turn == 0 else f"{NAMES[place]} {turn + 1}"
+    return NAMES[place] if turn == 0 else f"{NAMES[place]}-{turn + 1}"
 
 
 class FleetRobot:
@@ -56,7 +56,7 @@ class Fleet:
         self._stations = [Station(robot, host, port + number if port else 0) for number, robot in enumerate(robots)]
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._live, name="mir_sim", daemon=True)
-        self._watchers: list[asyncio.Task[None]] = []
+        self._watch: asyncio.Task[None] | None = None
         self.robots: list[FleetRobot] = []
 
     def start(self) -> None:
@@ -84,13 +84,11 @@ class Fleet:
     async def _open(self) -> None:
         for station in self._stations:
             await station.open()
-        self._watchers = [asyncio.create_task(station.follow_power()) for station in self._stations]
+        self._watch = asyncio.create_task(follow_power(self._stations))
 
     async def _close(self) -> None:
         for station in self._stations:
             station.close()
-            if station.reservation is not None:
-                station.reservation.close()
         tasks = [task for task in asyncio.all_tasks() if task is not asyncio.current_task()]
         for task in tasks:
             task.cancel()
@@ -101,12 +99,16 @@ def make_robots(count: int, *, time_scale: float = 1.0, seed: int = 1, **options
     """Robots that share one clock, which starts now. ``options`` go to each :class:`SimulatedRobot`."""
     began = time.monotonic()
     options.setdefault("start", datetime.now(UTC))
-    return [SimulatedRobot(robot_name(number), seed=seed, time_scale=time_scale, clock=lambda: (time.monotonic() - began) * time_scale, **options)
-            for number in range(count)]
+
+    def seconds() -> float:
+        return (time.monotonic() - began) * time_scale
+
+    return [SimulatedRobot(robot_name(number), seed=seed, time_scale=time_scale, clock=seconds, **options) for number in range(count)]
 
 
 @contextlib.contextmanager
-def serve(robots: int = 3, *, time_scale: float = 1.0, seed: int = 1, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[Fleet]:
+def serve(robots: int = 3, *, time_scale: float = 1.0, seed: int = 1, host: str = "127.0.0.1", port: int = 0,
+          **options: Any) -> Iterator[Fleet]:
     """Serve a fleet while the block runs.
 
     Args:

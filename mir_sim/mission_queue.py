@@ -96,8 +96,8 @@ class QueueItem:
         }
 
 
-PLAIN_FIELDS = frozenset(("id", "mission_id", "ordered", "created_by_id", "message", "description", "fleet_schedule_guid", "priority", "state",
-                          "started", "finished"))
+PLAIN_FIELDS = frozenset(("id", "mission_id", "ordered", "created_by_id", "message", "description", "fleet_schedule_guid", "priority",
+                          "state", "started", "finished"))
 
 
 class MissionQueue:

@@ -41,12 +41,13 @@ class Mission:
 
 def move(station: str | UserParameter) -> Action:
     position = station if isinstance(station, UserParameter) else BY_NAME[station].guid
-    return Action("move", {"position": position, "cart_entry_position": "main", "main_or_entry_position": "main", "marker_entry_position": "entry",
-                           "retries": 10, "distance_threshold": 0.1})
+    return Action("move", {"position": position, "cart_entry_position": "main", "main_or_entry_position": "main",
+                           "marker_entry_position": "entry", "retries": 10, "distance_threshold": 0.1})
 
 
 def dock(station: str) -> Action:
-    return Action("docking", {"marker": BY_NAME[station].guid, "marker_type": "mirconst-guid-0000-0001-marker000001", "retries": 10, "max_linear_speed": 0.25})
+    return Action("docking", {"marker": BY_NAME[station].guid, "marker_type": "mirconst-guid-0000-0001-marker000001", "retries": 10,
+                              "max_linear_speed": 0.25})
 
 
 def wait(seconds: int | UserParameter) -> Action:
@@ -62,7 +63,8 @@ def prompt(question: str, timeout: str) -> Action:
 
 
 def charge(percentage: int, until_new_mission: bool) -> Action:
-    return Action("charging", {"minimum_time": "00:00:30.000000", "minimum_percentage": percentage, "charge_until_new_mission": until_new_mission})
+    return Action("charging", {"minimum_time": "00:00:30.000000", "minimum_percentage": percentage,
+                               "charge_until_new_mission": until_new_mission})
 
 
 def _guid(number: int) -> str:
@@ -74,7 +76,8 @@ MISSIONS: tuple[Mission, ...] = (
     Mission("Home", _guid(0x41), (move("Home"),), "Back to the home position"),
     Mission("Deliver kits to line 2", _guid(0x42), (move("Kitting"), wait(15), move("Line 2"), wait(15))),
     Mission("Collect empties", _guid(0x43), (move("Line 1"), wait(10), move("Line 2"), wait(10), move("Empties"), wait(10))),
-    Mission("Return to charger", _guid(0x44), (move("Charger entry"), dock("Charger"), charge(95, until_new_mission=True)), "Charges until the next mission"),
+    Mission("Return to charger", _guid(0x44), (move("Charger entry"), dock("Charger"), charge(95, until_new_mission=True)),
+            "Charges until the next mission"),
     Mission("Bring pallet to dock", _guid(0x45), (move("Warehouse"), wait(20), dock("Dock"), wait(20))),
     Mission("Move coils to press", _guid(0x46), (move("Coil store"), wait(20), move("Press"), wait(20), set_register(20, 1))),
     Mission("Waste to compactor", _guid(0x47), (move("Line 1"), wait(10), move("Compactor"), wait(15))),
@@ -86,4 +89,5 @@ MISSIONS: tuple[Mission, ...] = (
 
 # Hidden missions that every robot has (recorded); they can be read, not changed.
 BUILT_IN = {f"mirconst-guid-0000-0001-actionlist{number:02d}": name for number, name in (
-    (0, "Move"), (3, "GoToPositionPrototype"), (4, "ChargeAtStation"), (5, "Dock"), (6, "StageAtPosition"), (7, "PickupCart"), (8, "PlaceCart"))}
+    (0, "Move"), (3, "GoToPositionPrototype"), (4, "ChargeAtStation"), (5, "Dock"), (6, "StageAtPosition"), (7, "PickupCart"),
+    (8, "PlaceCart"))}

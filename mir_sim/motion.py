@@ -86,7 +86,8 @@ class Trip:
     ``duration`` is in seconds of driving, ``length`` in metres; ``at(seconds)`` tells any moment of it.
     """
 
-    def __init__(self, start: Pose, waypoints: Sequence[tuple[float, float]], orientation: float | None = None, cruise: float = CRUISE) -> None:
+    def __init__(self, start: Pose, waypoints: Sequence[tuple[float, float]], orientation: float | None = None,
+                 cruise: float = CRUISE) -> None:
         self._legs: list[_Turn | _Drive] = []
         pose = start
         for x, y in waypoints:

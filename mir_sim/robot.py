@@ -1,13 +1,12 @@
 """The model of one MiR: a pure, deterministic machine that is told the time and never asks for it.
 
 Between events everything is a straight line or a planned trip, so what the robot shows at an instant does not depend on how often it was
-asked before. Times are simulated seconds since the robot was switched on unless a name says otherwise.
+asked before. Times are simulated seconds since the model began unless a name says otherwise.
 """
 from __future__ import annotations
 
 import heapq
 import itertools
-import json
 import random
 import threading
 from collections.abc import Callable
@@ -17,19 +16,18 @@ from typing import Any
 from mir_sim import definition, world
 from mir_sim.clock import RobotClock
 from mir_sim.faults import FaultList
-from mir_sim.mission_queue import USER_ABORT, ItemState, MissionQueue, QueueAction, QueueItem
+from mir_sim.history import fill
+from mir_sim.mission_controller import WAITING_TEXT, Event, MissionController
+from mir_sim.mission_queue import ItemState, MissionQueue, QueueItem
 from mir_sim.motion import Motion, Pose
-from mir_sim.power import STANDING, Battery
+from mir_sim.power import Battery
 from mir_sim.run import Run
 from mir_sim.site import USER_GROUPS, Row, Site
-from mir_sim.state import MISSION_CONTROLLER, ModeId, Prompt, RobotError, StateId
-from mir_sim.steps import ChargeStep, Step, UnknownPosition, step_for
+from mir_sim.state import BATTERY_EMPTY, MISSION_CONTROLLER, ModeId, Prompt, RobotError, StateId
 
-START_DELAY = 1.0             # s from "next in the queue" to Executing: right after a POST, /status still says Ready
-TRANSIENT = 0.5               # s for which Completed and Aborted are shown
 STARTING_UP = 3.0             # s of state Starting after a reboot
+API_RESTART = 5.0             # s of 503 after the clock was set
 MONDAY = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
-WAITING_TEXT = "Waiting for new missions..."
 
 
 class SimulatedRobot:
@@ -43,24 +41,27 @@ class SimulatedRobot:
         software: "3.5.4" or "2.14.7".
         model: ``robot_model`` of /status.
         start: true time at simulated second 0.
-        timezone: IANA zone of the robot's naive timestamps.
+        timezone: IANA zone of the robot's naive timestamps; robots come with that of their maker.
         clock_offset, clock_drift: error of the robot's clock, in seconds and seconds per day.
         battery: charge at the start in percent; drawn by seed when None.
         failure_rate: share of missions (0…1) that fail by themselves.
+        chaos: share of API requests (0…1) that meet a random fault.
+        history: ended items that the queue holds from the beginning.
     """
 
     def __init__(self, name: str = "MiR_S042", *, seed: int = 1, clock: Callable[[], float] | None = None, time_scale: float = 1.0,
-                 software: str = "3.5.4", model: str = "MiR250", start: datetime = MONDAY, timezone: str = "UTC",
-                 clock_offset: float = 0.0, clock_drift: float = 0.0, battery: float | None = None, failure_rate: float = 0.0) -> None:
+                 software: str = "3.5.4", model: str = "MiR250", start: datetime = MONDAY, timezone: str = "Europe/Copenhagen",
+                 clock_offset: float = 0.0, clock_drift: float = 0.0, battery: float | None = None, failure_rate: float = 0.0,
+                 chaos: float = 0.0, history: int = 0) -> None:
         self.lock = threading.RLock()
         self.rng = random.Random(f"{seed}/{name}")
         self.definition = definition.load(software)
         self.name, self.software, self.model, self.time_scale = name, software, model, time_scale
         self.serial_number = f"2502{self.rng.randrange(10**11):011d}"
         self.clock = RobotClock(start, timezone, clock_offset, clock_drift)
-        self.site = Site(self.rng)
+        self.site = Site(self.rng, software)
         self.queue = MissionQueue()
-        self.faults = FaultList()
+        self.faults = FaultList(chaos, random.Random(f"{seed}/{name}/chaos"))
         self.battery = Battery(self.rng.uniform(60, 95) if battery is None else battery)
         self.failure_rate = failure_rate
         self.now = 0.0
@@ -72,19 +73,16 @@ class SimulatedRobot:
         self.error_causes: list[RobotError] = []
         self.fail_next: str | None = None
         self.prompt: Prompt | None = None
-        self.run: Run | None = None
         self.offline_until: float | None = None
+        self.api_down_until = 0.0
         self.reboots = 0
         self.switched_on = -float(self.rng.randrange(100_000, 4_000_000))
+        self.missions = MissionController(self, world.BY_NAME["Home"].pose, round(self.rng.uniform(5_000, 900_000), 3))
         self._time_source = clock
-        self._pose = world.BY_NAME["Home"].pose
-        self._moved = round(self.rng.uniform(5_000, 900_000), 3)
-        self._text = WAITING_TEXT
-        self._starts_at: float | None = None
-        self._shown: tuple[StateId, float] = (StateId.READY, 0.0)
         self._calls: list[tuple[float, int, Callable[[], object]]] = []
         self._call_order = itertools.count()
         self._battery_empty = False
+        fill(self, history, random.Random(f"{seed}/{name}/history"))
 
     # Time
 
@@ -110,25 +108,28 @@ class SimulatedRobot:
         """The simulated second that lies that many real seconds ahead."""
         return self.now + seconds * self.time_scale
 
-    def _next_event(self) -> tuple[float, Callable[[], object]] | None:
-        events: list[tuple[float, Callable[[], object]]] = []
+    def _next_event(self) -> Event | None:
+        events: list[Event] = []
         if self._calls:
-            events.append((self._calls[0][0], lambda: heapq.heappop(self._calls)[2]()))
+            events.append((self._calls[0][0], self._make_call))
         if self.offline_until is not None:
             events.append((self.offline_until, self._come_online))
         if self.prompt is not None:
             events.append((self.prompt.expires, self._expire_prompt))
-        if not self._battery_empty and (empty := self.battery.time_of(0.0)) is not None and self.battery.rate < 0:
+        if not self._battery_empty and self.battery.rate < 0 and (empty := self.battery.time_of(0.0)) is not None:
             events.append((empty, self._run_out_of_battery))
-        if self._starts_at is not None:
-            events.append((self._starts_at, self._start_next))
-        if self.run is not None and self.run.since is not None:
-            ends = self.run.step.ends_at(self, self.run.since, self.run.done)
-            if ends is not None:
-                events.append((ends, self._next_step))
-            if self.run.fails_after is not None:
-                events.append((self.run.since + self.run.fails_after - self.run.done, self._fail_as_told))
+        events.extend(self.missions.events())
         return min(events, key=lambda event: event[0], default=None)
+
+    def _make_call(self) -> None:
+        heapq.heappop(self._calls)[2]()
+
+    def _settle(self) -> None:
+        """Bring missions and battery in line with the state after anything has changed."""
+        held = self.emergency_stop or self.errors or self.manual or self.paused or self.state is StateId.STARTING
+        held = held or self.mode is not ModeId.MISSION or (self.prompt is not None and self.prompt.blocks)
+        self.missions.settle(free=not held)
+        self.battery.set_rate(self.missions.battery_rate, self.now)
 
     # What the robot shows
 
@@ -146,35 +147,7 @@ class SimulatedRobot:
             return StateId.ERROR
         if self.manual:
             return StateId.MANUAL_CONTROL
-        if self.paused:
-            return StateId.PAUSE
-        if self.run is not None:
-            return self.run.step.state(self.run.elapsed(self.now))
-        state, until = self._shown
-        return state if self.now < until else StateId.READY
-
-    @property
-    def motion(self) -> Motion:
-        """Where the robot is and, if it is on its way, how fast. A held robot stands."""
-        run = self.run
-        moment = run.step.motion(run.elapsed(self.now)) if run is not None else None
-        if moment is None:
-            return Motion(self._pose)
-        return moment if run is not None and run.since is not None else Motion(moment.pose, travelled=moment.travelled)
-
-    @property
-    def pose(self) -> Pose:
-        return self.motion.pose
-
-    @property
-    def moved(self) -> float:
-        """The odometer in metres."""
-        return self._moved + self.motion.travelled
-
-    @property
-    def distance_to_target(self) -> float:
-        """Metres still to drive to the next goal."""
-        return self.run.step.length - self.motion.travelled if self.run is not None else 0.0
+        return StateId.PAUSE if self.paused else self.missions.state
 
     @property
     def mission_text(self) -> str:
@@ -182,16 +155,37 @@ class SimulatedRobot:
         if state is StateId.STARTING:
             return "Starting..."
         if state is StateId.EMERGENCY_STOP:
-            return "Cameras are ready to stream"
+            return "Cameras are ready to stream"     # recorded, odd as it is
         if state is StateId.ERROR:
             return self.errors[0].description
-        if self.run is not None:
-            return self.run.step.text(self, self.run.elapsed(self.now))
-        return self._text if state is not StateId.READY else WAITING_TEXT
+        return WAITING_TEXT if state is StateId.READY else self.missions.text
+
+    @property
+    def run(self) -> Run | None:
+        """The mission in execution."""
+        return self.missions.run
+
+    @property
+    def motion(self) -> Motion:
+        return self.missions.motion
+
+    @property
+    def pose(self) -> Pose:
+        return self.motion.pose
 
     def stamp(self) -> str:
         """The robot's local time, as it writes it into its records."""
         return self.clock.stamp(self.now)
+
+    def snapshot(self) -> dict[str, Any]:
+        """What ``GET /sim`` shows: the truth about the robot, whatever its API says."""
+        with self.lock:
+            self.catch_up()
+            return {
+                "name": self.name, "now": self.stamp(), "seconds": round(self.now, 3), "state_id": int(self.state),
+                "battery": round(self.battery.at(self.now), 2), "queue": [item.full() for item in self.queue],
+                "faults": self.faults.full(), "errors": [error.full() for error in self.errors], "online": self.online,
+            }
 
     # What clients do
 
@@ -206,19 +200,12 @@ class SimulatedRobot:
 
     def cancel(self, item: QueueItem) -> None:
         """End an open item as the user's wish; an ended one stays as it is."""
-        if item.state is ItemState.PENDING:
-            self.queue.leave_pending(item)
-            item.finish(ItemState.ABORTED, self.stamp(), USER_ABORT)
-        elif item.state is ItemState.EXECUTING:
-            self._end_run(ItemState.ABORTED, USER_ABORT)
-            self._text = USER_ABORT
+        self.missions.cancel(item)
         self._settle()
 
     def cancel_all(self) -> None:
-        for item in self.queue.pending():
+        for item in [*self.queue.pending(), *([self.run.item] if self.run is not None else [])]:
             self.cancel(item)
-        if self.run is not None:
-            self.cancel(self.run.item)
 
     def pause(self) -> None:
         if not self.emergency_stop:
@@ -229,7 +216,7 @@ class SimulatedRobot:
         """Let the queue run. Without effect in emergency stop and while errors stand."""
         if not self.emergency_stop and not self.errors:
             self.paused = self.manual = False
-            self._text = WAITING_TEXT
+            self.missions.forget_text()
             self._settle()
 
     def take_over(self) -> None:
@@ -250,12 +237,9 @@ class SimulatedRobot:
             self._settle()
 
     def relocate(self, pose: Pose, map_id: str) -> None:
-        """Believe to be somewhere else; a drive under way is planned anew from there."""
-        step = self._leave_step()
-        self._pose, self.map_id = pose, map_id
-        if self.run is not None and step is not None:
-            step.begin(self)
-            self.run.enter(step, self.now)
+        """Believe to be somewhere else."""
+        self.missions.relocate(pose)
+        self.map_id = map_id
         self._settle()
 
     def ask(self, question: str, options: list[str], timeout: float, *, expires: float | None = None, blocks: bool = False) -> Prompt:
@@ -274,9 +258,11 @@ class SimulatedRobot:
     def set_clock(self, moment: datetime) -> None:
         """Set the robot's clock. On a robot this restarts the REST API and triggers an emergency stop (reported)."""
         self.clock.set_local(moment, self.now)
+        self.api_down_until = self.in_real(API_RESTART)
         self.press_emergency_stop(True)
 
     def set_register(self, register: int, value: float) -> None:
+        """Write a PLC register: 1–100 hold integers, 101–200 floats."""
         row = self.site.table("/registers").get(register)
         if row is not None:
             row["value"] = int(value) if register <= 100 else float(value)
@@ -296,12 +282,24 @@ class SimulatedRobot:
         Args:
             lasting: the error comes back until ``remove_error_causes``.
         """
-        self.errors.append(error)
+        self.add_error(error)
         if lasting:
             self.error_causes.append(error)
-        if error.code == MISSION_CONTROLLER and self.run is not None:
-            self._end_run(ItemState.ABORTED, error.description)
+        if error.code == MISSION_CONTROLLER:
+            self.missions.end(ItemState.ABORTED, error.description)
         self._settle()
+
+    def add_error(self, error: RobotError) -> None:
+        """Stand in Error and file a report of it."""
+        self.errors.append(error)
+        self.file_report(error.module, error.description)
+
+    def file_report(self, module: str, description: str) -> Row:
+        """Add to /log/error_reports."""
+        table = self.site.table("/log/error_reports")
+        number = max((int(row["id"]) for row in table), default=0) + 1
+        return table.add({"id": number, "ready": True, "module": module, "description": description, "time": self.stamp(),
+                          "download_url": f"/v2.0.0/log/error_reports/{number}/download", "generating": False})
 
     def remove_error_causes(self) -> None:
         self.error_causes.clear()
@@ -314,8 +312,7 @@ class SimulatedRobot:
 
     def reboot(self, real_seconds: float) -> None:
         """Go off the air. The queue is kept; what was executing is aborted (guess: no robot was recorded rebooting)."""
-        if self.run is not None:
-            self._end_run(ItemState.ABORTED, "Mission was stopped..")
+        self.missions.end(ItemState.ABORTED, "Mission was stopped..")
         self.prompt = None
         self.manual = False
         self.errors = list(self.error_causes)
@@ -334,120 +331,3 @@ class SimulatedRobot:
     def _expire_prompt(self) -> None:
         if self.prompt is not None:
             self.withdraw_prompt(self.prompt.guid)
-
-    # The mission controller
-
-    def _free_to_run(self) -> bool:
-        held = self.emergency_stop or self.errors or self.manual or self.paused or self.state is StateId.STARTING
-        return not held and self.mode is ModeId.MISSION and not (self.prompt is not None and self.prompt.blocks)
-
-    def _settle(self) -> None:
-        """Bring run, queue and battery in line with the state after anything has changed."""
-        free = self._free_to_run()
-        if self.run is not None:
-            if free:
-                self.run.go_on(self.now)
-            else:
-                self.run.freeze(self.now)
-        if free and self.run is None and self.queue.pending():
-            self._starts_at = self.now + START_DELAY if self._starts_at is None else self._starts_at
-        else:
-            self._starts_at = None
-        run = self.run
-        drawing = run is not None and (run.since is not None or isinstance(run.step, ChargeStep))
-        self.battery.set_rate(run.step.battery_rate() if run is not None and drawing else STANDING, self.now)
-
-    def _start_next(self) -> None:
-        item = self.queue.pending()[0]
-        self.queue.leave_pending(item)
-        item.state, item.started, item.message = ItemState.EXECUTING, self.stamp(), ""
-        self._starts_at = None
-        self.run = Run(item, self.site.mission_actions(item.mission_id), since=self.now)
-        if self.fail_next is not None:
-            self.run.failure, self.fail_next = self.fail_next, None
-        elif self.failure_rate and self.rng.random() < self.failure_rate:
-            self.run.failure = self._goal_not_reached()
-
-    def _goal_not_reached(self) -> str:
-        """The text of a failed drive; software 2.x writes it as a template (recorded)."""
-        name = self.rng.choice(world.STATIONS).name
-        if self.software.startswith("2."):
-            return json.dumps({"message": "Failed to reach goal position '%(position_name)s'", "args": {"position_name": name}})
-        return f"Failed to reach goal position '{name}'"
-
-    def _next_step(self) -> None:
-        run = self.run
-        assert run is not None
-        step = self._leave_step()
-        if step is not None:
-            step.finish(self)
-        if run.item.actions and run.item.actions[-1].finished is None:
-            run.item.actions[-1].finished = self.stamp()
-        if run.next_action >= len(run.actions):
-            if run.failure is not None:
-                self._fail(run.failure)
-            else:
-                self._end_run(ItemState.DONE, "")
-            return
-        action = run.actions[run.next_action]
-        run.next_action += 1
-        values = run.values(action)
-        shown = [{"id": name, "value": value} for name, value in values.items()]
-        run.item.actions.append(QueueAction(self._action_id(run), action["guid"], action["action_type"], shown, self.stamp()))
-        try:
-            step = step_for(self, action["action_type"], values)
-        except UnknownPosition:
-            self._fail("The position of the action does not exist")
-        except (KeyError, TypeError, ValueError):
-            self._fail(f"Invalid parameters for action {action['action_type']}")
-        else:
-            step.begin(self)
-            run.enter(step, self.now)
-
-    @staticmethod
-    def _action_id(run: Run) -> int:
-        """Ids of started actions ascend over the life of the robot; a hundred per item is room enough."""
-        return run.item.id * 100 + len(run.item.actions)
-
-    def _leave_step(self) -> Step | None:
-        """Stand where the present step has brought the robot; return that step."""
-        motion = self.motion
-        self._pose = motion.pose
-        self._moved += motion.travelled
-        step = None
-        if self.run is not None:
-            step, self.run.step = self.run.step, Step(0.0)
-        return step
-
-    def _fail_as_told(self) -> None:
-        if self.run is not None and self.run.failure is not None:
-            self._fail(self.run.failure)
-
-    def _fail(self, text: str) -> None:
-        """End the running mission as failed; the robot then stands in Error until it is cleared."""
-        self._end_run(ItemState.ABORTED, text)
-        self.errors.append(RobotError(MISSION_CONTROLLER, text))
-
-    def _end_run(self, state: ItemState, message: str) -> None:
-        run = self.run
-        assert run is not None
-        self._leave_step()
-        run.item.finish(state, self.stamp(), message)
-        self.run = None
-        if self.prompt is not None and not self.prompt.blocks:
-            self.prompt = None
-        self._text = message or WAITING_TEXT
-        self._shown = (StateId.COMPLETED if state is ItemState.DONE else StateId.ABORTED, self.now + TRANSIENT)
-
-    def snapshot(self) -> dict[str, Any]:
-        """What ``GET /sim`` shows: the truth about the robot, whatever its API says."""
-        self.catch_up()
-        with self.lock:
-            return {
-                "name": self.name, "now": self.stamp(), "seconds": round(self.now, 3), "state_id": int(self.state),
-                "battery": round(self.battery.at(self.now), 2), "queue": [item.full() for item in self.queue],
-                "faults": self.faults.full(), "errors": [error.full() for error in self.errors], "online": self.online,
-            }
-
-
-BATTERY_EMPTY = RobotError(10001, "Battery is empty", "Battery")     # code and words are a guess

@@ -44,5 +44,5 @@ class Run:
     def values(self, action: Row) -> dict[str, Any]:
         """The action's parameters, with those that were given when the mission was queued."""
         given = {parameter.get("input_name") or parameter.get("id"): parameter.get("value") for parameter in self.item.parameters}
-        return {parameter["id"]: given.get(parameter["input_name"], parameter["value"]) if parameter.get("input_name") else parameter["value"]
-                for parameter in action["parameters"]}
+        return {one["id"]: given.get(one["input_name"], one["value"]) if one.get("input_name") else one["value"]
+                for one in action["parameters"]}

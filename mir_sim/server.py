@@ -5,7 +5,7 @@ import asyncio
 import contextlib
 import socket
 import time
-from dataclasses import dataclass, field
+from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 
@@ -15,66 +15,66 @@ from mir_sim.messages import Request, Response
 from mir_sim.robot import SimulatedRobot
 from mir_sim.wire import MAX_HEAD, BadRequest, encode, read_request
 
-ONLINE_CHECK = 0.05           # s between two looks at whether a robot is on the air
+POWER_CHECK = 0.02            # s between two looks at which robots are on the air
+BACKLOG = 512
 
 
-@dataclass
 class Station:
     """One robot's place on the network: its listening socket, or the bare reservation of its port while it is off the air."""
 
-    robot: SimulatedRobot
-    host: str
-    port: int
-    listener: asyncio.Server | None = None
-    reservation: socket.socket | None = None
-    writers: set[asyncio.StreamWriter] = field(default_factory=set)
-    opened: float = field(default_factory=time.monotonic)
+    def __init__(self, robot: SimulatedRobot, host: str, port: int) -> None:
+        self.robot, self.host, self.port = robot, host, port
+        self._listener: asyncio.Server | None = None
+        self._reservation: socket.socket | None = None
+        self._writers: set[asyncio.StreamWriter] = set()
+        self._began = time.monotonic()
 
     async def open(self) -> None:
         """Listen. Raises OSError when the port is taken."""
-        sock = _socket(self.host, self.port)
-        sock.listen(512)
+        sock = _bound_socket(self.host, self.port)
+        sock.listen(BACKLOG)
         self.port = sock.getsockname()[1]
-        if self.reservation is not None:
-            self.reservation.close()
-            self.reservation = None
-        self.listener = await asyncio.start_server(self._serve, sock=sock, limit=MAX_HEAD)
+        self._release()
+        self._listener = await asyncio.start_server(self._serve, sock=sock, limit=MAX_HEAD)
 
     def close(self) -> None:
-        """Stop listening and drop every connection."""
-        if self.listener is not None:
-            self.listener.close()
-            self.listener = None
-        for writer in list(self.writers):
+        """Stop listening, drop every connection and give the port back."""
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+        for writer in list(self._writers):
             writer.transport.abort()
+        self._release()
+
+    def _release(self) -> None:
+        if self._reservation is not None:
+            self._reservation.close()
+            self._reservation = None
 
     async def follow_power(self) -> None:
-        """Go off the air with the robot and come back with it. The port stays reserved meanwhile: connections to it are refused."""
-        while True:
-            await asyncio.sleep(ONLINE_CHECK)
+        """Go off the air with the robot and come back with it. The port stays reserved meanwhile, and connections to it are refused."""
+        if not self.robot.online:
             self.robot.catch_up()
-            if not self.robot.online and self.listener is not None:
-                self.close()
-                with contextlib.suppress(OSError):
-                    self.reservation = _socket(self.host, self.port)
-            elif self.robot.online and self.listener is None:
-                with contextlib.suppress(OSError):
-                    await self.open()
+        if not self.robot.online and self._listener is not None:
+            self.close()
+            with contextlib.suppress(OSError):
+                self._reservation = _bound_socket(self.host, self.port)
+        elif self.robot.online and self._listener is None:
+            with contextlib.suppress(OSError):     # somebody has the port; the next look tries again
+                await self.open()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self.writers.add(writer)
+        self._writers.add(writer)
         try:
-            while (request := await read_request(reader, writer)) is not None:
-                if not await self._answer(request, reader, writer):
-                    break
+            while (request := await read_request(reader, writer)) is not None and await self._answer(request, reader, writer):
+                pass
         except BadRequest:
             writer.write(encode(Response(400), date=self._date(), close=True))
         except (ConnectionError, TimeoutError, asyncio.CancelledError):
             writer.transport.abort()     # the client has gone, or the fleet is being stopped
         finally:
-            self.writers.discard(writer)
-            with contextlib.suppress(ConnectionError):
-                writer.close()
+            self._writers.discard(writer)
+            writer.close()
 
     async def _answer(self, request: Request, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
         """Answer one request; return whether the connection lives on. Only real waiting happens here, the rest is the model's."""
@@ -95,23 +95,27 @@ class Station:
             return False
         cut = result.fate is Fate.CUT
         close = cut or request.headers.get("connection", "").lower() == "close"
-        response = result.response
-        if request.method == "HEAD":
-            response = Response(response.status, response.headers)
-        writer.write(encode(response, date=self._date(), close=close, length=result.full_length if cut else None))
+        writer.write(encode(result.response, date=self._date(), close=close, length=result.full_length if cut else None))
         await writer.drain()
         return not close
 
     def _date(self) -> str:
         """The Date header: real time with the error of the robot's clock, whatever the time scale, since people compare it with theirs."""
-        error = self.robot.clock.error(time.monotonic() - self.opened)
+        error = self.robot.clock.error(time.monotonic() - self._began)
         return format_datetime(datetime.now(UTC) + timedelta(seconds=error), usegmt=True)
 
 
-def _socket(host: str, port: int) -> socket.socket:
-    """A bound TCP socket that doesn't listen yet."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    sock = socket.socket(family, socket.SOCK_STREAM)
+async def follow_power(stations: Iterable[Station]) -> None:
+    """Watch over all robots' being on the air until cancelled."""
+    while True:
+        await asyncio.sleep(POWER_CHECK)
+        for station in stations:
+            await station.follow_power()
+
+
+def _bound_socket(host: str, port: int) -> socket.socket:
+    """A TCP socket that has its port but doesn't listen yet."""
+    sock = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     try:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         sock.bind((host, port))

@@ -9,7 +9,7 @@ import random
 from collections.abc import Iterator
 from typing import Any
 
-from mir_sim import missions, world
+from mir_sim import floor_plan, missions, settings, world
 from mir_sim.missions import UserParameter
 
 Row = dict[str, Any]
@@ -18,6 +18,9 @@ ADMINISTRATOR = "mirconst-guid-0000-0005-users0000000"     # recorded
 DISTRIBUTOR = "mirconst-guid-0000-0004-users0000000"       # guess: its neighbour
 USER_GROUPS = {"Distributors": "mirconst-guid-0000-0003-user_groups0", "Administrators": "mirconst-guid-0000-0004-user_groups0"}
 MISSION_ACTIONS = "/missions/{mission_id}/actions"
+KEYS = {"/registers": "id", "/position_types": "id", "/settings": "id", "/settings/advanced": "id", "/setting_groups": "id",
+        "/modbus": "id", "/log/error_reports": "id", "/docking_offsets/types": "id", "/system/setup/serial_devices": "id",
+        "/wifi/connections": "uuid", "/wifi/certificates": "file_name"}
 
 
 def password_hash(password: str) -> str:
@@ -26,11 +29,12 @@ def password_hash(password: str) -> str:
 
 
 class Table:
-    """Rows of one collection in the order in which they were made, found by their key field (``guid`` or ``id``)."""
+    """Rows of one collection in the order in which they were made, found by their key field."""
 
     def __init__(self, key: str = "guid") -> None:
         self.key = key
         self._rows: dict[str, Row] = {}
+        self._removed: set[str] = set()
 
     def __iter__(self) -> Iterator[Row]:
         return iter(self._rows.values())
@@ -44,61 +48,90 @@ class Table:
     def get(self, key: object) -> Row | None:
         return self._rows.get(str(key))
 
+    def has_had(self, key: str) -> bool:
+        """Whether there was such a row that has been deleted."""
+        return key in self._removed
+
     def add(self, row: Row) -> Row:
         self._rows[str(row[self.key])] = row
+        self._removed.discard(str(row[self.key]))
         return row
 
     def remove(self, key: object) -> None:
         del self._rows[str(key)]
+        self._removed.add(str(key))
 
     def clear(self) -> None:
+        self._removed.update(self._rows)
         self._rows.clear()
 
 
 class Site:
     """All tables of one robot, filled with what a freshly commissioned robot has."""
 
-    def __init__(self, rng: random.Random) -> None:
+    def __init__(self, rng: random.Random, software: str) -> None:
         self._rng = rng
         self._tables: dict[str, Table] = {}
-        for name in ("/registers", "/position_types", "/settings", "/setting_groups", "/log/error_reports", "/docking_offsets/types"):
-            self._tables[name] = Table("id")
-        self._fill_world()
+        self._singles: dict[tuple[str, tuple[str, ...]], dict[str, Any]] = {}
+        self._fill_world("map" if software.startswith("2.") else "base_map")
         self._fill_missions()
         self._fill_users()
         for number in range(1, 201):
             self.table("/registers").add({"id": number, "label": f"PLC Register {number}", "value": 0 if number <= 100 else 0.0})
+        for row in settings.GROUPS:
+            self.table("/setting_groups").add(dict(row))
+        for row in settings.SETTINGS:
+            self.table("/settings").add(dict(row))
+        self.table("/wifi/connections").add(
+            {"uuid": self.new_guid(), "name": "Production", "connected": True, "mac": "00:01:29:7b:6e:20", "bssid": "00:1a:1e:4c:2b:90",
+             "description": "", "type": "802-11-wireless", "device": "wlan0", "security": "wpa-psk", "ip_address": "192.168.12.20"})
 
     def table(self, name: str) -> Table:
-        return self._tables.setdefault(name, Table())
+        """The rows of a collection; made empty when first asked for."""
+        if name not in self._tables:
+            self._tables[name] = Table(KEYS.get(name, "guid"))
+        return self._tables[name]
+
+    def single(self, template: str, keys: tuple[str, ...]) -> dict[str, Any]:
+        """What has been written to an object that is no row of a collection."""
+        return self._singles.setdefault((template, keys), {})
 
     def new_guid(self) -> str:
         """A guid of the shape that robots make: version 1, the last part being the robot's network address."""
         bits = self._rng.getrandbits
         return f"{bits(32):08x}-{bits(16):04x}-11ef-{0x8000 | bits(14):04x}-0001297b6e20"
 
-    def _fill_world(self) -> None:
+    def _fill_world(self, image_field: str) -> None:
         self.table("/sessions").add({"guid": world.SESSION_GUID, "name": world.SESSION_NAME, "description": "", "active": True,
                                      "created_by_id": DISTRIBUTOR})
-        self.table("/maps").add({"guid": world.MAP_GUID, "name": world.MAP_NAME, "session_id": world.SESSION_GUID, "resolution": 0.05,
-                                 "origin_x": 0.0, "origin_y": 0.0, "origin_theta": 0.0, "created_by_id": DISTRIBUTOR})
+        self.table("/maps").add({
+            "guid": world.MAP_GUID, "name": world.MAP_NAME, "session_id": world.SESSION_GUID, "resolution": floor_plan.RESOLUTION,
+            "origin_x": 0.0, "origin_y": 0.0, "origin_theta": 0.0, "created_by_id": DISTRIBUTOR, image_field: floor_plan.base_map()})
         for number, name in world.POSITION_TYPES.items():
-            self.table("/position_types").add({"id": number, "name": name, "hidden": False, "reachable_for_robot": number not in (world.CHARGER,)})
+            self.table("/position_types").add({"id": number, "name": name, "hidden": False, "reachable_for_robot": number != world.CHARGER})
         for station in world.STATIONS:
             pose = station.pose
             self.table("/positions").add({
                 "guid": station.guid, "name": station.name, "pos_x": pose.x, "pos_y": pose.y, "orientation": pose.orientation,
                 "type_id": station.type_id, "map_id": world.MAP_GUID, "parent_id": station.parent, "created_by_id": DISTRIBUTOR})
+        self.table("/docking_offsets/types").add({"id": 1, "name": "Marker"})
+        for station in world.STATIONS:
+            if station.type_id in (world.VL_MARKER, world.CHARGER):
+                self.table("/docking_offsets").add({
+                    "guid": self.new_guid(), "pos_id": station.guid, "docking_type": 1, "name": f"{station.name} offset", "x_offset": -0.7,
+                    "y_offset": 0.0, "orientation_offset": 0.0, "created_by_id": DISTRIBUTOR})
 
     def _fill_missions(self) -> None:
-        self.table("/mission_groups").add({"guid": missions.DEFAULT_GROUP, "name": "Missions", "priority": 1, "feature": "default", "icon": "",
-                                           "created_by_id": ADMINISTRATOR})
+        self.table("/mission_groups").add({
+            "guid": missions.DEFAULT_GROUP, "name": "Missions", "priority": 1, "feature": "default", "icon": "",
+            "created_by_id": ADMINISTRATOR})
         for mission in missions.MISSIONS:
             self._add_mission(mission.guid, mission.name, mission.description, hidden=False)
             for priority, action in enumerate(mission.actions, start=1):
                 self.table(MISSION_ACTIONS).add({
-                    "guid": self.new_guid(), "action_type": action.type, "mission_id": mission.guid, "priority": priority, "scope_reference": "",
-                    "created_by_id": DISTRIBUTOR, "parameters": [self._parameter(name, value) for name, value in action.parameters.items()]})
+                    "guid": self.new_guid(), "action_type": action.type, "mission_id": mission.guid, "priority": priority,
+                    "scope_reference": "", "created_by_id": DISTRIBUTOR,
+                    "parameters": [self._parameter(name, value) for name, value in action.parameters.items()]})
         for guid, name in missions.BUILT_IN.items():
             self._add_mission(guid, name, "", hidden=True)
 
@@ -108,17 +141,19 @@ class Site:
                                      "created_by_id": ADMINISTRATOR if hidden else DISTRIBUTOR})
 
     def _parameter(self, name: str, value: Any) -> Row:
-        asked = isinstance(value, UserParameter)
-        return {"guid": self.new_guid(), "id": name, "value": value.default if asked else value, "input_name": value.input_name if asked else None}
+        if isinstance(value, UserParameter):
+            return {"guid": self.new_guid(), "id": name, "value": value.default, "input_name": value.input_name}
+        return {"guid": self.new_guid(), "id": name, "value": value, "input_name": None}
 
     def _fill_users(self) -> None:
         for name, guid in USER_GROUPS.items():
             self.table("/user_groups").add({"guid": guid, "name": name, "session_expiration_enabled": False, "session_timeout": 0,
                                             "created_by_id": ADMINISTRATOR})
-        for guid, name, group in ((DISTRIBUTOR, "distributor", "Distributors"), (ADMINISTRATOR, "admin", "Administrators")):
-            self.table("/users").add({"guid": guid, "username": name, "name": "Administrator" if name == "admin" else "Distributor", "email": "",
-                                      "user_group_id": USER_GROUPS[group], "single_dashboard": False, "dashboard_id": "",
-                                      "password_hash": password_hash(name), "created_by_id": ADMINISTRATOR})
+        for guid, username, name, group in ((DISTRIBUTOR, "distributor", "Distributor", "Distributors"),
+                                            (ADMINISTRATOR, "admin", "Administrator", "Administrators")):
+            self.table("/users").add({"guid": guid, "username": username, "name": name, "email": "", "user_group_id": USER_GROUPS[group],
+                                      "single_dashboard": False, "dashboard_id": "", "password_hash": password_hash(username),
+                                      "created_by_id": ADMINISTRATOR})
 
     def mission_actions(self, mission_id: str) -> list[Row]:
         """The actions of a mission in the order in which they run."""

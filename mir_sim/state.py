@@ -55,6 +55,9 @@ class RobotError:
         return {"code": self.code, "description": self.description, "module": self.module, "non_resettable": self.non_resettable}
 
 
+BATTERY_EMPTY = RobotError(10001, "Battery is empty", "Battery")     # code and words are a guess
+
+
 @dataclass
 class Prompt:
     """A question to a person. ``expires`` is a simulated second; ``blocks`` says that a running mission waits although it didn't ask."""
@@ -68,4 +71,5 @@ class Prompt:
     blocks: bool = False
 
     def full(self) -> dict[str, Any]:
-        return {"guid": self.guid, "user_group": self.user_group, "question": self.question, "timeout": self.timeout, "options": self.options}
+        return {"guid": self.guid, "user_group": self.user_group, "question": self.question, "timeout": self.timeout,
+                "options": self.options}

@@ -1,16 +1,16 @@
-"""What stands behind each path of the API. ``handler`` finds it: a hand-written one where the robot does something, else the generic one."""
+"""What stands behind each path of the API: code of its own where the robot does something, else the generic handler."""
 from __future__ import annotations
 
-from mir_sim.resources import batch, mission_queue, status, system, users
+from mir_sim.resources import batch, error_reports, mission_queue, missions, status, system, users
 from mir_sim.resources.collections import generic
 from mir_sim.resources.registry import Handler
 
-_WRITTEN: dict[tuple[str, str], Handler] = {}
-for _module in (batch, mission_queue, status, system, users):
-    _WRITTEN.update(_module.HANDLERS)
+_WRITTEN: dict[tuple[str, str], Handler] = {
+    operation: handler for module in (batch, error_reports, mission_queue, missions, status, system, users)
+    for operation, handler in module.HANDLERS.items()}
 
-# Paths that robots answer but MiR's definition doesn't list (recorded).
-UNLISTED = sorted({template for _, template in _WRITTEN if template in ("/batch",)})
+# Paths that robots answer although MiR's definition doesn't list them (recorded).
+UNLISTED = ("/batch",)
 
 
 def handler(verb: str, template: str) -> Handler:

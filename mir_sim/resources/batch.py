@@ -11,7 +11,7 @@ from mir_sim.resources.registry import Call, Handler
 
 def batch(call: Call) -> list[dict[str, Any]]:
     """Answer ``{"requests": [{"url", "method", "body"?}]}`` with a list of ``{"status", "body", "headers"}``."""
-    from mir_sim.api import BASE, answer     # a batch asks the whole API again
+    from mir_sim.api import BASE, answer  # a batch asks the whole API again
 
     body = call.json()
     requests = body.get("requests") if isinstance(body, dict) else None
@@ -26,7 +26,8 @@ def batch(call: Call) -> list[dict[str, Any]]:
         response = answer(call.robot, Request.of(one["method"], BASE + one["url"], call.request.headers, content))
         text = response.body.decode()
         is_json = response.headers.get("Content-Type") == "application/json"
-        answers.append({"status": response.status, "body": json.loads(text) if is_json and text else text or None, "headers": dict(response.headers)})
+        content_of = json.loads(text) if is_json and text else text or None
+        answers.append({"status": response.status, "body": content_of, "headers": dict(response.headers)})
     return answers
 
 

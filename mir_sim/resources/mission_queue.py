@@ -23,8 +23,9 @@ def order(call: Call) -> dict[str, Any]:
     parameters: list[Row] = fields.get("parameters", [])
     _check_parameters(call, mission["guid"], parameters)
     # MiR's definition: the description is that of the mission when the order has none of its own.
+    description: str = fields["description"] if "description" in fields else mission["description"]
     item = robot.order(
-        mission["guid"], call.asker, message=fields.get("message", ""), description=fields.get("description", mission["description"]),
+        mission["guid"], call.asker, message=fields.get("message", ""), description=description,
         parameters=parameters, priority=fields.get("priority", 0), fleet_schedule_guid=fields.get("fleet_schedule_guid", ""))
     return item.full() | item.summary() if robot.software.startswith("2.") else item.summary()
 

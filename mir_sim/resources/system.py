@@ -1,11 +1,16 @@
-"""The robot as a machine: registers, network, software, distances, metrics."""
+"""The robot as a machine: registers, software, distances, clock, diagnostics."""
 from __future__ import annotations
 
+from datetime import timedelta
 from typing import Any
+from zoneinfo import ZoneInfoNotFoundError
 
 from mir_sim.errors import argument_error, not_found
+from mir_sim.messages import Response
 from mir_sim.resources.registry import Call, Handler
 from mir_sim.site import Row
+
+DAYS_OF_STATISTICS = 7
 
 
 def _register(call: Call) -> Row:
@@ -26,9 +31,9 @@ def get_register(call: Call) -> dict[str, Any]:
 def write_register(call: Call) -> dict[str, Any]:
     """PUT and POST do the same; the definition has forgotten the body of the PUT. Registers 1–100 hold integers, 101–200 floats."""
     row, body = _register(call), call.json()
-    operation = call.robot.definition.operation("post", "/registers/{id}")
-    assert operation is not None and operation.body_schema is not None
-    fields = call.robot.definition.check_body(operation.body_schema, body)
+    definition = call.robot.definition
+    posted = definition.operation("post", "/registers/{id}")
+    fields = definition.check_body(posted.body_schema if posted and posted.body_schema else {}, body)
     if row["id"] <= 100 and float(fields.get("value", 0)) % 1:
         raise argument_error()
     row["label"] = fields.get("label", row["label"])
@@ -37,8 +42,94 @@ def write_register(call: Call) -> dict[str, Any]:
     return _shown(row)
 
 
+def swagger(call: Call) -> dict[str, Any]:
+    """The robot's own definition, reduced as ``mir_sim/definitions`` says."""
+    return call.robot.definition.document
+
+
+def system_status(call: Call) -> dict[str, Any]:
+    """One object of texts, as recorded; the definition says a list."""
+    return {"url": "/v2.0.0/software/system_status", "platform_version": "3.2.1", "application_version": call.robot.software,
+            "last_sw_update_type": "application", "last_sw_update_status": "success", "last_sw_update_date": "2026-03-02T08:15:00",
+            "free_disk_space": "18.4 GB", "used_disk_space": "9.1 GB"}
+
+
+def distances(call: Call) -> list[dict[str, Any]]:
+    """Cumulative metres at the end of the last days and now, as clients know it; the definition says one object."""
+    robot, metres = call.robot, call.robot.missions.odometer
+    today = robot.clock.local(robot.now).replace(microsecond=0)
+    began = robot.clock.local(0.0).replace(hour=0, minute=0, second=0, microsecond=0)
+    per_day = round(robot.missions.first_odometer / 200, 3)
+    days = [{"allowed_methods": None, "date": (began - timedelta(days=back)).isoformat(),
+             "distance": round(robot.missions.first_odometer - back * per_day, 3)} for back in range(DAYS_OF_STATISTICS - 1, -1, -1)]
+    return [*days, {"allowed_methods": None, "date": today.isoformat(), "distance": round(metres, 3)}]
+
+
+def get_timezone(call: Call) -> dict[str, Any]:
+    return {"value": call.robot.clock.zone}
+
+
+def set_timezone(call: Call) -> dict[str, Any]:
+    try:
+        call.robot.clock.set_zone(call.fields()["value"])
+    except (ZoneInfoNotFoundError, ValueError, OSError):
+        raise argument_error() from None
+    return get_timezone(call)
+
+
+def diagnostics(call: Call) -> dict[str, Any]:
+    """Health by part of the robot; shape as reported."""
+    robot = call.robot
+    level = robot.battery.at(robot.now)
+    return {
+        "/Computer/PC/CPU Load": {"level": 0, "message": "CPU load is normal", "values": {"Average CPU load": "23.5 %", "Cores": "4"}},
+        "/Power System/Battery": {"level": 0 if level > 10 else 1, "message": "OK" if level > 10 else "Low battery",
+                                  "values": {"Remaining battery capacity [%]": f"{level:.1f}"}},
+        "/Motors/Left": {"level": 0, "message": "OK", "values": {"Temperature [C]": "31.0"}},
+        "/Motors/Right": {"level": 0, "message": "OK", "values": {"Temperature [C]": "31.0"}},
+        "/Safety System/Emergency Stop": {"level": 2 if robot.emergency_stop else 0,
+                                          "message": "Emergency stop pressed" if robot.emergency_stop else "OK", "values": {}},
+    }
+
+
+def metrics(call: Call) -> Response:
+    """OpenMetrics text with the names recorded on robots."""
+    robot = call.robot
+    pose = robot.pose
+    gauges = [
+        ("localization_score", 0.93), ("position_x_meters", pose.x), ("position_y_meters", pose.y),
+        ("orientation_degrees", pose.orientation), ("errors", len(robot.errors)), ("state_id", int(robot.state)),
+        ("uptime_seconds", int(robot.now - robot.switched_on)),
+        ("battery_percent", -1 if robot.emergency_stop else robot.battery.at(robot.now)),
+        ("battery_time_remaining_seconds", -1 if robot.emergency_stop else robot.battery.seconds_left(robot.now)),
+        ("wifi_access_point_rssi_dbm", -58), ("wifi_access_point_frequency_hertz", 5_180_000_000),
+    ]
+    lines = [text for name, value in gauges
+             for text in (f"# TYPE mir_robot_{name} gauge", f"mir_robot_{name} {round(value, 3)}")]
+    labels = {"map_guid": robot.map_id, "model": robot.model, "name": robot.name, "serial_number": robot.serial_number,
+              "software_version": robot.software}
+    lines += [
+        "# TYPE mir_robot_distance_moved_meters counter",
+        f"mir_robot_distance_moved_meters_total {round(robot.missions.odometer, 3)}",
+        "# TYPE mir_robot info", "mir_robot_info{" + ",".join(f'{name}="{_escaped(value)}"' for name, value in labels.items()) + "} 1",
+        "# TYPE mir_robot_wifi_access_point info",
+        'mir_robot_wifi_access_point_info{bssid="00:1a:1e:4c:2b:90",ssid="Production"} 1', "# EOF", ""]
+    return Response(200, {"Content-Type": "application/openmetrics-text; version=1.0.0; charset=utf-8"}, "\n".join(lines).encode())
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+
+
 HANDLERS: dict[tuple[str, str], Handler] = {
     ("get", "/registers/{id}"): get_register,
     ("put", "/registers/{id}"): write_register,
     ("post", "/registers/{id}"): write_register,
+    ("get", "/swagger"): swagger,
+    ("get", "/software/system_status"): system_status,
+    ("get", "/statistics/distance"): distances,
+    ("get", "/platform/timezone"): get_timezone,
+    ("post", "/platform/timezone"): set_timezone,
+    ("get", "/experimental/diagnostics"): diagnostics,
+    ("get", "/metrics"): metrics,
 }

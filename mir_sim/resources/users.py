@@ -4,7 +4,7 @@ from __future__ import annotations
 from datetime import timedelta
 from typing import Any
 
-from mir_sim.resources.collections import row_full
+from mir_sim.resources import rows
 from mir_sim.resources.registry import Call, Handler
 from mir_sim.site import password_hash
 
@@ -26,7 +26,8 @@ def put_me(call: Call) -> dict[str, Any]:
 
 def my_group(call: Call) -> list[dict[str, Any]]:
     group = call.robot.site.table("/user_groups").get(call.asker["user_group_id"])
-    return [row_full(call, "/user_groups", group)] if group else []
+    fields = call.robot.definition.properties(call.operation.schema)
+    return [rows.shown(call.robot, "/user_groups", group, fields)] if group else []
 
 
 def log_in(call: Call) -> dict[str, Any]:

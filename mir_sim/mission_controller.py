@@ -1,0 +1,213 @@
+"""The part of the robot that takes missions from the queue and drives them: it knows the running mission, the place and the odometer."""
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from mir_sim import world
+from mir_sim.mission_queue import USER_ABORT, ItemState, QueueAction, QueueItem
+from mir_sim.motion import Motion, Pose
+from mir_sim.power import STANDING
+from mir_sim.run import Run
+from mir_sim.state import MISSION_CONTROLLER, RobotError, StateId
+from mir_sim.steps import ChargeStep, Step, UnknownPosition, step_for
+
+if TYPE_CHECKING:
+    from mir_sim.robot import SimulatedRobot
+
+START_DELAY = 1.0             # s from "next in the queue" to Executing: right after a POST, /status still says Ready
+TRANSIENT = 0.5               # s for which Completed and Aborted are shown
+WAITING_TEXT = "Waiting for new missions..."
+
+Event = tuple[float, Callable[[], object]]
+
+
+class MissionController:
+    """Runs one queue item at a time. ``settle`` is to be called after anything about the robot has changed."""
+
+    def __init__(self, robot: SimulatedRobot, pose: Pose, odometer: float) -> None:
+        self._robot = robot
+        self.run: Run | None = None
+        self._pose = pose
+        self.first_odometer = self._odometer = odometer
+        self._text = WAITING_TEXT
+        self._starts_at: float | None = None
+        self._ended: tuple[StateId, float] = (StateId.READY, 0.0)
+
+    # What it shows
+
+    @property
+    def state(self) -> StateId:
+        """Executing and its kin, Completed and Aborted for a moment, else Ready."""
+        now = self._robot.now
+        if self.run is not None:
+            return self.run.step.state(self.run.elapsed(now))
+        state, until = self._ended
+        return state if now < until else StateId.READY
+
+    @property
+    def motion(self) -> Motion:
+        """Where the robot is and, if it is on its way, how fast. A held robot stands."""
+        run = self.run
+        moment = run.step.motion(run.elapsed(self._robot.now)) if run is not None else None
+        if run is None or moment is None:
+            return Motion(self._pose)
+        return moment if run.since is not None else Motion(moment.pose, travelled=moment.travelled)
+
+    @property
+    def odometer(self) -> float:
+        """Metres driven in the robot's life."""
+        return self._odometer + self.motion.travelled
+
+    @property
+    def distance_to_target(self) -> float:
+        """Metres still to drive to the next goal."""
+        return self.run.step.length - self.motion.travelled if self.run is not None else 0.0
+
+    @property
+    def text(self) -> str:
+        """``mission_text``; without a mission, what became of the last one."""
+        return self._text if self.run is None else self.run.step.text(self._robot, self.run.elapsed(self._robot.now))
+
+    @property
+    def battery_rate(self) -> float:
+        """Percent per second. A robot that is held on its charger still charges."""
+        run = self.run
+        drawing = run is not None and (run.since is not None or isinstance(run.step, ChargeStep))
+        return run.step.battery_rate() if run is not None and drawing else STANDING
+
+    # What happens by itself
+
+    def events(self) -> Iterator[Event]:
+        """What is due next, as (simulated second, what to do)."""
+        if self._starts_at is not None:
+            yield self._starts_at, self._start_next
+        run = self.run
+        if run is not None and run.since is not None:
+            ends = run.step.ends_at(self._robot, run.since, run.done)
+            if ends is not None:
+                yield ends, self._next_step
+            if run.fails_after is not None:
+                yield run.since + run.fails_after - run.done, self._fail_as_told
+
+    def settle(self, free: bool) -> None:
+        """Go on or stand still. ``free``: nothing about the robot holds its missions."""
+        robot = self._robot
+        if self.run is not None:
+            if free:
+                self.run.go_on(robot.now)
+            else:
+                self.run.freeze(robot.now)
+        if free and self.run is None and robot.queue.pending():
+            self._starts_at = robot.now + START_DELAY if self._starts_at is None else self._starts_at
+        else:
+            self._starts_at = None
+
+    def _start_next(self) -> None:
+        robot = self._robot
+        item = robot.queue.pending()[0]
+        robot.queue.leave_pending(item)
+        item.state, item.started, item.message = ItemState.EXECUTING, robot.stamp(), ""
+        self._starts_at = None
+        self.run = Run(item, robot.site.mission_actions(item.mission_id), since=robot.now)
+        if robot.fail_next is not None:
+            self.run.failure, robot.fail_next = robot.fail_next, None
+        elif robot.failure_rate and robot.rng.random() < robot.failure_rate:
+            self.run.failure = self._goal_not_reached()
+
+    def _goal_not_reached(self) -> str:
+        """The text of a failed drive; software 2.x writes it as a template (recorded)."""
+        name = self._robot.rng.choice(world.STATIONS).name
+        if self._robot.software.startswith("2."):
+            return json.dumps({"message": "Failed to reach goal position '%(position_name)s'", "args": {"position_name": name}})
+        return f"Failed to reach goal position '{name}'"
+
+    def _next_step(self) -> None:
+        robot, run = self._robot, self.run
+        if run is None:
+            return
+        step = self._leave_step()
+        if step is not None:
+            step.finish(robot)
+        if run.item.actions and run.item.actions[-1].finished is None:
+            run.item.actions[-1].finished = robot.stamp()
+        if run.next_action >= len(run.actions):
+            if run.failure is not None:
+                self._fail(run.failure)
+            else:
+                self.end(ItemState.DONE, "")
+            return
+        action = run.actions[run.next_action]
+        run.next_action += 1
+        values = run.values(action)
+        shown = [{"id": name, "value": value} for name, value in values.items()]
+        run.item.actions.append(QueueAction(_action_id(run.item), action["guid"], action["action_type"], shown, robot.stamp()))
+        try:
+            step = step_for(robot, action["action_type"], values)
+        except UnknownPosition:
+            self._fail("The position of the action does not exist")
+        except (KeyError, TypeError, ValueError):
+            self._fail(f"Invalid parameters for action {action['action_type']}")
+        else:
+            step.begin(robot)
+            run.enter(step, robot.now)
+
+    def _leave_step(self) -> Step | None:
+        """Stand where the present step has brought the robot; return that step."""
+        motion = self.motion
+        self._pose = motion.pose
+        self._odometer += motion.travelled
+        step = None
+        if self.run is not None:
+            step, self.run.step = self.run.step, Step(0.0)
+        return step
+
+    def _fail_as_told(self) -> None:
+        if self.run is not None and self.run.failure is not None:
+            self._fail(self.run.failure)
+
+    def _fail(self, text: str) -> None:
+        """End the running mission as failed; the robot then stands in Error until it is cleared."""
+        self.end(ItemState.ABORTED, text)
+        self._robot.add_error(RobotError(MISSION_CONTROLLER, text))
+
+    # What is done to it
+
+    def end(self, state: ItemState, message: str) -> None:
+        """End the running mission, if there is one, where it is."""
+        run, robot = self.run, self._robot
+        if run is None:
+            return
+        self._leave_step()
+        run.item.finish(state, robot.stamp(), message)
+        self.run = None
+        if robot.prompt is not None and not robot.prompt.blocks:
+            robot.prompt = None
+        self._text = message or WAITING_TEXT
+        self._ended = (StateId.COMPLETED if state is ItemState.DONE else StateId.ABORTED, robot.now + TRANSIENT)
+
+    def cancel(self, item: QueueItem) -> None:
+        """End an open item as the user's wish; an ended one stays as it is."""
+        if item.state is ItemState.PENDING:
+            self._robot.queue.leave_pending(item)
+            item.finish(ItemState.ABORTED, self._robot.stamp(), USER_ABORT)
+        elif self.run is not None and self.run.item is item:
+            self.end(ItemState.ABORTED, USER_ABORT)
+
+    def forget_text(self) -> None:
+        """Show that the robot waits, no longer what became of its last mission."""
+        self._text = WAITING_TEXT
+
+    def relocate(self, pose: Pose) -> None:
+        """Be somewhere else; a drive under way is planned anew from there."""
+        step = self._leave_step()
+        self._pose = pose
+        if self.run is not None and step is not None:
+            step.begin(self._robot)
+            self.run.enter(step, self._robot.now)
+
+
+def _action_id(item: QueueItem) -> int:
+    """Ids of begun actions ascend over the life of the robot; a hundred for each item are enough."""
+    return item.id * 100 + len(item.actions)

@@ -1,0 +1,22 @@
+"""/log/error_reports: what went wrong, filed by the robot itself or by a person."""
+from __future__ import annotations
+
+from typing import Any
+
+from mir_sim.resources import rows
+from mir_sim.resources.registry import Call, Handler
+
+TABLE = "/log/error_reports"
+
+
+def list_reports(call: Call) -> list[dict[str, Any]]:
+    """Recorded as ``[{id, url}]``; the definition shows one full object."""
+    return [{"id": row["id"], "url": rows.url_of(TABLE, row["id"])} for row in call.robot.site.table(TABLE)]
+
+
+def file_report(call: Call) -> dict[str, Any]:
+    row = call.robot.file_report("User", call.fields()["description"])
+    return rows.shown(call.robot, TABLE, row, call.robot.definition.properties(call.operation.schema))
+
+
+HANDLERS: dict[tuple[str, str], Handler] = {("get", TABLE): list_reports, ("post", TABLE): file_report}

@@ -1,0 +1,52 @@
+"""What is peculiar about missions: their definition, and the catalogue of actions."""
+from __future__ import annotations
+
+from typing import Any
+
+from mir_sim import catalogue
+from mir_sim.errors import not_found
+from mir_sim.resources.registry import Call, Handler
+
+
+def mission_definition(call: Call) -> list[dict[str, Any]]:
+    """The mission as an action definition: what it asks for when it is queued. Content beyond the definition's fields is a guess."""
+    guid = call.params["guid"]
+    mission = call.robot.site.table("/missions").get(guid)
+    if mission is None:
+        raise not_found()
+    kinds = {parameter["guid"]: catalogue.parameter_type(row["action_type"], parameter["id"])
+             for row in call.robot.site.mission_actions(guid) for parameter in row["parameters"]}
+    asked = [catalogue.parameter(name, name, kinds[parameter["guid"]], parameter["value"])
+             for name, parameter in call.robot.site.user_parameters(guid).items()]
+    return [{"url": f"/v2.0.0/missions/{guid}/definition", "action_type": f"mission_{guid}", "name": mission["name"],
+             "description": mission["description"], "parameters": asked}]
+
+
+def list_definitions(call: Call) -> list[dict[str, Any]]:
+    return catalogue.definitions()
+
+
+def group_definitions(call: Call) -> list[dict[str, Any]]:
+    group = call.params["mission_group_id"]
+    if group not in call.robot.site.table("/mission_groups"):
+        raise not_found()
+    return [definition for definition in catalogue.definitions() if definition["mission_group_id"] == group]
+
+
+def action_definition(call: Call) -> dict[str, Any]:
+    """GET it, or POST values to see what the others may then be; here values never narrow each other."""
+    if call.operation.verb == "post":
+        call.fields()
+    found = catalogue.definition(call.params["action_type"])
+    if found is None:
+        raise not_found()
+    return found
+
+
+HANDLERS: dict[tuple[str, str], Handler] = {
+    ("get", "/missions/{guid}/definition"): mission_definition,
+    ("get", "/actions"): list_definitions,
+    ("get", "/actions/{action_type}"): action_definition,
+    ("post", "/actions/{action_type}"): action_definition,
+    ("get", "/mission_groups/{mission_group_id}/actions"): group_definitions,
+}
