@@ -43,7 +43,7 @@ def _parameter(value: Object) -> MissionParameter:
     constraints = value.get("constraints")
     constraints = constraints if isinstance(constraints, dict) else {}
     choices = constraints.get("choices", value.get("choices"))
-    default = value.get("default", value.get("value"))
+    default = next((place[key] for place, key in ((constraints, "default"), (value, "default"), (value, "value")) if key in place), None)
     labelled = tuple((_plain(entry.get("value")), clean(entry.get("name") or str(entry.get("value")))) for entry in _objects(choices))
     return MissionParameter(
         name=clean(value.get("input_name")) or clean(value.get("id")), label=clean(value.get("name") or value.get("label")),

@@ -197,7 +197,7 @@ def test_parameters_of_a_definition_and_of_actions() -> None:
     definition = {"parameters": [
         {"id": "goal", "name": "Goal", "type": "Reference", "value": "a",
          "constraints": {"choices": [{"name": "A", "value": "a"}, {"value": 2}]}},
-        {"input_name": "count", "type": "Integer", "default": 3, "constraints": {"minimum": 1, "maximum": 9.5}},
+        {"input_name": "count", "type": "Integer", "value": 5, "constraints": {"default": 3, "minimum": 1, "maximum": 9.5}},
         {"id": "goal", "name": "again"}, {"name": "nameless"}, "nonsense"]}
     goal, count = from_definition([definition, None])
     assert goal == MissionParameter("goal", "Goal", "Reference", "a", choices=(("a", "A"), (2, "2")))
