@@ -1,0 +1,188 @@
+"""Settings: the integrator's place. Sections with their present value left, the open one right; one after the other in portrait."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from kivy.clock import Clock
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.container import Container
+from app.i18n import _
+from app.screens.base import ScreenBase, ViewModel
+from app.screens.settings_about import AboutPage
+from app.screens.settings_constraints import ConstraintsPage
+from app.screens.settings_data import DataPage
+from app.screens.settings_display import DisplayPage
+from app.screens.settings_facts import SettingsFacts, read
+from app.screens.settings_idle import IdlePage
+from app.screens.settings_missions import MissionsPage
+from app.screens.settings_page import Desk, SettingsPage
+from app.screens.settings_robots import RobotsPage
+from app.screens.settings_scheduler import SchedulerPage
+from app.screens.settings_view import answers, section_names, section_rows
+from app.screens.shell import Shell
+from app.services.changes import Topic
+from app.widgets import load_kv
+from app.widgets.display import SectionCard
+
+PAGES: dict[str, type[SettingsPage]] = {
+    "robots": RobotsPage, "missions": MissionsPage, "constraints": ConstraintsPage, "idle": IdlePage, "scheduler": SchedulerPage,
+    "display": DisplayPage, "data": DataPage, "about": AboutPage}
+FIRST = "robots"
+SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS, Topic.SNAPSHOT)
+KV = ("settings", *(f"settings_{name}" for name in PAGES), "dialogs/robot", "dialogs/mission")
+
+
+class SettingsViewModel(ViewModel):
+    """Which section is open, and the facts that all of them show."""
+    sections = ListProperty()
+    current = StringProperty(FIRST)
+    title = StringProperty()
+    note = StringProperty()
+    is_narrow_open = BooleanProperty(False)      # portrait: the section stands in the place of the list
+
+    __events__ = ("on_facts",)
+
+    def __init__(self, container: Container, shell: Shell) -> None:
+        super().__init__()
+        self._container, self._shell = container, shell
+        self.desk = Desk(container, shell, self.refresh)
+        self._reading = self._stale = False
+        self._read_soon = Clock.create_trigger(lambda _dt: self.refresh(), 0)
+        self._waiting: list[Callable[[], object]] = []   # for the first facts
+
+    def on_facts(self) -> None:
+        """New facts, or a second has passed."""
+
+    # ------------------------------------------------------------------ reading
+    def opened(self, section: str | None = None, **intent: Any) -> None:
+        self.keep(self._container.changes.subscribe(self._heard))
+        self.every(1, self.show)
+        self.refresh()
+
+    def retranslated(self) -> None:
+        self.show()
+
+    def _heard(self, topic: Topic, _about: int | None) -> None:
+        """On the publisher's thread; many changes within a frame are one reading."""
+        if topic in SHOWN_TOPICS:
+            self._read_soon()
+
+    def refresh(self) -> None:
+        """Read anew. One reading at a time; what changes meanwhile asks for one more."""
+        if self._reading:
+            self._stale = True
+            return
+        self._reading, self._stale = True, False
+        desk = self.desk
+        self._shell.background.run(lambda: read(self._container, desk.robot_missions, desk.files), self._take, self._not_read)
+
+    def _take(self, facts: SettingsFacts) -> None:
+        self._reading = False
+        if self._stale:
+            self._read_soon()
+        self.desk.facts = facts
+        self._learn_missions(facts)
+        self.show()
+        while self._waiting:
+            self._waiting.pop(0)()
+
+    def _not_read(self, problem: BaseException) -> None:
+        self._reading = False
+        self._shell.say_problem(problem)
+
+    def once_read(self, call: Callable[[], object]) -> None:
+        """Call it when the facts of this visit are there."""
+        self._waiting.append(call)
+
+    def _learn_missions(self, facts: SettingsFacts) -> None:
+        """Which missions the robots have, so that missing ones can be flagged; each is asked once a minute at most."""
+        for robot in facts.robots:
+            if answers(facts, robot):
+                self._shell.background.run(lambda robot_id=robot.id: self.desk.robot_missions.learn_names(robot_id),
+                                           lambda new: self._read_soon() if new else None, lambda _problem: None,
+                                           key=("settings", "missions", robot.id))
+
+    # ------------------------------------------------------------------ showing
+    def show(self) -> None:
+        self.sections = section_rows(self.desk.facts, self.desk.now(), self.current)
+        self.title = section_names()[self.current]
+        self.note = "" if self.current in ("data", "about") else _("Every change is saved at once")
+        self.dispatch("on_facts")
+
+
+class SectionList(SectionCard):
+    """The sections; a tap opens one."""
+    screen = ObjectProperty(None, allownone=True)
+
+
+class SectionContent(BoxLayout):
+    """The open section under its name; ``narrow`` shows the way back to the list."""
+    vm = ObjectProperty(None, rebind=True, allownone=True)
+    screen = ObjectProperty(None, allownone=True)
+    narrow = BooleanProperty(False)
+
+
+class SettingsScreen(ScreenBase):
+    def __init__(self, container: Container, shell: Shell, **kwargs: Any) -> None:
+        load_kv(*KV)
+        self._pages: dict[str, SettingsPage] = {}
+        super().__init__(vm=SettingsViewModel(container, shell), **kwargs)
+        self._list = SectionList(vm=self.vm, screen=self)
+        self._content = SectionContent(vm=self.vm, screen=self)
+        self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
+        self.fbind("portrait", self._arrange)
+        self._arrange()
+        self._place_page()
+
+    # ------------------------------------------------------------------ coming on screen
+    def shown(self, section: str | None = None, **intent: Any) -> None:
+        """``shell.go("settings", section="robots", add=True)``; without a section the last one."""
+        super().shown()
+        if section in PAGES:
+            self.vm.once_read(lambda: self.open(section, **intent))
+        else:
+            self.vm.once_read(lambda: self._page.reached())
+
+    # ------------------------------------------------------------------ sections
+    def open(self, section: str, **intent: Any) -> None:
+        """Show a section."""
+        self.vm.current = section
+        self.vm.is_narrow_open = True
+        self._place_page()
+        self.vm.show()
+        self._page.reached(**intent)
+
+    def close(self) -> None:
+        """Portrait: back to the list."""
+        self.vm.is_narrow_open = False
+
+    @property
+    def _page(self) -> SettingsPage:
+        """The page of the open section, built on its first visit."""
+        section = self.vm.current
+        if section not in self._pages:
+            self._pages[section] = PAGES[section](self.vm.desk)
+        return self._pages[section]
+
+    def _place_page(self) -> None:
+        place, page = self._content.ids.place.__self__, self._page
+        if page.parent is not place:
+            place.clear_widgets()
+            place.add_widget(page)
+
+    def _show_page(self, *_args: Any) -> None:
+        self._page.show(self.vm.desk.facts, self.vm.desk.now())
+
+    def _arrange(self, *_args: Any) -> None:
+        """List and section beside each other, or one of them alone."""
+        self._content.narrow = self.portrait
+        shown = [self._list, self._content]
+        if self.portrait:
+            shown = [self._content if self.vm.is_narrow_open else self._list]
+        self._list.size_hint_x, self._content.size_hint_x = (1, 1) if self.portrait else (.26, .74)
+        self.clear_widgets()
+        for widget in shown:
+            self.add_widget(widget)

@@ -1,0 +1,200 @@
+"""Settings, every section and dialog: the plant of the visual target, a Friday afternoon."""
+from __future__ import annotations
+
+import os
+import tempfile
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from kivy.factory import Factory
+
+from app.container import Container
+from app.database.backups import back_up
+from app.database.connection import Database
+from app.models import Connection, Mission, Robot, Schedule
+from app.screens.base import Background, Navigator, Snackbars, UiBus
+from app.screens.settings import SettingsScreen
+from app.screens.settings_missions import MissionDialog
+from app.screens.settings_missions_view import offer_options, offers
+from app.screens.settings_page import Desk
+from app.screens.settings_robot_dialog import RobotDialog
+from app.screens.settings_view import NoticeView, connection_found, went_wrong
+from app.screens.shell import Shell
+from app.services.mir.errors import Unauthorized, Unreachable
+from app.services.mir.types import Identity, MissionInfo, RobotState, RobotStatus
+from app.widgets.dialogs import ChoiceDialog
+from tests.screenshots.gallery import NAV
+from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
+from tests.support.clock import VirtualClock
+
+EVERY_SIZE = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
+ROBOTS = (("Aino", "10.40.12.21", "MiR250", "200104012", "3.5.4", Connection.CONNECTED, 2),
+          ("Veikko", "10.40.12.22", "MiR100", "180003127", "2.13.4", Connection.CONNECTED, 2),
+          ("Sisu", "10.40.12.23", "MiR1350", "220511008", "3.5.4", Connection.SLOW, 9))
+MISSIONS = ("Deliver kits to line 2", "Collect empties", "Return to charger", "Bring pallet to dock", "Waste to compactor",
+            "Move coils to press", "Night stock count", "Floor wash, hall A", "Charge")
+PLAN = (("Aino", "Deliver kits to line 2"), ("Aino", "Collect empties"), ("Aino", "Night stock count"), ("Veikko", "Collect empties"),
+        ("Veikko", "Waste to compactor"), ("Veikko", "Floor wash, hall A"), ("Sisu", "Move coils to press"))
+
+
+def guid(name: str) -> str:
+    return f"3d7c7c{MISSIONS.index(name):02d}-ce85-11ef-904a-000e8e9884eb"
+
+
+def framed(screen: SettingsScreen):
+    """Top bar and navigation around the screen, so that it has the room it really has."""
+    frame = Factory.Frame(title="Settings", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · 2 s ago",
+                          link_icon="wifi", items=NAV, current="settings")
+    frame.add_widget(screen)
+    return frame
+
+
+class Plant:
+    """Services on a throw-away database, a window of nothing but Settings, and no robot behind the addresses."""
+    last: SettingsScreen | None = None
+
+    def __init__(self, studio, furnished: bool = True) -> None:
+        directory = Path(tempfile.mkdtemp(prefix="amr-pictures-"))
+        self.clock = VirtualClock(NOW)
+        self.container = Container(Database.open(directory / "amr-scheduler.db", clock=self.clock, durable=False), self.clock)
+        bus = UiBus()
+        self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, Background(bus))
+        self.container.catalogue.change_settings(timezone="Europe/Helsinki")
+        if furnished:
+            self._furnish()
+
+    def _furnish(self) -> None:
+        catalogue = self.container.catalogue
+        catalogue.change_settings(minimum_battery_percent=30)
+        for name in MISSIONS:
+            catalogue.save_mission(Mission(name, guid(name), favourite=name == MISSIONS[0]))
+        missions = {mission.name: mission for mission in self.container.repositories.missions.all(self.container.db.read())}
+        for name, address, model, serial, software, connection, age in ROBOTS:
+            robot = catalogue.save_robot(Robot(name, address, "scheduler", serial_number=serial, model=model, software=software), "secret")
+            self.container.snapshots.update(robot.id, connection=connection, status=RobotStatus(RobotState.READY),
+                                            read_at=NOW - timedelta(seconds=age))
+        robots = {robot.name: robot for robot in self.container.repositories.robots.all(self.container.db.read())}
+        for robot, mission in PLAN:
+            catalogue.save_schedule(Schedule("", robots[robot].id, missions[mission].id, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki",
+                                             "FREQ=DAILY"))
+        catalogue.save_idle_rule(robots["Aino"].id, missions["Return to charger"].id, after_minutes=15)
+        catalogue.save_idle_rule(robots["Veikko"].id, missions["Collect empties"].id, after_minutes=10, enabled=False)
+        backup = self.container.db.path.parent / "backups" / "daily-2026-11-20.db"
+        back_up(self.container.db.path, backup)
+        os.utime(backup, (datetime(2026, 11, 20, tzinfo=UTC).timestamp(),) * 2)
+
+    def screen(self, studio, section: str = "robots", **intent) -> SettingsScreen:
+        if Plant.last is not None:               # the picture before this one is taken: its screen may rest
+            Plant.last.hidden()
+        Plant.last = screen = SettingsScreen(self.container, self.shell)
+        names = {robot.id: {guid(name): name for name in MISSIONS if robot.name != "Sisu" or name != "Move coils to press"}
+                 for robot in self.container.repositories.robots.all(self.container.db.read())}
+        screen.vm.desk.robot_missions.names = lambda robot_id: names.get(robot_id, {})
+        screen.vm.desk.robot_missions.learn_names = lambda robot_id: False
+        studio.show(framed(screen))
+        screen.shown(section=section, **intent)
+        studio.driver.wait(lambda: self.shell.background.idle and not screen.vm._waiting)
+        studio.driver.advance(.2)
+        return screen
+
+
+def section(name: str) -> None:
+    @picture(f"settings-{name}", sizes=EVERY_SIZE)
+    def build(studio):
+        return Plant(studio).screen(studio, name)
+
+
+for _name in ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"):
+    section(_name)
+
+
+@picture("settings-list", sizes=(PORTRAIT,))
+def section_list(studio):
+    screen = Plant(studio).screen(studio)
+    screen.close()
+    studio.driver.advance()
+    return screen
+
+
+@picture("settings-empty")
+def empty(studio):
+    return Plant(studio, furnished=False).screen(studio)
+
+
+@picture("settings-empty-missions")
+def empty_missions(studio):
+    return Plant(studio, furnished=False).screen(studio, "missions")
+
+
+# ---------------------------------------------------------------------- what a press brings
+def identity(serial: str = "180003127") -> Identity:
+    return Identity(RobotStatus(robot_name="Veikko", robot_model="MiR100", serial_number=serial, elapsed_s=.038), "scheduler", "2.13.4")
+
+
+@picture("settings-robots-tested")
+def robots_tested(studio):
+    screen = Plant(studio).screen(studio)
+    page, desk = screen._page, screen.vm.desk
+    aino, sisu, veikko = desk.facts.robots
+    page._answered(aino, connection_found(replace(identity("200104012"), software="3.5.4"), aino))
+    page._answered(sisu, connection_found(identity(), sisu))
+    page._answered(veikko, went_wrong(Unreachable(code="no_answer", address="10.40.12.22")))
+    return screen
+
+
+@picture("settings-data-done")
+def data_done(studio):
+    screen = Plant(studio).screen(studio, "data")
+    page = screen._page
+    page._configuration_taken(["robot R4 added", "mission Deliver kits to line 3 added", "schedule Morning delivery changed"])
+    page.vm.export_log.problem = "/media/usb/log.csv can't be written: No space left on device"
+    page.vm.backup_outcome.tell(NoticeView("Backup made", "/home/operator/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db",
+                                           "done", "check-circle"))
+    return screen
+
+
+def dialog(name: str):
+    """A picture of what ``build(desk)`` opens over Settings."""
+    def register(build):
+        @picture(name, sizes=EVERY_SIZE)
+        def shown(studio):
+            screen = Plant(studio).screen(studio, "missions" if "mission" in name else "robots")
+            return studio.dialogs.open(build(screen.vm.desk))
+        return shown
+    return register
+
+
+@dialog("robot-dialog-new")
+def robot_dialog_new(desk: Desk):
+    return RobotDialog(desk)
+
+
+@dialog("robot-dialog")
+def robot_dialog(desk: Desk):
+    dialog = RobotDialog(desk, desk.facts.robots[2])
+    dialog._passed(dialog.vm.connection, identity(), lambda: None)
+    return dialog
+
+
+@dialog("robot-dialog-problems")
+def robot_dialog_problems(desk: Desk):
+    dialog = RobotDialog(desk)
+    dialog.vm.name, dialog.vm.address, dialog.vm.username, dialog.vm.password = "Aino", "https://10.40.12.29", "scheduler", "wrong"
+    dialog._failed(dialog.vm.connection, Unauthorized(address="10.40.12.29"))
+    dialog.vm.name_problem = "There is a robot Aino already"
+    return dialog
+
+
+@dialog("mission-dialog")
+def mission_dialog(desk: Desk):
+    return MissionDialog(desk, desk.facts.missions[0])
+
+
+@dialog("mission-checklist")
+def mission_checklist(desk: Desk):
+    found = [MissionInfo(f"new-{name}", name) for name in ("Cart to press", "Deliver kits to line 3", "Empty cart home", "Charge")]
+    offered = offers(found, desk.facts.missions, desk.facts.robots[0].id)
+    return ChoiceDialog(title="Missions of Aino", options=offer_options(offered), selected=["new-Cart to press"], multiple=True,
+                        confirm="Add chosen", decline="Cancel")

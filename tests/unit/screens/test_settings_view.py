@@ -1,0 +1,266 @@
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from app.models import Connection, IdleRule, InvalidInput, Mission, Robot, RobotSnapshot, Schedule, Settings
+from app.screens import settings_missions_view as missions_view
+from app.screens import settings_view as view
+from app.screens.settings_facts import SettingsFacts
+from app.services.data_files import Backup
+from app.services.mir.errors import TimedOut, Unreachable
+from app.services.mir.types import Identity, MissionInfo, RobotStatus
+
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
+AINO = Robot("Aino", "http://10.40.12.21", "scheduler", id=1, serial_number="200104012", model="MiR250", software="3.5.4")
+SISU = Robot("Sisu", "https://sisu.plant:8443", "scheduler", id=2)
+DELIVER = Mission("Deliver kits", "guid-deliver", id=10)
+CHARGE = Mission("Charge", "guid-charge", id=11, favourite=True)
+COILS = Mission("Coils", "guid-coils", id=12, robot_id=2)
+MORNING = Schedule("Morning", 1, 10, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki", id=20)
+
+
+def facts(**values):
+    given = {"settings": Settings(timezone="Europe/Helsinki"), "robots": (AINO, SISU), "missions": (CHARGE, COILS, DELIVER),
+             "schedules": (MORNING,)}
+    return SettingsFacts(**{**given, **values})
+
+
+def snapshot(robot_id=1, seconds_old=2.0, connection=Connection.CONNECTED):
+    return RobotSnapshot(robot_id, connection, RobotStatus(), NOW - timedelta(seconds=seconds_old))
+
+
+def notes(given):
+    return {key: note.text for key, note in view.section_notes(given, NOW).items()}
+
+
+# ---------------------------------------------------------------------- sections
+def test_every_section_says_its_present_value():
+    given = facts(settings=Settings(timezone="Europe/Helsinki", minimum_battery_percent=30.0, language="fi", theme="dark"),
+                  robots=(replace(AINO, idle=IdleRule(11, 15)), SISU),
+                  backups=(Backup(Path("b.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 5000),))
+    assert notes(given) == {
+        "robots": "2 robots", "missions": "3 missions", "constraints": "Battery 30 %, Mon–Fri", "idle": "on for 1 robot",
+        "scheduler": "asks robots every 30 s", "display": "Dark, Suomi", "data": "last backup 02:00", "about": "version 0.1.0"}
+
+
+def test_nothing_set_up_yet_is_said_and_not_shown_as_zero():
+    found = notes(SettingsFacts())
+    assert (found["robots"], found["missions"], found["idle"], found["data"]) == ("none yet", "none yet", "off", "no backup yet")
+    assert found["constraints"] == "No minimum battery, Mon–Fri"
+
+
+def test_what_needs_somebody_is_amber_in_the_list():
+    given = facts(robots=(replace(AINO, needs_password=True, enabled=False), SISU), names={2: {"other": "Other"}})
+    found = view.section_notes(given, NOW)
+    assert (found["robots"].text, found["robots"].tone) == ("Aino needs a password", "attention")
+    assert (found["missions"].text, found["missions"].tone) == ("3 missions, 1 missing", "attention")
+
+
+def test_only_the_open_section_is_marked():
+    rows = view.section_rows(facts(), NOW, "idle")
+    assert [row["key"] for row in rows if row["selected"]] == ["idle"]
+    assert [row["key"] for row in rows] == ["robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"]
+
+
+@pytest.mark.parametrize(("days", "phrase"), [
+    (("MO", "TU", "WE", "TH", "FR"), "Mon–Fri"),
+    (("MO", "TU", "WE", "TH", "FR", "SA", "SU"), "every day"),
+    (("MO", "WE", "FR"), "Mon, Wed, Fri"),
+    (("SU", "MO", "TU", "WE"), "Mon–Wed, Sun"),
+    (("SA", "SU"), "Sat, Sun"),
+    (("TU",), "Tue"),
+])
+def test_days_in_few_words(days, phrase):
+    assert view.days_phrase(days) == phrase
+
+
+def test_day_chips_show_the_working_days():
+    chips = view.day_chips(Settings(working_days=("SA", "SU")))
+    assert [chip["text"] for chip in chips] == ["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
+    assert [chip["key"] for chip in chips if chip["selected"]] == ["SA", "SU"]
+
+
+# ---------------------------------------------------------------------- robots
+def test_a_robots_panel_is_its_data_sheet():
+    [aino, _sisu] = view.robot_panels(facts(snapshots={1: snapshot()}), NOW)
+    assert aino == {"key": 1, "name": "Aino", "model": "MiR250", "address": "10.40.12.21", "serial": "200104012", "software": "3.5.4",
+                    "missions": "1 in use", "badge": "Connected · 2 s ago", "badge_icon": "wifi", "tone": "neutral"}
+
+
+def test_what_is_not_known_of_a_robot_is_a_dash():
+    [_aino, sisu] = view.robot_panels(facts(missions=()), NOW)
+    assert (sisu["serial"], sisu["software"], sisu["missions"]) == ("–", "–", "none in use")
+    assert sisu["address"] == "https://sisu.plant:8443"      # what is not plain http is said
+
+
+def test_missing_missions_stand_out_on_their_robot():
+    [aino, sisu] = view.robot_panels(facts(names={1: {"guid-deliver": "Deliver kits"}, 2: {"guid-deliver": "Deliver kits"}}), NOW)
+    assert (aino["missions"], aino.get("missions_tone")) == ("1 in use", None)
+    assert (sisu["missions"], sisu["missions_tone"], sisu["missions_icon"]) == ("1 missing", "attention", "alert")
+
+
+def test_a_robot_without_password_says_so_first():
+    [panel] = view.robot_panels(facts(robots=(replace(AINO, needs_password=True, enabled=False),)), NOW)
+    assert (panel["badge"], panel["tone"]) == ("Needs a password", "attention")
+
+
+def identity(serial="200104012", **values):
+    status = RobotStatus(robot_name="MiR_R1234", robot_model="MiR250", serial_number=serial, elapsed_s=.0384)
+    return Identity(status, "scheduler", **{"software": "3.5.4", **values})
+
+
+def test_a_passed_test_says_who_answered():
+    notice = view.connection_found(identity(), AINO)
+    assert notice == view.NoticeView("MiR_R1234 answers in 38 ms", "MiR250 · serial 200104012 · software 3.5.4", "done", "check-circle")
+
+
+def test_a_passed_test_leaves_out_what_the_robot_does_not_tell():
+    assert view.connection_found(identity(serial=None, software=None)).note == "MiR250"
+
+
+def test_another_machine_at_the_address_is_no_success():
+    notice = view.connection_found(identity(serial="999"), AINO)
+    assert notice.tone == "attention"
+    assert "200104012" in notice.text
+    assert "999" in notice.note
+
+
+@pytest.mark.parametrize(("problem", "sentence"), [
+    (Unreachable(code="refused", address="10.1.1.1"), "10.1.1.1 refused the connection"),
+    (Unreachable(code="no_route", address="10.1.1.1"), "No way leads to 10.1.1.1"),
+    (TimedOut(address="10.1.1.1", seconds=5), "10.1.1.1 didn't answer within 5 s"),
+    (InvalidInput("address", "enter the robot's address"), "Enter the robot's address"),
+])
+def test_a_failed_test_says_exactly_what_is_wrong(problem, sentence):
+    notice = view.went_wrong(problem)
+    assert notice.text.startswith(sentence)
+    assert notice.tone == "fault"
+
+
+def test_only_what_a_test_depends_on_asks_for_a_new_one():
+    same = {"address": AINO.address, "username": "scheduler", "password": "", "fingerprint": ""}
+    assert view.is_same_connection(AINO, **same)
+    for name, value in {"address": "http://10.40.12.99", "username": "other", "password": "new", "fingerprint": "ab" * 32}.items():
+        assert not view.is_same_connection(AINO, **{**same, name: value}), name
+    assert not view.is_same_connection(replace(AINO, needs_password=True), **same)
+
+
+# ---------------------------------------------------------------------- missions
+def test_missions_are_listed_favourites_first_with_what_uses_them():
+    given = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
+    rows = missions_view.mission_rows(given)
+    assert [(row["name"], row["note"]) for row in rows] == [
+        ("Charge", "idle automation on Aino"), ("Coils", "Only on Sisu · no schedule uses it"), ("Deliver kits", "1 schedule")]
+
+
+@pytest.mark.parametrize(("query", "names"), [("COIL", ["Coils"]), ("kits deliver", ["Deliver kits"]), ("sisu", ["Coils"]),
+                                              ("guid-ch", ["Charge"]), ("nothing", []), ("  ", ["Charge", "Coils", "Deliver kits"])])
+def test_missions_are_found_by_words_of_name_guid_or_robot(query, names):
+    assert [row["name"] for row in missions_view.mission_rows(facts(), query)] == names
+
+
+def test_a_mission_is_missing_where_it_is_used_and_the_robot_told():
+    told = facts(names={1: {"guid-charge": "Charge"}})
+    assert missions_view.missing_sentence(told, DELIVER) == "Not on Aino any more"
+    assert missions_view.missing_sentence(told, CHARGE) == ""
+    assert missions_view.missing_sentence(told, COILS) == ""                 # Sisu did not tell yet
+    assert missions_view.missing_sentence(facts(), DELIVER) == ""
+
+
+def test_an_unused_mission_that_no_robot_has_is_told():
+    told = facts(robots=(AINO,), names={1: {"guid-deliver": "Deliver kits"}})
+    assert missions_view.missing_sentence(told, CHARGE) == "No robot has it"
+    assert missions_view.missing_sentence(facts(names={1: {"guid-deliver": ""}}), CHARGE) == ""      # Sisu may have it
+
+
+def test_deleting_says_what_goes_with_it():
+    assert missions_view.removal_sentence(facts(), DELIVER) == "Deliver kits and its schedule deleted"
+    assert missions_view.removal_sentence(facts(), CHARGE) == "Charge deleted"
+    assert missions_view.robot_removal_sentence(facts(schedules=(MORNING, replace(MORNING, id=21))), AINO) == \
+        "Aino and its 2 schedules deleted"
+
+
+# ---------------------------------------------------------------------- taking over from a robot
+def offers(*found, missions=(CHARGE, COILS, DELIVER), robot_id=1):
+    return missions_view.offers([MissionInfo(guid, name) for name, guid in found], missions, robot_id)
+
+
+def test_what_is_here_already_is_not_offered_again():
+    offered = offers(("Deliver kits", "guid-deliver"), ("New", "guid-new"))
+    assert [(offer.name, offer.known) for offer in offered] == [("Deliver kits", True), ("New", False)]
+    assert [option["key"] for option in missions_view.offer_options(offered)] == ["guid-new"]
+
+
+def test_a_mission_whose_guid_differs_on_this_robot_is_its_own():
+    [offer] = offers(("Deliver kits", "another-guid"))
+    assert (offer.name, offer.robot_id) == ("Deliver kits", 1)
+    assert missions_view.offer_options([offer])[0]["note"]
+
+
+def test_two_missions_of_one_name_on_a_robot_get_two_names():
+    offered = offers(("Twice", "a"), ("Twice", "b"), ("Charge", "guid-charge"), ("Charge", "c"))
+    assert [(offer.name, offer.robot_id) for offer in offered] == [("Charge 2", None), ("Charge", None), ("Twice", None), ("Twice 2", None)]
+
+
+def test_a_name_of_another_robots_own_mission_is_free():
+    [offer] = offers(("Coils", "x"))
+    assert (offer.name, offer.robot_id) == ("Coils", None)
+
+
+def test_long_and_empty_names_become_names_that_can_be_saved():
+    [long, other, _nameless] = sorted(offers(("n" * 100, "a"), ("n" * 100, "b"), ("", "c")), key=lambda offer: offer.guid)
+    assert long.name == "n" * 80
+    assert other.name == "n" * 78 + " 2"
+    assert _nameless.name == "c"
+
+
+def test_nothing_to_choose_is_said():
+    assert missions_view.fetched_sentence([], AINO) == "Aino has no missions"
+    assert missions_view.fetched_sentence(offers(("Deliver kits", "guid-deliver")), AINO) == "The mission of Aino is here already"
+    assert missions_view.fetched_sentence(offers(("New", "guid-new")), AINO) == ""
+
+
+def test_a_robots_own_mission_hides_the_common_one_of_its_name():
+    own = Mission("Deliver kits", "own", id=13, robot_id=2)
+    given = facts(missions=(CHARGE, DELIVER, own))
+    assert [option["key"] for option in missions_view.mission_options(given, SISU)] == [11, 13]
+    assert [option["key"] for option in missions_view.mission_options(given, AINO)] == [11, 10]
+
+
+# ---------------------------------------------------------------------- idle automation
+def test_idle_panels_say_what_will_happen():
+    given = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
+    [aino, sisu] = missions_view.idle_panels(given)
+    assert (aino["active"], aino["mission"], aino["minutes"], aino["note"]) == (True, "Charge", 15, "After 15 minutes without work, once")
+    assert (sisu["active"], sisu["mission"], sisu["minutes"]) == (False, "Choose a mission", 10)
+    off = facts(robots=(replace(AINO, idle=IdleRule(11, 15, enabled=False)),))
+    assert missions_view.idle_panels(off)[0]["note"] == "Off"
+
+
+# ---------------------------------------------------------------------- zones and files
+def test_zones_are_places_with_their_difference_from_utc():
+    options = {option["key"]: option for option in view.zone_options(["Europe/Helsinki", "America/New_York", "Etc/GMT+3", "EST"], NOW)}
+    assert set(options) == {"Europe/Helsinki", "America/New_York", "UTC"}
+    assert options["Europe/Helsinki"]["note"] == "UTC+02:00"
+    assert (options["America/New_York"]["text"], options["America/New_York"]["note"]) == ("America/New York", "UTC−05:00")
+
+
+def test_backups_are_offered_newest_first_with_their_time():
+    given = facts(backups=(Backup(Path("/d/daily-2026-11-20.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 512_000),
+                           Backup(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400)))
+    options = view.backup_options(given, NOW)
+    assert [(option["text"], option["note"]) for option in options] == [
+        ("02:00", "daily-2026-11-20.db, 512 kB"), ("Thu 19 Nov 02:00", "daily-2026-11-19.db, 1 kB")]
+    assert view.backups_phrase(given, NOW) == "2 backups, the newest of 02:00"
+    assert view.backups_phrase(facts(), NOW) == "There is no backup yet"
+
+
+def test_an_import_lists_its_changes_and_cuts_a_long_list():
+    assert view.import_result([]).text == "Everything in the file is here already"
+    assert view.import_result(["robot R1 added"]) == view.NoticeView("1 change taken over", "robot R1 added", "done", "check-circle")
+    long = view.import_result([f"mission {n} added" for n in range(40)])
+    assert long.text == "40 changes taken over"
+    assert long.note.splitlines()[-1] == "and 28 more"
+    assert len(long.note.splitlines()) == 13
