@@ -7,7 +7,6 @@ from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.effects.scroll import ScrollEffect
 from kivy.factory import Factory
-from kivy.metrics import dp
 from kivy.properties import (
     BooleanProperty,
     ListProperty,
@@ -19,8 +18,6 @@ from kivy.properties import (
 )
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.floatlayout import FloatLayout
-from kivy.uix.recycleview import RecycleView
-from kivy.uix.recycleview.views import RecycleDataViewBehavior
 from kivy.uix.scrollview import ScrollView
 
 
@@ -190,17 +187,13 @@ class ScrollRows(FloatLayout):
             Animation(scroll_y=1 - edge / hidden, d=.12, t="out_quad").start(scroll)
 
 
-class RecycledRow(Row, RecycleDataViewBehavior):
+class RecycledRow(Row):
     """Mixin of row classes of ``LongList``. A view that became another row between press and release does nothing."""
 
     def __init__(self, **kwargs):
         self._pressed_key = None
         self._forget = Clock.create_trigger(self._forget_press)
         super().__init__(**kwargs)
-
-    def refresh_view_attrs(self, rv, index, data):
-        self.host = rv
-        self.take(data)
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
@@ -217,34 +210,3 @@ class RecycledRow(Row, RecycleDataViewBehavior):
 
     def _forget_press(self, _dt):
         self._pressed_key = None
-
-
-class LongList(RecycleView):
-    """Thousands of rows; only the visible ones exist. Row classes mix in ``RecycledRow`` and take their own height.
-
-    ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows come into sight (load the next page).
-    """
-    empty_text = StringProperty()
-    row_height = NumericProperty("64dp")     # a first guess until a row has been shown
-
-    __events__ = ("on_action", "on_end")
-
-    def __init__(self, **kwargs):
-        kwargs.setdefault("effect_cls", ScrollEffect)
-        super().__init__(**kwargs)
-        self._near_end = Clock.create_trigger(self._tell_end, 0)
-        self.fbind("scroll_y", self._scrolled)
-
-    def on_action(self, key, action, *values):
-        """A row was used."""
-
-    def on_end(self):
-        """The end of the rows is near."""
-
-    def _scrolled(self, *_):
-        layout = self.layout_manager
-        if layout is not None and layout.height > self.height and self.scroll_y * (layout.height - self.height) < dp(200):
-            self._near_end()
-
-    def _tell_end(self, _dt):
-        self.dispatch("on_end")

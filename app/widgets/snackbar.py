@@ -52,7 +52,7 @@ class Snackbars:
     def __init__(self) -> None:
         self._waiting: deque[Message] = deque()
         self._shown: dict[Snackbar, tuple[Message, object]] = {}
-        self._stack: SnackbarStack | None = None
+        self.stack: SnackbarStack | None = None
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS) -> None:
         """Say that something was done."""
@@ -84,11 +84,11 @@ class Snackbars:
             Animation(opacity=1, d=.15).start(bar)
 
     def _place(self) -> SnackbarStack:
-        if self._stack is None:
-            self._stack = SnackbarStack()
-        Window.remove_widget(self._stack)        # again on top of whatever has been opened since
-        Window.add_widget(self._stack)
-        return self._stack
+        if self.stack is None:
+            self.stack = SnackbarStack()
+        Window.remove_widget(self.stack)        # again on top of whatever has been opened since
+        Window.add_widget(self.stack)
+        return self.stack
 
     def _pressed(self, bar: Snackbar) -> None:
         self._close(bar, pressed=True)
@@ -98,9 +98,9 @@ class Snackbars:
             return
         message, timer = self._shown.pop(bar)
         timer.cancel()
-        self._stack.remove_widget(bar)
+        self.stack.remove_widget(bar)
         if not self._shown:
-            Window.remove_widget(self._stack)
+            Window.remove_widget(self.stack)
         if pressed and message.on_action is not None:
             message.on_action()
         elif not pressed:

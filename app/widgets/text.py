@@ -1,4 +1,5 @@
 """Text and icons. The sizes (Body, Note, Title …) are kv classes in tokens.kv."""
+from kivy.metrics import dp
 from kivy.properties import BooleanProperty, NumericProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.label import Label
@@ -37,8 +38,9 @@ class Txt(Label):
         self._resize()
 
     def _wrap(self, *_):
+        """Until the layout has given room for a word or so, the text counts as one line: a list must not jump through heights."""
         if not self.fit:
-            self.text_size = self.width, None
+            self.text_size = (self.width if self.width > dp(24) else None), None
             self._resize()
 
     def _resize(self, *_):

@@ -78,7 +78,8 @@ class Driver:
         """Put a finger down on ``widget``; call what comes back to lift it after so many seconds."""
         from kivy.tests.common import UnitTestTouch
         x, y = widget.to_window(*widget.center)
-        assert 0 <= x <= Window.width and 0 <= y <= Window.height, f"{widget} is not on screen: {x:.0f}, {y:.0f}"
+        on_screen = 0 <= x <= Window.width and 0 <= y <= Window.height
+        assert on_screen, f"{widget} is not on screen: {x:.0f}, {y:.0f}"
         touch = UnitTestTouch(x, y)
         touch.touch_down()
         self.advance()

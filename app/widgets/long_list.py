@@ -1,0 +1,157 @@
+"""A list of thousands of rows of which only the visible ones exist.
+
+Not kivy's RecycleView: that one hands its views out anew whenever a height changes, so rows that take their own height (a reason on two
+lines, an opened story) never come to rest in it, and a pressed row may become another. Here views belong to keys, heights are remembered
+per key, and what is read stays where it is when rows are added above.
+"""
+from bisect import bisect_right
+from itertools import accumulate
+
+from kivy.clock import Clock
+from kivy.factory import Factory
+from kivy.metrics import dp
+from kivy.properties import ListProperty, NumericProperty, StringProperty
+from kivy.uix.relativelayout import RelativeLayout
+
+from app.widgets.lists import CalmScroll, Row
+
+
+class LongList(CalmScroll):
+    """``data`` = dicts of the row class's properties, each with its ``key``; row classes mix in ``RecycledRow`` and take their own height.
+
+    ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows come into sight (load the next page).
+    """
+    viewclass = StringProperty()
+    data = ListProperty()
+    spacing = NumericProperty("8dp")
+    row_height = NumericProperty("64dp")     # a guess for rows that were never seen
+    empty_text = StringProperty()
+
+    __events__ = ("on_action", "on_end")
+
+    def __init__(self, **kwargs):
+        self._keys: list = []
+        self._tops: list[float] = [0.]       # of each row, from the top of the content; the last is the whole height
+        self._heights: dict = {}
+        self._live: dict = {}
+        self._spare: list = []
+        self._anchor: tuple | None = None    # (key of the first row in sight, px of it above the edge); None: at the top
+        self._width = 0
+        self._moving = False
+        self._arrange = Clock.create_trigger(self._place_rows, -1)
+        self._content = RelativeLayout(size_hint_y=None, height=0)
+        super().__init__(do_scroll_x=False, **kwargs)
+        self.add_widget(self._content)
+        for name in ("size", "spacing", "row_height", "empty_text"):
+            self.fbind(name, self._arrange)
+        self.fbind("data", self._changed)
+        self.fbind("viewclass", self._start_over)
+        self.fbind("scroll_y", self._scrolled)
+        self._changed()
+
+    def on_action(self, key, action, *values):
+        """A row was used."""
+
+    def on_end(self):
+        """The end of the rows is near."""
+
+    def show(self, key) -> None:
+        """Scroll until the row of ``key`` stands at the top, as far as the list goes."""
+        if key in self._keys:
+            self._anchor = key, 0.
+            self._arrange()
+
+    @property
+    def views(self) -> list:
+        """The rows that exist now, from the top."""
+        return sorted(self._live.values(), key=lambda view: -view.y)
+
+    # ------------------------------------------------------------------ what is where
+    def _changed(self, *_):
+        self._keys = [row.get("key", n) for n, row in enumerate(self.data)]
+        if len(set(self._keys)) != len(self._keys):
+            raise ValueError("two rows with one key")
+        for key, row in zip(self._keys, self.data, strict=True):
+            if key in self._live:
+                self._live[key].take(row)
+        self._arrange()
+
+    def _start_over(self, *_):
+        for view in self._live.values():
+            self._content.remove_widget(view)
+        self._live, self._spare, self._heights = {}, [], {}
+        self._arrange()
+
+    def _scrolled(self, *_):
+        if not self._moving:
+            above = (1 - self.scroll_y) * max(0, self._content.height - self.height)
+            n = min(bisect_right(self._tops, above + .5), len(self._keys)) - 1
+            self._anchor = (self._keys[n], above - self._tops[n]) if above > 1 and n >= 0 else None
+            self._arrange()
+
+    def _place_rows(self, _dt):
+        if self.width < 2 or not self.viewclass:
+            return
+        if self.width != self._width:            # other line breaks, other heights
+            self._width = self.width
+            self._heights.clear()
+        heights = [self._heights.get(key, self.row_height) + self.spacing for key in self._keys]
+        self._tops = list(accumulate(heights, initial=0.))
+        self._content.height = max(0, self._tops[-1] - (self.spacing if self._keys else 0))
+        above = self._hold_place()
+        first = max(0, bisect_right(self._tops, above) - 1)
+        last = min(len(self._keys), bisect_right(self._tops, above + self.height))
+        self._populate(range(first, last))
+        self._say_empty()
+        if self._keys and last >= len(self._keys) and self._content.height > self.height:
+            self.dispatch("on_end")
+
+    def _hold_place(self) -> float:
+        """Keep the row at the upper edge there; returns how many px of content lie above it."""
+        hidden = max(0., self._content.height - self.height)
+        above = 0.
+        if self._anchor is not None and self._anchor[0] in self._keys:
+            above = min(hidden, self._tops[self._keys.index(self._anchor[0])] + self._anchor[1])
+        if hidden and abs((1 - self.scroll_y) * hidden - above) > .5:
+            self._moving = True
+            self.scroll_y = 1 - above / hidden
+            self._moving = False
+        return above
+
+    def _populate(self, shown: range):
+        wanted = {self._keys[n]: n for n in shown}
+        for key in [key for key in self._live if key not in wanted]:
+            view = self._live.pop(key)
+            self._content.remove_widget(view)
+            self._spare.append(view)
+        for key, n in wanted.items():
+            view = self._live.get(key)
+            if view is None:
+                view = self._live[key] = self._spare.pop() if self._spare else self._new_view()
+                Row.take(view, self.data[n])
+                view.width = self.width
+                self._content.add_widget(view)
+            view.width = self.width
+            view.pos = 0, self._content.height - self._tops[n] - view.height
+            if self._heights.get(key) != view.height:
+                self._heights[key] = view.height
+                self._arrange()
+
+    def _new_view(self):
+        view = Factory.get(self.viewclass)(size_hint=(None, None))
+        view.host = self
+        view.fbind("height", self._arrange)
+        return view
+
+    def _say_empty(self):
+        labels = [child for child in self._content.children if child not in self._live.values()]
+        wanted = bool(self.empty_text) and not self._keys
+        if wanted and not labels:
+            labels = [Factory.Note(size_hint_x=None)]
+            self._content.add_widget(labels[0])
+        for label in labels:
+            if wanted:
+                label.text, label.width = self.empty_text, self.width
+                self._content.height = label.height + dp(16)
+            else:
+                self._content.remove_widget(label)

@@ -1,0 +1,68 @@
+"""Which pictures there are."""
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tests.screenshots.studio import Studio
+
+THEMES = ("light", "dark", "contrast")
+
+
+@dataclass(frozen=True)
+class Size:
+    """A window: width and height in px, px per dp, and the factor on texts that the operator may set."""
+    name: str
+    width: int
+    height: int
+    density: float = 1.
+    font_scale: float = 1.
+    gloves: bool = False
+
+
+LANDSCAPE = Size("landscape", 1280, 800)
+PORTRAIT = Size("portrait", 800, 1280)
+SMALL = Size("small", 1024, 600)
+SHARP = Size("sharp", 1920, 1200, density=1.5)
+LARGE_TEXT = Size("large-text", 1280, 800, font_scale=1.3)
+GLOVES = Size("gloves", 1280, 800, gloves=True)
+SIZES = {size.name: size for size in (LANDSCAPE, PORTRAIT, SMALL, SHARP, LARGE_TEXT, GLOVES)}
+BOTH = (LANDSCAPE, PORTRAIT)
+
+Builder = Callable[["Studio"], Any]
+
+
+@dataclass(frozen=True)
+class Picture:
+    name: str
+    build: Builder
+    sizes: Sequence[Size]
+    themes: Sequence[str]
+
+
+PICTURES: dict[str, Picture] = {}
+
+
+def picture(name: str, sizes: Sequence[Size] = BOTH, themes: Sequence[str] = THEMES) -> Callable[[Builder], Builder]:
+    """Register ``build(studio)`` as the picture ``name``."""
+    def register(build: Builder) -> Builder:
+        if name in PICTURES:
+            raise ValueError(f"two pictures are called {name}")
+        PICTURES[name] = Picture(name, build, sizes, themes)
+        return build
+
+    return register
+
+
+def find_pictures() -> dict[str, Picture]:
+    """All pictures of this package's modules. In the process that has the window, as they import widgets."""
+    import tests.screenshots as package
+
+    for module in pkgutil.iter_modules(package.__path__):
+        if module.name not in ("__main__", "registry", "studio"):
+            importlib.import_module(f"{package.__name__}.{module.name}")
+    return PICTURES

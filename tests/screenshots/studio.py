@@ -1,0 +1,109 @@
+"""The process that takes pictures: one window size, real GL without a display, virtual time."""
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tests.screenshots.registry import Size
+
+
+def open_window(size: Size) -> None:
+    """Make kivy's window ``size`` large; before anything else imports kivy."""
+    os.environ.update(
+        KIVY_NO_ARGS="1", KIVY_NO_FILELOG="1", KIVY_NO_CONFIG="1", KIVY_NO_CONSOLELOG="1", KIVY_LOG_MODE="PYTHON", KIVY_CLIPBOARD="dummy",
+        KIVY_METRICS_DENSITY=str(size.density), KIVY_METRICS_FONTSCALE=str(size.font_scale), KIVY_DPI=str(96 * size.density),
+        KIVY_HOME=tempfile.mkdtemp(prefix="kivy-home-"))
+    os.environ.setdefault("SDL_VIDEODRIVER", "offscreen")
+    quiet = logging.getLogger("kivy")        # which input devices and clipboards this machine lacks is no news here
+    quiet.addHandler(logging.NullHandler())
+    quiet.propagate = False
+    from kivy.config import Config
+    Config.set("graphics", "width", str(size.width))
+    Config.set("graphics", "height", str(size.height))
+    for name, _value in Config.items("input"):
+        Config.remove_option("input", name)
+    from kivy.core.window import Window
+    if Window is None:
+        sys.exit("no window: real GL without a display needs the packages libgl1 libegl1 libgl1-mesa-dri")
+
+
+class Studio:
+    """What a picture is built with."""
+
+    def __init__(self, size: Size) -> None:
+        from kivymd.app import MDApp
+
+        import app.widgets
+        from app import compat
+        from app.screens.overlays import Dialogs
+        from tests.ui.driver import Driver
+
+        compat.apply()
+        app.widgets.load()
+        self.size = size
+        self.theme = "light"
+        self.app = type("Studio", (MDApp,), {})()
+        self.app._run_prepare()
+        self.driver = Driver(self.app)
+        self.dialogs = Dialogs(animate=False)
+        self.shown: Any = None
+
+    def show(self, widget: Any) -> Any:
+        """Put ``widget`` into the empty window."""
+        self.shown = self.driver.show(widget)
+        return widget
+
+    def use(self, theme: str) -> None:
+        from app.widgets.tokens import apply_theme
+        self.theme = theme
+        apply_theme(self.app.theme_cls, theme, gloves=self.size.gloves)
+
+    def clear(self) -> None:
+        """Close dialogs, empty the window."""
+        from kivy.core.window import Window
+        self.dialogs.close_all()
+        for child in list(Window.children):
+            Window.remove_widget(child)
+        self.shown = None
+
+    def take(self, path: Path) -> None:
+        """Write what is in the window now."""
+        from kivy.core.window import Window
+        os.replace(Window.screenshot(name=str(path)), path)
+
+
+def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[str]) -> int:
+    """Take all pictures of ``size`` (``names`` empty = all), print what the checks find; returns how many failed."""
+    open_window(size)
+    from tests.screenshots.registry import find_pictures
+    from tests.ui import checks
+
+    studio = Studio(size)
+    wanted = [p for p in find_pictures().values() if (not names or p.name in names) and size in p.sizes]
+    failed = 0
+    for theme in themes:
+        studio.use(theme)
+        for item in wanted:
+            if theme not in item.themes:
+                continue
+            label = f"{item.name}-{size.name}-{theme}"
+            try:
+                widget = item.build(studio)
+                studio.driver.advance(.4)
+                studio.take(out / f"{label}.png")
+                for line in checks.problems(widget if widget is not None else studio.shown):
+                    print(f"{label}: {line}")
+                print("wrote", out / f"{label}.png", flush=True)
+            except Exception:
+                failed += 1
+                traceback.print_exc()
+                print(f"{label}: not taken", file=sys.stderr, flush=True)
+            finally:
+                studio.clear()
+    return failed

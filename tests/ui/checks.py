@@ -1,0 +1,155 @@
+"""What the eye might miss in a picture, found by walking its widgets.
+
+Clipped text, text under 14 sp, text and widgets that leave their place or overlap in their box, touch targets under 48 dp (64 with gloves),
+gaps between targets under 8 dp, and the contrast of every pair of colours that the widgets use. What a canvas draws it does not see.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kivy.metrics import dp, sp
+from kivy.uix.behaviors import ButtonBehavior
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.label import Label
+from kivy.uix.scrollview import ScrollView
+from kivy.uix.textinput import TextInput
+from kivy.uix.widget import Widget
+
+from app.widgets.tokens import COLOURS, THEMES, TONES, tk
+
+SLACK = 1.5                              # px: rounding is no fault
+GAP = 8                                  # dp
+
+
+def name_of(widget: Widget) -> str:
+    words = next((getattr(widget, name) for name in ("text", "title", "label", "mission", "name") if getattr(widget, name, "")), "")
+    return f"{type(widget).__name__} {str(words)[:40]!r}"
+
+
+def shown(root: Widget) -> Iterator[tuple[Widget, tuple[Widget, ...]]]:
+    """Every widget that can be seen, with its ancestors from the outermost in."""
+    def walk(widget: Widget, above: tuple[Widget, ...]):
+        if not widget.opacity or widget.width < 2 or widget.height < 2:
+            return
+        yield widget, above
+        for child in widget.children:
+            yield from walk(child, (*above, widget))
+
+    yield from walk(root, ())
+
+
+def area(widget: Widget) -> tuple[float, float, float, float]:
+    """left, bottom, right, top in the window."""
+    x, y = widget.to_window(*widget.pos)
+    return x, y, x + widget.width, y + widget.height
+
+
+def visible_area(widget: Widget, above: tuple[Widget, ...]) -> tuple[float, float, float, float] | None:
+    """The part of ``widget`` that the scroll views around it let through; None when nothing of it."""
+    x, y, right, top = area(widget)
+    for view in above:
+        if isinstance(view, ScrollView):
+            vx, vy, vright, vtop = area(view)
+            x, y, right, top = max(x, vx), max(y, vy), min(right, vright), min(top, vtop)
+    return (x, y, right, top) if right - x > SLACK and top - y > SLACK else None
+
+
+def problems(root: Widget) -> list[str]:
+    """Sentences about what is wrong in ``root`` as it is laid out now."""
+    found: list[str] = []
+    targets: list[tuple[Widget, tuple[Widget, ...]]] = []
+    for widget, above in shown(root):
+        if isinstance(widget, Label) and widget.text and widget.font_name != "Icons":
+            found += _text_problems(widget, above)
+        if isinstance(widget, ButtonBehavior | TextInput):
+            targets.append((widget, above))
+        if isinstance(widget, ButtonBehavior) and min(widget.size) < tk.h_touch - SLACK:
+            found.append(f"small target {name_of(widget)}: {widget.width:.0f}×{widget.height:.0f}")
+        if isinstance(widget, BoxLayout) and not any(isinstance(child, ScrollView) for child in (widget.parent,)):
+            found += _box_problems(widget)
+    return [*found, *_gap_problems(targets)]
+
+
+def _text_problems(label: Label, above: tuple[Widget, ...]) -> Iterator[str]:
+    if label.font_size < sp(14) - .1:
+        yield f"small text {label.font_size:.0f} px: {name_of(label)}"
+    wide, high = label.texture_size
+    if wide > label.width + SLACK or high > label.height + SLACK:
+        yield f"clipped {name_of(label)}: {wide}×{high} in {label.width:.0f}×{label.height:.0f}"
+    x, y, right, top = area(label)
+    for box in reversed(above):
+        if isinstance(box, ScrollView):
+            return
+        bx, by, bright, btop = area(box)
+        if x < bx - SLACK or right > bright + SLACK or y < by - SLACK or top > btop + SLACK:
+            yield (f"{name_of(label)} leaves {name_of(box)}: {x:.0f}–{right:.0f}, {y:.0f}–{top:.0f} "
+                   f"/ {bx:.0f}–{bright:.0f}, {by:.0f}–{btop:.0f}")
+            return
+
+
+def _box_problems(box: BoxLayout) -> Iterator[str]:
+    children = [child for child in box.children if child.opacity and child.width >= 2 and child.height >= 2]
+    for child in children:
+        if child.x < box.x - SLACK or child.right > box.right + SLACK or child.y < box.y - SLACK or child.top > box.top + SLACK:
+            yield f"{name_of(child)} leaves {name_of(box)}: {child.pos} {child.size} / {box.pos} {box.size}"
+    for n, a in enumerate(children):
+        for b in children[n + 1:]:
+            if min(a.right, b.right) - max(a.x, b.x) > SLACK and min(a.top, b.top) - max(a.y, b.y) > SLACK:
+                yield f"{name_of(a)} overlaps {name_of(b)}"
+
+
+def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[str]:
+    seen = [(widget, above, visible_area(widget, above)) for widget, above in targets]
+    seen = [(widget, above, place) for widget, above, place in seen if place is not None]
+    for n, (a, a_above, (ax, ay, aright, atop)) in enumerate(seen):
+        for b, b_above, (bx, by, bright, btop) in seen[n + 1:]:
+            if a in b_above or b in a_above or _one_field(a_above, b_above):
+                continue
+            gap = max(bx - aright, ax - bright, by - atop, ay - btop)
+            if gap < dp(GAP) - SLACK:
+                yield f"gap {gap:.0f} px between {name_of(a)} and {name_of(b)}"
+
+
+def _one_field(a_above: tuple[Widget, ...], b_above: tuple[Widget, ...]) -> bool:
+    """A field and the icon inside its frame belong together."""
+    return type(a_above[-1]).__name__ == "FieldFrame" and a_above[-1] is b_above[-1]
+
+
+# ---------------------------------------------------------------------- contrast of the tokens
+def luminance(colour: str) -> float:
+    """Relative luminance of "#RRGGBB" (WCAG 2.2)."""
+    channels = [int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= .04045 else ((c + .055) / 1.055) ** 2.4 for c in channels]
+    return .2126 * linear[0] + .7152 * linear[1] + .0722 * linear[2]
+
+
+def contrast_ratio(a: str, b: str) -> float:
+    high, low = sorted((luminance(a), luminance(b)), reverse=True)
+    return (high + .05) / (low + .05)
+
+
+TEXT_PAIRS = [
+    *((ink, ground) for ink in ("ink", "ink2", "ink3", *TONES) for ground in ("bg", "surface", "surface2")),
+    *((f"{tone}_on", f"{tone}_bg") for tone in TONES),
+    *(("solid_ink", f"{tone}_solid") for tone in ("fault", "action", "done", "neutral", "offline")),
+    ("ink2", "map_floor"), ("ink2", "closed"), ("accent_ink", "accent"), ("amber_ink", "attention_solid"),
+    ("snack_ink", "snack"), ("snack_accent", "snack"),
+]
+PART_PAIRS = [
+    *(("outline", ground) for ground in ("bg", "surface", "surface2")),
+    *(("accent", ground) for ground in ("bg", "surface", "track", "map_floor")),
+    ("accent_mid", "surface"), ("map_wall", "map_floor"), ("disabled", "surface"), ("fault_solid", "surface"),
+    ("fault", "map_floor"), ("neutral_solid", "surface"),
+]
+
+
+def contrast_problems() -> list[str]:
+    """Pairs of tokens below WCAG's ratios: text 4.5 (high contrast 7), parts of controls and data 3."""
+    found = []
+    for column, theme in enumerate(THEMES):
+        for pairs, need in ((TEXT_PAIRS, 7. if theme == "contrast" else 4.5), (PART_PAIRS, 3.)):
+            for a, b in pairs:
+                ratio = contrast_ratio(COLOURS[a][column], COLOURS[b][column])
+                if ratio < need:
+                    found.append(f"{theme}: {a} on {b} {ratio:.2f} < {need}")
+    return found
