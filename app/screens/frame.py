@@ -145,7 +145,7 @@ class FrameController:
         self._shell.dialogs.choose(_("Robot"), options, self._select_robot, selected=selected)
 
     def _select_robot(self, robot_id: int) -> None:
-        self._shell.background.run(lambda: self._container.catalogue.save_settings(selected_robot_id=robot_id),
+        self._shell.background.run(lambda: self._container.catalogue.change_settings(selected_robot_id=robot_id),
                                    lambda _settings: self._refresh(), self._shell.say_problem)
 
     # ------------------------------------------------------------------ the banner

@@ -117,7 +117,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._facts = replace(self._facts, settings=settings, missions=(), usual_s={}, names={})
         self._chosen = None
         self._show()
-        self._act("robot", lambda: self._container.catalogue.save_settings(selected_robot_id=robot_id), lambda _settings: self._refresh())
+        self._act("robot", lambda: self._container.catalogue.change_settings(selected_robot_id=robot_id), lambda _settings: self._refresh())
 
     def add_robot(self) -> None:
         self._shell.go("settings", section="robots", add=True)

@@ -34,7 +34,7 @@ class RobotMissions:
             return dict(self._names.get(robot_id, {}))
 
     def learn_names(self, robot_id: int) -> bool:
-        """Ask the robot; whether there is something new. A robot that was asked within the last minute, or doesn't answer, brings nothing."""
+        """Ask the robot; whether that brought something new. One asked within the last minute, or that doesn't answer, brings nothing."""
         now = self._clock.monotonic()
         with self._lock:
             if now - self._asked_at.get(robot_id, now - ASK_AGAIN_AFTER) < ASK_AGAIN_AFTER:

@@ -1,0 +1,106 @@
+"""One Friday afternoon at an invented plant, as Home's facts: what the pictures show and the presenter's tests ask about."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from app.models import (
+    Connection,
+    Execution,
+    Mission,
+    Reason,
+    ReasonCode,
+    Robot,
+    RobotSnapshot,
+    Schedule,
+    Settings,
+    State,
+    Trigger,
+    Wait,
+)
+from app.screens.home_facts import HomeFacts
+from app.services.mir.types import QueueItem, QueueState, RobotProblem, RobotState, RobotStatus, UserPrompt
+from app.services.plan import PlannedRun
+
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)         # 14:38 in Helsinki
+ZONE = "Europe/Helsinki"
+SETTINGS = Settings(timezone=ZONE, selected_robot_id=1, minimum_battery_percent=30)
+
+AINO = Robot("Aino", "http://10.40.12.21", id=1, model="MiR250", token="x")
+VEIKKO = Robot("Veikko", "http://10.40.12.22", id=2, model="MiR100", token="x")
+SISU = Robot("Sisu", "http://10.40.12.23", id=3, model="MiR1350", token="x")
+
+EMPTIES = Mission("Collect empties", "g1", 1, favourite=True)
+KITS = Mission("Deliver kits to line 2", "g2", 2, favourite=True)
+CHARGER = Mission("Return to charger", "g3", 3, favourite=True)
+PALLET = Mission("Bring pallet to dock", "g4", 4)
+WASTE = Mission("Waste to compactor", "g5", 5)
+
+EXECUTING = RobotStatus(state=RobotState.EXECUTING, state_id=5, mission_text="Moving to 'Line 2' (12.4 meters to goal)",
+                        battery_percentage=78.0, battery_time_remaining_s=15000.0, robot_model="MiR250", linear_velocity=0.8,
+                        distance_to_next_target=12.4, moved=671648.0)
+READY = replace(EXECUTING, state=RobotState.READY, state_id=3, mission_text="Waiting for new missions...", battery_percentage=64.0,
+                linear_velocity=0.0, distance_to_next_target=0.0)
+CHARGING = replace(READY, mission_text="Charging... Waiting for new mission...", battery_percentage=19.0)
+STOPPED = replace(EXECUTING, state=RobotState.EMERGENCY_STOP, mission_text="Cameras are ready to stream", battery_percentage=None)
+FAILED = replace(EXECUTING, state=RobotState.ERROR,
+                 errors=(RobotProblem(10120, "Failed to reach goal position 'Line 2'", "MissionController"),))
+ASKING = replace(EXECUTING, user_prompt=UserPrompt("p1", "Is the pallet loaded at Dock 3?", ("Yes", "No", "Skip this stop")))
+
+
+def ago(**span: float) -> datetime:
+    return NOW - timedelta(**span)
+
+
+def snapshot(robot_id: int, status: RobotStatus | None, queue: tuple[QueueItem, ...] = (), *, age: float = 2.0,
+             connection: Connection = Connection.CONNECTED, **values: Any) -> RobotSnapshot:
+    """As read ``age`` seconds ago."""
+    return RobotSnapshot(robot_id, connection, status, ago(seconds=age), queue, ago(seconds=age), since=ago(minutes=20), **values)
+
+
+def execution(number: int, robot: Robot, mission: str, state: State, trigger: Trigger = Trigger.SCHEDULED, guid: str = "g9",
+              planned: datetime | None = None, **values: Any) -> Execution:
+    planned = planned or ago(minutes=4)
+    return Execution(trigger=trigger, robot_id=robot.id, robot=robot.name, mission=mission, mission_guid=guid, planned_at=planned,
+                     closes_at=planned + timedelta(minutes=15), created_at=planned, token=f"token-{number}", timezone=ZONE, state=state,
+                     id=number, **values)
+
+
+def planned(robot: Robot, mission: Mission, **ahead: float) -> PlannedRun:
+    schedule = Schedule(mission.name, robot.id, mission.id, datetime(2026, 11, 20, 15), ZONE, id=int(sum(ahead.values())))
+    return PlannedRun(NOW + timedelta(**ahead), schedule, robot, mission, 300.0)
+
+
+QUEUE = (
+    QueueItem(101, QueueState.EXECUTING, mission_id=KITS.guid),
+    QueueItem(102, QueueState.PENDING, mission_id=EMPTIES.guid),
+    QueueItem(103, QueueState.PENDING, mission_id=PALLET.guid, created_by_name="Matti", ordered=datetime(2026, 11, 20, 14, 37)),
+)
+RUNNING = execution(1, AINO, KITS.name, State.EXECUTING, Trigger.MANUAL, KITS.guid, queue_id=101, submitted_at=ago(minutes=5),
+                    started_at=ago(minutes=4, seconds=12))
+QUEUED = execution(2, AINO, EMPTIES.name, State.QUEUED, Trigger.IDLE, EMPTIES.guid, queue_id=102, submitted_at=ago(minutes=2))
+HELD = execution(3, AINO, WASTE.name, State.WAITING, guid=WASTE.guid, schedule="Evening waste", wait=Wait.BATTERY,
+                 wait_details={"battery": 19.0, "minimum": 30.0}, planned=ago(minutes=3))
+
+PLANNED = (planned(AINO, KITS, minutes=22), planned(SISU, PALLET, minutes=37), planned(VEIKKO, EMPTIES, minutes=52),
+           planned(AINO, KITS, minutes=82), planned(VEIKKO, WASTE, hours=26))
+FINISHED = (
+    execution(11, SISU, "Move coils to press", State.SKIPPED, ended_at=ago(minutes=8),
+              reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": ago(minutes=8).isoformat()})),
+    execution(12, VEIKKO, EMPTIES.name, State.COMPLETED, ended_at=ago(minutes=17), duration_s=485.0),
+    execution(13, AINO, KITS.name, State.COMPLETED, ended_at=ago(minutes=32), duration_s=378.0),
+    execution(14, VEIKKO, PALLET.name, State.FAILED, ended_at=ago(minutes=46),
+              reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "could not reach 'Dock 3' within 4 min"})),
+    execution(15, AINO, CHARGER.name, State.COMPLETED, Trigger.MANUAL, ended_at=ago(minutes=58), duration_s=200.0),
+)
+
+FACTS = HomeFacts(
+    settings=SETTINGS, robots=(AINO, VEIKKO, SISU), missions=(EMPTIES, KITS, CHARGER, PALLET, WASTE), open=(RUNNING, QUEUED, HELD),
+    snapshots={1: snapshot(1, EXECUTING, QUEUE), 2: snapshot(2, READY), 3: snapshot(3, CHARGING)}, planned=PLANNED, finished=FINISHED,
+    usual_s={KITS.guid: 390.0, EMPTIES.guid: 480.0})
+
+
+def with_aino(status: RobotStatus | None, queue: tuple[QueueItem, ...] = QUEUE, **values: Any) -> HomeFacts:
+    """The same afternoon with Aino in another state."""
+    return replace(FACTS, snapshots={**FACTS.snapshots, 1: snapshot(1, status, queue, **values)})

@@ -1,0 +1,155 @@
+"""Top bar and banner: the most serious thing first, with the way to where it is solved."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.models import Alarm, Connection, Priority, Wait
+from app.screens.frame_view import Act, Worries, alarm_note, alarm_text, banner, late_starts, robot_of, robot_option, top_bar
+from app.services.alarms import EVENTS, SENTENCES
+from app.services.holds import Hold
+from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago, snapshot
+
+ROBOTS = {robot.id: robot for robot in FACTS.robots}
+
+
+def alarm(code: str, key: str = "robot:1", **values) -> Alarm:
+    details = {"robot": "Aino", "mission": "Deliver", "reason": "why", "problem": "it broke", "found": "2", "expected": "1", "count": 3,
+               "queue_id": 7, "seconds": 40, "start": ago(hours=2).isoformat(), "end": ago(hours=1).isoformat()}
+    cleared = ago(minutes=2) if code in EVENTS else None
+    return Alarm(code, key, SENTENCES[code][0], ago(minutes=2), **{"details": details, "id": 1, "cleared_at": cleared, **values})
+
+
+def show(*alarms: Alarm, holds=(), late=(), on_screen=None):
+    return banner(Worries(alarms, holds, late), ROBOTS, SETTINGS, NOW, on_screen)
+
+
+# ---------------------------------------------------------------------- the bar
+def test_the_bar_shows_time_in_the_zone_of_the_settings_and_the_robot_with_its_age():
+    bar = top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
+    assert (bar.date, bar.clock) == ("Fri 20 Nov 2026", "14:38")
+    assert (bar.robot, bar.link, bar.tone) == ("Aino", "Connected · 2 s ago", "neutral")
+
+
+def test_without_a_robot_the_bar_says_so():
+    assert top_bar(None, None, SETTINGS, NOW).robot == "No robot"
+
+
+def test_the_list_of_robots_tells_state_and_battery():
+    option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
+    assert (option["text"], option["note"]) == ("Aino", "Executing · 78 %")
+
+
+# ---------------------------------------------------------------------- the banner
+def test_nothing_wrong_no_banner():
+    assert show().text == ""
+
+
+def test_an_emergency_stop_says_what_to_do_and_leads_to_the_robot():
+    view = show(alarm("emergency_stop"))
+    assert view.text == "Aino stands still: emergency stop pressed"
+    assert view.note == "Since 14:36 · release the red button, then press Reset on the robot"
+    assert (view.tone, view.action, view.act, view.about) == ("fault", "Show Aino", Act.SHOW_ROBOT, 1)
+    assert view.others == "Details"
+
+
+def test_where_the_robot_is_on_screen_already_it_can_be_acknowledged():
+    view = show(alarm("emergency_stop", id=8), on_screen=1)
+    assert (view.action, view.act, view.about) == ("Acknowledge", Act.ACKNOWLEDGE, 8)
+    assert show(alarm("emergency_stop", acknowledged_at=NOW), on_screen=1).act is Act.NOTHING
+
+
+@pytest.mark.parametrize("code", ["unauthorized", "wrong_robot", "not_a_robot"])
+def test_trouble_of_the_configuration_leads_to_settings(code):
+    assert (show(alarm(code)).act, show(alarm(code)).about) == (Act.ROBOT_SETTINGS, 1)
+
+
+def test_the_most_serious_comes_first_and_the_others_are_counted():
+    view = show(alarm("app_was_off", "app"), alarm("unreachable", "robot:2"), alarm("robot_error"))
+    assert view.text == "Aino: it broke"
+    assert view.others == "+2 more"
+
+
+def test_a_new_alarm_comes_before_a_more_serious_one_that_was_acknowledged():
+    assert show(alarm("emergency_stop", acknowledged_at=NOW), alarm("unreachable", "robot:2")).text == "Aino doesn't answer"
+
+
+def test_a_cleared_alarm_stays_until_acknowledged_and_says_that_it_is_over():
+    view = show(alarm("unreachable", cleared_at=NOW))
+    assert view.tone == "neutral"
+    assert view.note == "Over since 14:38"
+    assert view.act is Act.ACKNOWLEDGE
+
+
+def test_repeats_are_counted():
+    assert "3 times" in alarm_note(alarm("unreachable", count=3), SETTINGS, NOW)
+
+
+def test_shelved_alarms_are_out_of_the_way():
+    assert show(alarm("unreachable", shelved_until=NOW + timedelta(hours=1))).text == ""
+    assert show(alarm("unreachable", shelved_until=ago(hours=1))).text != ""
+
+
+def test_instants_in_an_alarm_are_told_in_the_zone_of_the_settings():
+    assert alarm_text(alarm("app_was_off", "app"), SETTINGS, NOW) == "The app was off or asleep from 12:38 to 13:38"
+
+
+@pytest.mark.parametrize("code", sorted(SENTENCES))
+def test_every_alarm_makes_a_banner(code):
+    view = show(alarm(code))
+    assert len(view.text) > 8
+    assert "{" not in view.text + view.note
+    assert view.note
+
+
+def test_what_an_alarm_is_about():
+    assert robot_of(alarm("unreachable", "robot:12")) == 12
+    assert robot_of(alarm("app_was_off", "app")) is None
+    assert robot_of(alarm("clock_stepped", "robot:x")) is None
+
+
+# ---------------------------------------------------------------------- holds and late starts
+def test_a_hold_can_be_released_from_the_banner():
+    view = show(holds=[Hold("Late starts", None)])
+    assert view.text == "Nothing is sent to any robot"
+    assert view.note == "Held until released · Late starts"
+    assert (view.action, view.act, view.about) == ("Release", Act.RELEASE, None)
+
+
+def test_a_hold_of_one_robot_names_it():
+    view = show(holds=[Hold("", NOW + timedelta(hours=1), robot_id=2)])
+    assert view.text == f"Nothing is sent to {VEIKKO.name}"
+    assert view.note == "Held until 15:38"
+    assert view.about == 2
+
+
+def test_a_high_alarm_comes_before_a_hold_and_a_hold_before_the_rest():
+    hold = Hold("", None)
+    assert show(alarm("emergency_stop"), holds=[hold]).act is Act.SHOW_ROBOT
+    assert show(alarm("unreachable"), holds=[hold]).act is Act.RELEASE
+
+
+def test_a_doubted_clock_is_told_by_its_alarm_alone():
+    view = show(alarm("clock_implausible", "clock"), holds=[Hold("1 h behind", clock=True)])
+    assert "clock" in view.text
+    assert view.others == "Details"
+
+
+def test_late_starts_come_before_everything_and_count_down():
+    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    assert late_starts([RUNNING, HELD, late]) == [late]
+    view = show(alarm("emergency_stop"), late=[late])
+    assert view.text == "1 late mission starts in 24 s"
+    assert view.note == "Due while the app was off: Waste to compactor on Aino (14:35)"
+    assert (view.act, view.action, view.others) == (Act.HOLD, "Hold", "+1 more")
+
+
+def test_priorities_are_those_of_the_list():
+    assert list(Priority) == [Priority.HIGH, Priority.MEDIUM, Priority.LOW]
+
+
+def test_an_unreachable_robot_shows_in_the_bar():
+    bar = top_bar(AINO, snapshot(1, EXECUTING, connection=Connection.UNREACHABLE), SETTINGS, NOW)
+    assert (bar.link, bar.tone, bar.icon) == ("No answer since 14:18", "attention", "wifi-off")

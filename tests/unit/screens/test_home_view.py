@@ -1,0 +1,322 @@
+"""Home's words: what a person reads off each state of the robot, the queue and the plan."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.models import Connection, Reason, ReasonCode, Settings, State, Trigger, Wait
+from app.screens.home_facts import HomeFacts
+from app.screens.home_lists import finished_rows, outcome_line, planned_rows, queue_note, queue_rows
+from app.screens.home_robot import battery_look, chips, link_look
+from app.screens.home_view import can_reset, present
+from app.services.mir.types import QueueItem, QueueState, RobotProblem, RobotState
+from tests.support.home_facts import (
+    AINO,
+    ASKING,
+    CHARGING,
+    EXECUTING,
+    FACTS,
+    FAILED,
+    HELD,
+    KITS,
+    NOW,
+    QUEUE,
+    READY,
+    RUNNING,
+    SETTINGS,
+    STOPPED,
+    VEIKKO,
+    ago,
+    execution,
+    snapshot,
+    with_aino,
+)
+
+
+def view(facts: HomeFacts, chosen: int | None = None):
+    return present(facts, NOW, chosen)
+
+
+# ---------------------------------------------------------------------- which robot
+def test_no_robot_is_an_invitation_and_nothing_else():
+    empty = view(HomeFacts())
+    assert not empty.has_robots
+    assert empty.controls.pause_off
+    assert empty.run.off
+
+
+def test_a_robot_that_is_gone_gives_its_place_to_the_first():
+    facts = replace(FACTS, settings=replace(SETTINGS, selected_robot_id=99))
+    assert facts.robot == AINO
+
+
+def test_every_robot_has_a_chip_with_state_and_battery():
+    rows = chips(FACTS.robots, FACTS.snapshots, 2, NOW, SETTINGS)
+    assert [(row["name"], row["battery"], row["selected"]) for row in rows] == [
+        ("Aino", "78 %", False), ("Veikko", "64 %", True), ("Sisu", "19 %", False)]
+    assert rows[0]["tone"] == "accent"
+    assert rows[1]["tone"] == "neutral"                      # normal is grey
+    assert rows[2]["battery_icon"].startswith("battery-charging")
+    assert rows[2]["battery_tone"] == "attention"            # under the minimum of 30 %
+
+
+# ---------------------------------------------------------------------- the card
+def test_a_running_mission_shows_elapsed_against_usual():
+    card = view(FACTS).card
+    assert (card.state, card.tone) == ("Executing", "accent")
+    assert card.mission == KITS.name
+    assert card.elapsed == "4 min 12 s"
+    assert card.usual == "of usually 6 min 30 s"
+    assert card.progress == pytest.approx(252 / 390)
+
+
+def test_elapsed_runs_on_between_two_readings():
+    assert present(FACTS, NOW + timedelta(seconds=3), None).card.elapsed == "4 min 15 s"
+
+
+def test_much_longer_than_usual_is_told():
+    facts = replace(FACTS, usual_s={KITS.guid: 100.0})
+    card = view(facts).card
+    assert card.mission_tone == "attention"
+    assert card.progress == 1.0
+
+
+def test_a_first_run_has_nothing_to_compare_with():
+    card = view(replace(FACTS, usual_s={})).card
+    assert card.progress == -1
+    assert card.usual == "no earlier run to compare with"
+
+
+def test_somebody_elses_mission_counts_from_when_this_tablet_saw_it():
+    facts = replace(with_aino(EXECUTING, (QueueItem(7, QueueState.EXECUTING, mission_id="strange"),)), open=(),
+                    names={"strange": "Wash the floor"}, seen_running={7: ago(seconds=65)})
+    card = view(facts).card
+    assert card.mission == "Wash the floor"
+    assert card.elapsed == "1 min 05 s"
+
+
+def test_unknown_values_are_a_dash_and_never_zero():
+    facts = with_aino(replace(READY, battery_percentage=None, linear_velocity=None, distance_to_next_target=None, moved=None), ())
+    card = view(facts).card
+    assert card.battery.text == "–"
+    assert card.battery.level == -1
+    assert {row["value"] for row in card.facts} == {"–"}
+
+
+def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_work():
+    shown = view(with_aino(STOPPED))
+    assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Emergency stop", "fault", True)
+    assert shown.card.mission == "Emergency stop is pressed"
+    assert "red button" in shown.card.usual
+    assert shown.controls.pause == "Resume"
+    assert shown.controls.pause_off
+    assert shown.controls.reset_off
+    assert shown.run.off
+    assert shown.run.text == "Aino is stopped"
+
+
+def test_an_error_that_can_be_reset_lights_reset_up_and_resume_only_after_it():
+    shown = view(with_aino(FAILED))
+    assert shown.card.mission == "Failed to reach goal position 'Line 2'"
+    assert not shown.controls.reset_off
+    assert shown.controls.pause_off
+    afterwards = view(with_aino(replace(EXECUTING, state=RobotState.PAUSE)))
+    assert afterwards.controls.reset_off
+    assert afterwards.controls.pause == "Resume"
+    assert not afterwards.controls.pause_off
+    assert not afterwards.controls.pauses
+
+
+def test_an_error_that_needs_hands_on_the_robot_says_so():
+    hardware = replace(FAILED, errors=(RobotProblem(9000, "Scanner broken", "Safety", resettable=False),))
+    shown = view(with_aino(hardware))
+    assert shown.controls.reset_off
+    assert shown.card.usual == "It can't be reset from here: see to the robot itself"
+    assert not can_reset(hardware)
+    assert can_reset(replace(FAILED, errors=()))             # some software names no error
+
+
+def test_a_paused_robot_offers_to_go_on():
+    shown = view(with_aino(replace(EXECUTING, state=RobotState.PAUSE)))
+    assert (shown.card.state, shown.card.tone) == ("Paused", "action")
+    assert shown.queue[0]["origin"] == "Run now · held, started 14:33"
+
+
+def test_pause_can_be_tried_on_a_robot_that_does_not_answer():
+    shown = view(with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem="10.40.12.21 doesn't answer"))
+    assert shown.controls.pause == "Pause"
+    assert not shown.controls.pause_off
+
+
+def test_what_is_old_looks_old_and_says_since_when():
+    shown = view(with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem="10.40.12.21 doesn't answer"))
+    assert shown.card.state == "No connection"
+    assert shown.card.old
+    assert shown.card.usual == "unknown since 14:33"
+    assert shown.card.link == "No answer since 14:18"
+    assert shown.card.says == "10.40.12.21 doesn't answer"
+    assert shown.card.elapsed == ""
+    assert shown.queue_note == "as of 14:33"
+    assert shown.queue[0]["tone"] == "offline"
+
+
+def test_connected_but_silent_for_three_polls_is_old_too():
+    old = snapshot(1, EXECUTING, age=91)
+    assert link_look(AINO, old, NOW, SETTINGS).word == "No news · 1 min ago"
+    assert link_look(AINO, snapshot(1, EXECUTING, age=89), NOW, SETTINGS).tone == "neutral"
+
+
+@pytest.mark.parametrize(("connection", "words"), [
+    (Connection.UNAUTHORIZED, "Wrong password"), (Connection.WRONG_ROBOT, "Another robot"), (Connection.NOT_A_ROBOT, "Not a MiR robot")])
+def test_each_trouble_with_the_connection_has_its_words(connection, words):
+    look = link_look(AINO, snapshot(1, EXECUTING, connection=connection), NOW, SETTINGS)
+    assert look.word.startswith(words)
+    assert look.tone == "attention"
+
+
+def test_a_robot_that_is_switched_off_can_do_nothing():
+    facts = replace(FACTS, robots=(replace(AINO, enabled=False), VEIKKO))
+    shown = view(facts)
+    assert shown.card.state == "Switched off"
+    assert shown.controls.pause_off
+    assert shown.controls.clear_count == 0
+    assert shown.run.text == "Aino is switched off"
+
+
+def test_a_question_of_the_robot_can_be_answered():
+    shown = view(with_aino(ASKING))
+    assert shown.prompt.question == "Is the pallet loaded at Dock 3?"
+    assert shown.prompt.options == ("Yes", "No", "Skip this stop")
+    assert shown.card.state == "Waits for an answer"
+    assert not view(with_aino(ASKING, age=300)).prompt.guid   # an old question may have been answered elsewhere
+
+
+def test_an_idle_robot_says_what_comes_next():
+    card = view(with_aino(READY, ())).card
+    assert (card.state, card.tone) == ("Ready", "neutral")
+    assert card.usual == "next: Deliver kits to line 2, in 22 min"
+
+
+@pytest.mark.parametrize(("percent", "icon"), [(100.0, "battery"), (78.0, "battery-80"), (3.0, "battery-alert-variant-outline")])
+def test_battery_icons(percent, icon):
+    assert battery_look(replace(READY, battery_percentage=percent), Settings()).icon == icon
+
+
+def test_charging_is_seen():
+    look = battery_look(CHARGING, SETTINGS)
+    assert look.note == "under 30 %"
+    assert battery_look(replace(CHARGING, battery_percentage=50.0), SETTINGS).note == "charging"
+
+
+# ---------------------------------------------------------------------- the queue
+def test_the_queue_names_the_source_of_every_item():
+    rows = queue_rows(FACTS, NOW)
+    assert [(row["mission"], row["origin"]) for row in rows] == [
+        ("Deliver kits to line 2", "Run now · started 14:33"),
+        ("Collect empties", "Idle automation · since 14:36"),
+        ("Bring pallet to dock", "Matti · 14:37 by its clock"),
+        ("Waste to compactor", "Evening waste · Battery 19 % is under 30 %; waits until 14:50"),
+    ]
+    assert [row["key"] for row in rows] == [("execution", 1), ("execution", 2), ("item", 103), ("execution", 3)]
+    assert [row.get("number", "") for row in rows] == ["", "1", "2", ""]
+    assert queue_note(FACTS, NOW) == "1 running, 3 waiting"
+
+
+def test_an_item_without_a_creator_belongs_to_the_robot():
+    facts = replace(with_aino(READY, (QueueItem(9, QueueState.PENDING, mission_id="g4"),)), open=())
+    assert queue_rows(facts, NOW)[0]["origin"] == "The robot itself"
+
+
+def test_a_submission_of_ours_is_known_by_its_token_before_its_number_is_written_down():
+    ours = execution(5, AINO, KITS.name, State.SUBMITTING, guid=KITS.guid, schedule="Kits")
+    facts = replace(with_aino(READY, (QueueItem(110, QueueState.PENDING, mission_id=KITS.guid, description="token-5"),)), open=(ours,))
+    rows = queue_rows(facts, NOW)
+    assert len(rows) == 1
+    assert rows[0]["origin"].startswith("Kits")
+
+
+def test_what_is_being_cancelled_cannot_be_cancelled_again():
+    asked = replace(RUNNING, cancel_code=ReasonCode.USER_CANCELLED)
+    facts = replace(FACTS, open=(asked,), cancelling=frozenset({103}))
+    rows = {row["key"]: row for row in queue_rows(facts, NOW)}
+    assert rows["execution", 1]["origin"] == rows["item", 103]["origin"] == "Being cancelled"
+    assert not rows["execution", 1]["cancellable"]
+
+
+def test_a_late_start_counts_down():
+    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    row = queue_rows(replace(FACTS, open=(late,), snapshots={}), NOW)[0]
+    assert row["origin"] == "Evening waste · late, because the app was off; starts in 24 s"
+
+
+def test_other_robots_items_stay_away():
+    theirs = execution(6, VEIKKO, "Elsewhere", State.WAITING)
+    assert all(row["mission"] != "Elsewhere" for row in queue_rows(replace(FACTS, open=(*FACTS.open, theirs)), NOW))
+
+
+def test_clearing_counts_what_is_on_the_robot_and_what_waits_here():
+    assert view(FACTS).controls.clear_count == len(QUEUE) + 1
+
+
+def test_a_mission_nobody_entered_here_is_called_as_the_robot_does():
+    item = QueueItem(9, QueueState.PENDING, mission_id="strange")
+    facts = replace(with_aino(READY, (item,)), open=())
+    assert facts.needs_name(item)
+    assert facts.name_of(item) == "strange"
+    assert replace(facts, names={"strange": "Wash the floor"}).name_of(item) == "Wash the floor"
+
+
+# ---------------------------------------------------------------------- before and after
+def test_planned_starts_say_when_and_where():
+    rows = planned_rows(FACTS, NOW)
+    assert [(row["time"], row["mission"], row["note"]) for row in rows[:2]] == [
+        ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:15", "Bring pallet to dock", "Sisu · in 37 min")]
+    assert "Sat 21 Nov" in rows[4]["note"]
+
+
+def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
+    rows = finished_rows(FACTS, NOW)
+    assert [row["reason"] for row in rows[:4]] == [
+        "Skipped: Battery 12 % stayed under 30 % until 14:30", "Completed in 8 min 05 s", "Completed in 6 min 18 s",
+        "Failed: could not reach 'Dock 3' within 4 min"]
+    assert [row["abnormal"] for row in rows[:4]] == [True, False, False, True]
+    assert rows[0]["when"] == "Sisu 14:30"
+
+
+@pytest.mark.parametrize("code", list(ReasonCode))
+def test_every_reason_makes_a_line(code):
+    reason = Reason(code)
+    ended = execution(20, AINO, "M", reason.state, Trigger.SCHEDULED, ended_at=NOW, reason=reason)
+    assert len(outcome_line(ended).split(": ", 1)[1]) > 5
+
+
+def test_yesterdays_run_shows_its_day():
+    yesterday = execution(21, AINO, "M", State.COMPLETED, ended_at=ago(hours=20))
+    assert finished_rows(replace(FACTS, finished=(yesterday,)), NOW)[0]["when"] == "Aino Thu 19 Nov 18:38"
+
+
+# ---------------------------------------------------------------------- run now
+def test_favourites_are_offered_by_one_tap_and_the_chosen_one_is_marked():
+    run = view(FACTS, chosen=2).run
+    assert [(row["text"], row["icon"], row["selected"]) for row in run.chips] == [
+        ("Collect empties", "star", False), ("Deliver kits to line 2", "star", True), ("Return to charger", "star", False)]
+    assert run.text == "Run on Aino"
+    assert not run.off
+
+
+def test_nothing_is_chosen_for_the_operator_unless_there_is_only_one():
+    assert view(FACTS).run.text == "Choose a mission"
+    assert view(FACTS).run.off
+    assert view(replace(FACTS, missions=(KITS,))).run.mission_id == KITS.id
+    assert view(replace(FACTS, missions=())).run.text == "No missions yet"
+
+
+def test_under_the_minimum_the_operator_is_asked():
+    low = with_aino(replace(READY, battery_percentage=12.0), ())
+    assert view(low, 2).run.low_battery == "The battery of Aino is at 12 %, under the minimum of 30 %."
+    assert not view(low, 2).run.off
+    assert view(with_aino(replace(READY, battery_percentage=None), ()), 2).run.low_battery.startswith("The battery of Aino is not known")
+    assert view(FACTS, 2).run.low_battery == ""
+    assert view(replace(low, settings=replace(SETTINGS, minimum_battery_percent=None)), 2).run.low_battery == ""
