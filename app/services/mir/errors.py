@@ -44,6 +44,7 @@ SENTENCES: Mapping[str, str] = {
     "web_page": "{address} answers with a web page, not like a MiR robot",
     "no_interface": "{address} answers, but has no MiR interface (status {status})",
     "no_status": "{address} answers, but not with the status of a MiR robot",
+    "another_robot": "{address} has serial number {found} instead of {expected}, so nothing was sent; is it still the same robot?",
     "unreadable": "{address} gave an answer that can't be read: {problem}",
     "too_long": "{address} gave an answer longer than {limit} MiB",
 }
@@ -168,6 +169,12 @@ class RobotFault(Refusal):
 class NotAMir(RobotError):
     """Something else answers at this address: a web page, a redirect, a device without MiR's interface."""
     code = "not_a_mir"
+
+
+class AnotherRobot(NotAMir):
+    """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent. Raised by who compares them."""
+    code = "another_robot"
+    _delivery = Delivery.NOT_SENT
 
 
 class Unreadable(RobotError):

@@ -5,6 +5,7 @@ import pytest
 from app.services.mir import errors
 from app.services.mir.errors import (
     SENTENCES,
+    AnotherRobot,
     Busy,
     CertificateMismatch,
     CertificateProblem,
@@ -35,6 +36,7 @@ from app.services.mir.errors import (
     (ConnectionLost(), Delivery.UNKNOWN),
     (TimedOut(), Delivery.UNKNOWN),
     (NotAMir(), Delivery.UNKNOWN),
+    (AnotherRobot(expected="1", found="2"), Delivery.NOT_SENT),
     (Unreadable(problem="it is no JSON"), Delivery.UNKNOWN),
     (RobotError(), Delivery.UNKNOWN),
 ])
