@@ -108,7 +108,7 @@ def _fleet():
     """The only place where the app meets the simulator."""
     import mir_sim
     with mir_sim.serve(robots=3, time_scale=1, seed=1) as fleet:
-        yield [(robot.name, robot.url) for robot in fleet.robots], mir_sim.MISSIONS
+        yield [(robot.name, robot.url) for robot in fleet.robots], {mission.name: mission.guid for mission in mir_sim.MISSIONS}
 
 
 if __name__ == "__main__":

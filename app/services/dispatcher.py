@@ -114,7 +114,7 @@ class Dispatcher:
         settings = self._settings()
         status, error = self._status_now()
         if status is None:
-            self._status_failed(execution, error, settings)
+            self._read_failed(execution, error, settings)
             return
         battery, minimum = status.battery_percentage, execution.minimum_battery_percent
         if not decisions.battery_allows(battery, minimum):
@@ -126,7 +126,7 @@ class Dispatcher:
             try:
                 floor = self._client.highest_queue_id() or 0
             except RobotError as problem:
-                self._attempt_failed(execution, problem.text, settings)
+                self._read_failed(execution, problem, settings)
                 return
         if self._clock.now() >= execution.closes_at:
             return                                    # the reads took too long; ended by the next call
@@ -144,7 +144,8 @@ class Dispatcher:
             self._status_read = (self._clock.monotonic(), status, error)
         return status, error
 
-    def _status_failed(self, execution: Execution, error: Exception | None, settings: Settings) -> None:
+    def _read_failed(self, execution: Execution, error: Exception | None, settings: Settings) -> None:
+        """A read before the POST brought nothing: final for a wrong robot or user, else an attempt that failed."""
         match error:
             case WrongRobot():
                 self._ledger.end(execution, Reason(ReasonCode.WRONG_ROBOT, {"expected": error.expected, "found": error.found}))

@@ -59,12 +59,12 @@ class Scheduler:
             self._ledger.prune()
         return self._planner.fall_due()
 
-    def seconds_to_next(self) -> float:
+    def seconds_to_next(self, longest: float = LONGEST_WAIT) -> float:
         """How long the caller may wait before the next tick."""
         due = self._planner.next_due()
         if due is None or self._clock_doubted_since is not None:
-            return LONGEST_WAIT
-        return min(max((due - self._clock.now()).total_seconds(), 0.0), LONGEST_WAIT)
+            return longest
+        return min(max((due - self._clock.now()).total_seconds(), 0.0), longest)
 
     def stop(self) -> None:
         now = self._clock.now()

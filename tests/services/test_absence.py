@@ -98,6 +98,7 @@ def test_the_clock_jumps_back_and_nothing_runs_twice(site, plan, step):
     plan("2026-11-23T06:05", "FREQ=DAILY", respect_working_days=False)
     site.run(310)
     site.clock.step(step)
+    site.container.catalogue.change_settings(poll_interval_seconds=1800)
     site.run(max(-step, 0) + 600)
     assert [run.planned_at.day for run in site.executions()] == [23]
     assert len(site.machines["R1"].queue) == 1

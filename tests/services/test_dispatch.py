@@ -90,10 +90,15 @@ def test_higher_priority_goes_first_among_those_due_together(site, plan):
     assert [item.priority for item in items(site)] == [5, 0]
 
 
-def test_parameters_travel_by_input_name(site, plan):
-    plan("2026-11-23T06:05", parameters={"place": "Dock 3"})
-    site.run(305)
-    assert items(site)[0].full()["parameters"][0]["value"] == "Dock 3"
+def test_parameters_travel_by_input_name(site):
+    container = site.container
+    mission = site.add_mission("Go to position")
+    robot = container.repositories.robots.all(container.db.read())[0]
+    container.operator.run_now(robot.id, mission.id, {"Position": "Line 1"})
+    site.kick()
+    site.run(5)
+    [item] = items(site)
+    assert [(p["input_name"], p["value"]) for p in item.parameters] == [("Position", "Line 1")]
 
 
 # ---------------------------------------------------------------- holds

@@ -36,12 +36,14 @@ def test_a_one_time_mission_runs_at_its_time_and_only_then(site, plan):
     assert run.trigger is Trigger.SCHEDULED
     assert run.submitted_at - run.planned_at < timedelta(seconds=1)        # at once, not at the next poll
     site.run_until(lambda: site.executions(State.COMPLETED))
-    site.run(3 * 86400)
+    site.run(2 * 3600)
     assert len(site.executions()) == len(robot_items(site)) == 1
     assert site.container.repositories.schedules.get(site.container.db.read(), schedule.id).next_at is None
 
 
 def test_recurring_missions_run_at_each_interval_and_the_next_entry_follows(site, plan):
+    site.keep_charged()
+    site.container.catalogue.change_settings(poll_interval_seconds=1800)    # a week in seconds; dispatch does not wait for polls
     plan("2026-11-23T06:05", "FREQ=DAILY", name="daily")
     plan("2026-11-23T07:00", "FREQ=WEEKLY;BYDAY=MO,WE", name="weekly")
     site.run(8 * 86400)
@@ -66,8 +68,9 @@ def test_a_communication_failure_is_retried_until_the_robot_answers(site, plan):
 
 def test_the_retry_limit_ends_it_as_failed_and_recorded(site, plan):
     container = site.container
-    container.catalogue.change_settings(retry_limit=3)
+    container.catalogue.change_settings(retry_limit=3, poll_interval_seconds=600)
     plan("2026-11-23T06:05", "FREQ=DAILY")
+    site.keep_charged()
     site.network.down.add("R1")
     site.run(420)
     [run] = site.executions()

@@ -54,7 +54,7 @@ class Network:
     site: Site | None = None
     counts: Counter[str] = field(default_factory=Counter)
     down: set[str] = field(default_factory=set)
-    planned: list[tuple[str, str, Fate]] = field(default_factory=list)     # (method, path prefix, fate): the next request that fits
+    planned: list[tuple[str, str, Fate]] = field(default_factory=list)     # (method, path, fate): the next such request
     interrupt: Callable[[str], None] = lambda where: None                  # the simulation crashes the app here
 
     def __post_init__(self) -> None:
@@ -66,7 +66,7 @@ class Network:
 
     def fate_of(self, robot: str, method: str, path: str) -> Fate:
         for entry in self.planned:
-            if entry[0] == method and path.startswith(entry[1]):
+            if entry[:2] == (method, path):
                 self.planned.remove(entry)
                 return self._counted(entry[2])
         if robot in self.down:

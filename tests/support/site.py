@@ -22,7 +22,9 @@ from mir_sim import MISSIONS, SimulatedRobot
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport
 
+TICK_EVERY = 60.0        # s between ticks when nothing is due; the app's own second would make a simulated week long
 USER, PASSWORD = "distributor", "distributor"
+GUIDS = {mission.name: mission.guid for mission in MISSIONS}
 
 
 class Site:
@@ -41,6 +43,12 @@ class Site:
         self._order = itertools.count()
         self.container: Container
         self.switch_on()
+
+    def keep_charged(self) -> None:
+        """Somebody plugs the robots in: for runs of days, in which a robot that only waits would go flat."""
+        for machine in self.machines.values():
+            machine.set_battery(90.0)
+        self.at(4 * 3600.0, self.keep_charged)
 
     def seconds(self) -> float:
         """True time since the beginning, which is the robots' simulated time."""
@@ -76,7 +84,7 @@ class Site:
         return [self.container.catalogue.save_robot(Robot(name, f"http://{name.lower()}", USER), password=PASSWORD) for name in self.machines]
 
     def add_mission(self, name: str = "Deliver") -> Mission:
-        return self.container.catalogue.save_mission(Mission(name, MISSIONS[name]))
+        return self.container.catalogue.save_mission(Mission(name, GUIDS[name]))
 
     # ------------------------------------------------------------------ time
     def at(self, seconds_from_now: float, call: Callable[[], None]) -> None:
@@ -125,7 +133,7 @@ class Site:
             for key in self._lanes:
                 self._polls.add(key)
                 self._due[key] = self.clock.monotonic()
-        self._next_tick = self.clock.monotonic() + self.container.scheduler.seconds_to_next()
+        self._next_tick = self.clock.monotonic() + self.container.scheduler.seconds_to_next(longest=TICK_EVERY)
 
     def _match_lanes(self) -> None:
         for robot in self.container.repositories.robots.all(self.container.db.read()):
