@@ -1,6 +1,7 @@
 """What is stored on the robot and can be read and edited through collections of the API: missions, positions, maps, users and the rest.
 
-A table is named after its collection path. Rows hold plain fields; links to other resources are made when a row is shown.
+A table is named after its collection path, or after its template where rows exist only as parts of others.
+Rows hold plain fields; links to other resources are made when a row is shown.
 """
 from __future__ import annotations
 

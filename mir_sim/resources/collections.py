@@ -12,7 +12,7 @@ from mir_sim.site import MISSION_ACTIONS, Row, Table, password_hash
 
 # Collections that are a part of another one: template → (table, the field that names the whole).
 PARTS = {
-    "/dashboards/{dashboard_id}/widgets": ("/dashboards/widgets", "dashboard_id"),
+    "/dashboards/{dashboard_id}/widgets": ("/dashboards/{dashboard_id}/widgets", "dashboard_id"),
     "/maps/{map_id}/area_events": ("/area_events", "map_id"),
     "/maps/{map_id}/path_guides": ("/path_guides", "map_id"),
     "/maps/{map_id}/paths": ("/paths", "map_id"),

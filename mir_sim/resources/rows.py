@@ -23,15 +23,14 @@ ODD_KEYS = {"position": "pos_id"}
 ODD_CHILDREN = {"help_positions": "helper_positions"}
 
 
-def url_of(table: str, key: object) -> str:
-    return f"/v2.0.0/mission_actions/{key}" if table == MISSION_ACTIONS else f"/v2.0.0{table}/{key}"
+def url_of(table: str, key: object, row: Row | None = None) -> str:
+    """The link to a row; actions of missions have one of their own kind (recorded)."""
+    return f"/v2.0.0/mission_actions/{key}" if table == MISSION_ACTIONS else f"/v2.0.0{table.format_map(row or {})}/{key}"
 
 
 @lru_cache(maxsize=1024)
 def item_template(software: str, table: str) -> str | None:
     """The path template of a single row of a table, or None when the definition has none."""
-    if table == MISSION_ACTIONS:
-        return MISSION_ACTIONS + "/{guid}"
     return next((template for template in definition.load(software).templates()
                  if template.startswith(f"{table}/{{") and template.endswith("}") and template.count("/") == table.count("/") + 1), None)
 
@@ -65,11 +64,11 @@ def shown(robot: SimulatedRobot, table: str, row: Row, fields: Mapping[str, defi
         if name in row:
             seen[name] = row[name]
         elif name == "url":
-            seen[name] = url_of(table, key)
+            seen[name] = url_of(table, key, row)
         elif (target := _link(row, name)) is not None:
             seen[name] = url_of(LINKS[name], target) if target != "" else ""
         elif (segment := _child(robot.software, table, name)) is not None:
-            seen[name] = f"{url_of(table, key)}/{segment}"
+            seen[name] = f"{url_of(table, key, row)}/{segment}"
         else:
             seen[name] = robot.definition.blank(schema)
     if table == "/missions" and "has_user_parameters" in fields:

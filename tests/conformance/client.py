@@ -1,0 +1,120 @@
+"""A client of one simulated robot that makes up whatever an operation needs: credentials, bodies, things that exist."""
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import mir_sim
+from mir_sim import MISSIONS, Request, Response, SimulatedRobot
+from mir_sim.missions import DEFAULT_GROUP
+from mir_sim.site import USER_GROUPS
+from mir_sim.world import BY_NAME, MAP_GUID, SESSION_GUID
+
+SOFTWARE = ("2.14.7", "3.5.4")
+CREDENTIALS = "Basic " + b64encode(b"distributor:" + sha256(b"distributor").hexdigest().encode()).decode()
+JSON = {"Authorization": CREDENTIALS, "Content-Type": "application/json", "Accept-Language": "en_US"}
+
+# What a body field must name so that it means something.
+MEANINGFUL: dict[str, Any] = {
+    "mission_id": MISSIONS[0].guid, "group_id": DEFAULT_GROUP, "map_id": MAP_GUID, "map_guid": MAP_GUID, "session_id": SESSION_GUID,
+    "session_guid": SESSION_GUID, "pos_id": BY_NAME["Dock"].guid, "pos_guid": BY_NAME["Dock"].guid,
+    "user_group_id": USER_GROUPS["Distributors"], "user_group_guid": USER_GROUPS["Distributors"], "type_id": 0, "parent_id": "",
+}
+# Bodies that the definition alone doesn't make sensible.
+BODIES: dict[tuple[str, str], Any] = {
+    ("put", "/status"): {"state_id": 4},
+    ("put", "/users/me"): {"email": "someone@example.com"},
+    ("put", "/registers/{id}"): {"value": 7},
+    ("post", "/registers/{id}"): {"value": 7, "label": "Counter"},
+    ("post", "/platform/timezone"): {"value": "Europe/Helsinki"},
+}
+KEYS = ("guid", "id", "uuid", "file_name", "action_type")
+
+
+def load(software: str) -> dict[str, Any]:
+    path = Path(mir_sim.__file__).parent / "definitions" / f"robot-{software}.json"
+    document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return document
+
+
+class Client:
+    """Asks a fresh robot, without a network."""
+
+    def __init__(self, software: str) -> None:
+        self.document = load(software)
+        self.robot = SimulatedRobot("Aino", seed=1, software=software)
+
+    def send(self, verb: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
+        content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
+        return mir_sim.handle(self.robot, Request.of(verb, f"/api/v2.0.0{path}", JSON if headers is None else headers, content))
+
+    def body(self, verb: str, template: str, params: dict[str, str] | None = None) -> Any:
+        """A body with every field of the definition, or None when the operation takes none."""
+        if (verb, template) in BODIES:
+            return BODIES[verb, template]
+        for parameter in self.document["paths"][template][verb]["parameters"]:
+            if parameter["in"] == "body":
+                return self._value("", parameter["schema"], params or {})
+        return None
+
+    def _value(self, name: str, schema: dict[str, Any], params: dict[str, str]) -> Any:
+        if "$ref" in schema:
+            schema = self.document["definitions"][schema["$ref"].rsplit("/", 1)[-1]]
+        if name in params:
+            return params[name]
+        if name in MEANINGFUL:
+            return MEANINGFUL[name]
+        if "enum" in schema:
+            return schema["enum"][0]
+        match schema.get("type"):
+            case "object":
+                left_out = {"guid", "created_by_id"} - set(schema.get("required", ()))
+                return {field: self._value(field, inner, params) for field, inner in schema.get("properties", {}).items()
+                        if field not in left_out}
+            case "array":
+                return []
+            case "integer":
+                return 1
+            case "number":
+                return 1.5
+            case "boolean":
+                return True
+            case _:
+                return "x" * max(4, schema.get("minLength", 0))
+
+    def fill(self, template: str) -> dict[str, str] | None:
+        """Values for the placeholders of a path that lead to something, or None when the robot has no such thing and can't be given one."""
+        params: dict[str, str] = {}
+        path, segments = "", template.strip("/").split("/")
+        for number, segment in enumerate(segments):
+            if segment.startswith("{"):
+                key = self._key("/" + "/".join(segments[:number]), path, params)
+                if key is None:
+                    return None
+                params[segment[1:-1]] = key
+                segment = key
+            path += f"/{segment}"
+        return params
+
+    def _key(self, template: str, path: str, params: dict[str, str]) -> str | None:
+        """The key of something in a collection: of its first entry, or of one that is added to it."""
+        verbs = self.document["paths"].get(template, {})
+        if template == "/mission_queue":
+            self.send("POST", path, {"mission_id": MISSIONS[0].guid})
+            self.robot.advance_to(self.robot.now + 30)     # some actions have begun
+        if "get" in verbs:
+            found = self.send("GET", path).json()
+            if isinstance(found, list) and found:
+                return self._key_of(found[0])
+        if "post" in verbs:
+            answer = self.send("POST", path, self.body("post", template, params) or {})
+            if answer.status == 201:
+                return self._key_of(answer.json())
+        return None
+
+    @staticmethod
+    def _key_of(entry: dict[str, Any]) -> str | None:
+        return next((str(entry[key]) for key in KEYS if key in entry), None)

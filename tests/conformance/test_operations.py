@@ -1,0 +1,159 @@
+"""Every operation of MiR's definitions, of both software generations: codes, bodies, schemas, refusals."""
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from tests.conformance import exceptions
+from tests.conformance.client import CREDENTIALS, JSON, SOFTWARE, Client, load
+from tests.conformance.schema import differences
+
+DEVIATIONS = exceptions.load()
+OPERATIONS = [(software, verb, template) for software in SOFTWARE for template, verbs in load(software)["paths"].items() for verb in verbs]
+ERROR = {"$ref": "#/definitions/Error"}
+
+
+def name_of(verb: str, template: str) -> str:
+    return f"{verb.upper()} {template}"
+
+
+def unexplained(client: Client, software: str, operation: str, schema: dict[str, Any], answer: Any) -> tuple[list[str], set[int]]:
+    """Differences from the schema that no exception allows, and the exceptions that were needed."""
+    left, used = [], set()
+    for difference in differences(client.document, schema, answer):
+        number = next((number for number, one in enumerate(DEVIATIONS)
+                       if one.allows(operation, software, difference.field, difference.value, difference.missing)), None)
+        if number is None:
+            left.append(f"{difference.field or 'the answer'}: {difference.what}")
+        else:
+            used.add(number)
+    return left, used
+
+
+def path_of(template: str, params: dict[str, str]) -> str:
+    for name, value in params.items():
+        template = template.replace(f"{{{name}}}", value)
+    return template
+
+
+def succeed(software: str, verb: str, template: str) -> tuple[list[str], set[int]]:
+    """Do the operation as it is meant; return what is wrong with the answer and the exceptions that were needed."""
+    client = Client(software)
+    params = client.fill(template)
+    if params is None:
+        return nothing_there(client, verb, template)
+    if template.startswith("/status"):
+        client.robot.advance_to(client.robot.now + 1)
+    response = client.send(verb, path_of(template, params), client.body(verb, template, params))
+    documented = client.document["paths"][template][verb]["responses"]
+    success = next(code for code in documented if code.startswith("2"))
+    assert str(response.status) == success, f"{response.status} {response.body[:200]!r}"
+    schema = documented[success].get("schema")
+    if schema is None:
+        assert response.body == b""
+        return [], set()
+    if "metrics" in template:
+        assert response.body.decode().endswith("# EOF\n")
+        return [], set()
+    return unexplained(client, software, name_of(verb, template), schema, response.json())
+
+
+def nothing_there(client: Client, verb: str, template: str) -> tuple[list[str], set[int]]:
+    """The robot has none of these: what is asked for isn't found."""
+    placeholders = [part[1:-1] for part in template.split("/") if part.startswith("{")]
+    response = client.send(verb, path_of(template, dict.fromkeys(placeholders, "0")), client.body(verb, template))
+    assert response.status == 404
+    assert not differences(client.document, ERROR, response.json())
+    return [], set()
+
+
+@pytest.mark.parametrize(("software", "verb", "template"), OPERATIONS)
+def test_answer_is_true_to_its_schema(software: str, verb: str, template: str) -> None:
+    wrong, _ = succeed(software, verb, template)
+    assert wrong == []
+
+
+def test_every_exception_is_needed() -> None:
+    used: set[int] = set()
+    for software, verb, template in OPERATIONS:
+        used |= succeed(software, verb, template)[1]
+    assert [DEVIATIONS[number] for number in range(len(DEVIATIONS)) if number not in used] == []
+
+
+def test_every_exception_has_its_reason() -> None:
+    assert all(len(one.reason) > 10 for one in DEVIATIONS)
+
+
+@pytest.mark.parametrize(("software", "verb", "template"), OPERATIONS)
+def test_without_credentials_only_the_status_can_be_read(software: str, verb: str, template: str) -> None:
+    client = Client(software)
+    response = client.send(verb, template, headers={"Content-Type": "application/json"})
+    if (verb, template) == ("get", "/status"):
+        assert response.status == 200
+    else:
+        assert response.status == 401
+        assert not differences(client.document, ERROR, response.json())
+
+
+@pytest.mark.parametrize(("software", "verb", "template"), [one for one in OPERATIONS if one[2].endswith("}")])
+def test_what_does_not_exist_is_not_found(software: str, verb: str, template: str) -> None:
+    client = Client(software)
+    head, _, _ = template.rpartition("/")
+    params = client.fill(head)
+    path = f"{path_of(head, params)}/no-such-thing" if params is not None else "/no/such/thing"
+    response = client.send(verb, path, client.body(verb, template, params))
+    assert response.status == 404
+    assert not differences(client.document, ERROR, response.json())
+    assert response.json()["error_human"] == "Not found"
+
+
+WITH_BODY = [(software, verb, template) for software, verb, template in OPERATIONS
+             if any(parameter["in"] == "body" for parameter in load(software)["paths"][template][verb]["parameters"])]
+
+
+@pytest.mark.parametrize(("software", "verb", "template"), WITH_BODY)
+def test_bodies_are_checked(software: str, verb: str, template: str) -> None:
+    client = Client(software)
+    params = client.fill(template)
+    if params is None:
+        nothing_there(client, verb, template)
+        return
+    path = path_of(template, params)
+    schema = next(one["schema"] for one in client.document["paths"][template][verb]["parameters"] if one["in"] == "body")
+    required = client.document["definitions"][schema["$ref"].rsplit("/", 1)[-1]].get("required", [])
+    refusals = {
+        "Missing content type application/json on the header": client.send(verb, path, b"a=1", {
+            "Authorization": CREDENTIALS, "Content-Type": "application/x-www-form-urlencoded"}),
+        "Invalid JSON": client.send(verb, path, b"{", JSON),
+        "Argument error": client.send(verb, path, []),
+    }
+    if verb == "put":
+        refusals["No fields"] = client.send(verb, path, {})
+    elif required:
+        refusals["Argument error"] = client.send(verb, path, {})
+    for human, response in refusals.items():
+        assert (response.status, response.json()["error_human"]) == (400, human)
+        assert not differences(client.document, ERROR, response.json())
+
+
+@pytest.mark.parametrize("software", SOFTWARE)
+@pytest.mark.parametrize("path", ["/statuses", "/robots/1", "/missions/x/y/z", "/mission_scheduler", "/"])
+def test_paths_outside_the_definition_are_not_found(software: str, path: str) -> None:
+    client = Client(software)
+    response = client.send("GET", path)
+    assert response.status == 404
+    assert not differences(client.document, ERROR, response.json())
+
+
+@pytest.mark.parametrize("path", ["/swagger", "/platform/timezone", "/experimental/diagnostics", "/software/system_status", "/zones"])
+def test_paths_of_the_newer_software_are_not_in_the_older(path: str) -> None:
+    assert Client("3.5.4").send("GET", path).status == 200
+    assert Client("2.14.7").send("GET", path).status == 404
+
+
+@pytest.mark.parametrize("software", SOFTWARE)
+def test_every_answer_says_which_robot_it_comes_from(software: str) -> None:
+    for response in (Client(software).send("GET", "/status"), Client(software).send("GET", "/nothing")):
+        said = [response.headers[name] for name in ("Robot-Version", "API-Version", "MiR-Product")]
+        assert said == [software, "v2.0.0", "MIR250"]
