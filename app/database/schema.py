@@ -102,10 +102,13 @@ CREATE TABLE executions (
     UNIQUE (schedule_id, planned_at)
 ) STRICT;
 CREATE INDEX executions_open ON executions (robot_id, state) WHERE state IN ('waiting', 'submitting', 'queued', 'executing');
-CREATE INDEX executions_ended ON executions (ended_at, id);
 CREATE INDEX executions_planned ON executions (planned_at, id);
-CREATE INDEX executions_by_schedule ON executions (schedule_id, id);
 CREATE INDEX executions_by_mission ON executions (robot_id, mission_guid, ended_at) WHERE state = 'completed';
+-- the ground of the KPIs: each answers its question from the index alone
+CREATE INDEX executions_by_day ON executions (ended_at, robot_id, state, duration_s) WHERE ended_at IS NOT NULL;
+CREATE INDEX executions_by_robot ON executions (robot_id, state, ended_at, duration_s) WHERE ended_at IS NOT NULL;
+CREATE INDEX executions_by_outcome ON executions (state, reason_code, ended_at, robot_id)
+    WHERE ended_at IS NOT NULL AND trigger = 'scheduled';
 
 CREATE TABLE observed (                       -- for how long each robot was watched, per day: the ground of utilisation
     robot_id INTEGER NOT NULL,

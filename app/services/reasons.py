@@ -91,7 +91,7 @@ def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, tra
 
 
 def _tell(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
-    known = _known(details, _zone(zone))
+    known = _known(details, known_zone(zone))
     text = next((text for needed, text in templates if known.keys() >= set(needed)), templates[-1][1])
     translated = translate(text)
     try:
@@ -131,7 +131,7 @@ def _instant(value: object, zone: tzinfo) -> datetime | None:
         return None
 
 
-def _zone(zone: tzinfo | str) -> tzinfo:
+def known_zone(zone: tzinfo | str) -> tzinfo:
     if isinstance(zone, tzinfo):
         return zone
     try:
