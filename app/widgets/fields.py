@@ -176,7 +176,8 @@ class StepField(FieldBase):
         super().__init__(**kwargs)
         self.fbind("value", self._show)
         self.fbind("focus", self._focus_changed)
-        self.fbind("text", self._judge)
+        for name in ("text", "minimum", "maximum", "optional"):
+            self.fbind(name, self._judge)
         self._show()
 
     def on_commit(self, value):

@@ -7,6 +7,7 @@ from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.effects.scroll import ScrollEffect
 from kivy.factory import Factory
+from kivy.metrics import dp
 from kivy.properties import (
     BooleanProperty,
     ListProperty,
@@ -114,7 +115,8 @@ class ScrollPage(CalmScroll):
 class ScrollRows(FloatLayout):
     """``Rows`` that scroll and rest on whole rows, for up to some dozens. ``empty_text`` stands where there is nothing.
 
-    ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width while they fit.
+    ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width while they fit; when
+    they don't, an arrow at each end turns the page, for gloves.
     """
     viewclass = StringProperty()
     data = ListProperty()
@@ -123,6 +125,7 @@ class ScrollRows(FloatLayout):
     empty_text = StringProperty()
     whole = BooleanProperty(True)
     view_height = NumericProperty(0)
+    paged = BooleanProperty(False)       # a strip that does not fit
 
     __events__ = ("on_action",)
 
@@ -147,6 +150,14 @@ class ScrollRows(FloatLayout):
         view = self.ids.rows._views.get(key)
         if view is not None:
             self.ids.scroll.scroll_to(view, padding=0, animate=False)
+
+    def turn(self, direction: int) -> None:
+        """Show the next (1) or the previous (-1) part of a strip; a row that was cut at the edge comes whole."""
+        scroll, rows = self.ids.scroll, self.ids.rows
+        hidden = rows.width - scroll.width
+        if hidden > 0:
+            step = max(scroll.width - dp(140), scroll.width / 2) / hidden
+            Animation(scroll_x=min(1., max(0., scroll.scroll_x + direction * step)), d=.2, t="out_quad").start(scroll)
 
     def _fit_whole(self, *_):
         """The view is as high as the whole rows that fit from the top; a row too high for the place alone is the exception."""

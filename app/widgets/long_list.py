@@ -38,6 +38,8 @@ class LongList(CalmScroll):
         self._anchor: tuple | None = None    # (key of the first row in sight, px of it above the edge); None: at the top
         self._width = 0
         self._moving = False
+        self._resting = True
+        self._rest = Clock.create_trigger(self._come_to_rest, .2)
         self._arrange = Clock.create_trigger(self._place_rows, -1)
         self._content = RelativeLayout(size_hint_y=None, height=0)
         super().__init__(do_scroll_x=False, **kwargs)
@@ -87,7 +89,29 @@ class LongList(CalmScroll):
             above = (1 - self.scroll_y) * max(0, self._content.height - self.height)
             n = min(bisect_right(self._tops, above + .5), len(self._keys)) - 1
             self._anchor = (self._keys[n], above - self._tops[n]) if above > 1 and n >= 0 else None
+            self._resting = False
+            self._rest.cancel()
+            self._rest()
             self._arrange()
+
+    def _come_to_rest(self, _dt):
+        """Nothing has moved for a moment: the edges of the list take whole rows."""
+        self._resting = True
+        if self._anchor is not None:
+            key, hidden = self._anchor
+            if key in self._keys and hidden > .5 and not self._at_end():
+                n = self._keys.index(key)
+                if hidden > (self._tops[n + 1] - self._tops[n]) / 2:
+                    key = self._keys[min(n + 1, len(self._keys) - 1)]
+                if self._height_of(key) < self.height:
+                    self._anchor = key, 0.
+        self._arrange()
+
+    def _at_end(self) -> bool:
+        return self.scroll_y < 1e-3
+
+    def _height_of(self, key) -> float:
+        return self._heights.get(key, self.row_height)
 
     def _place_rows(self, _dt):
         if self.width < 2 or not self.viewclass:
@@ -95,13 +119,14 @@ class LongList(CalmScroll):
         if self.width != self._width:            # other line breaks, other heights
             self._width = self.width
             self._heights.clear()
-        heights = [self._heights.get(key, self.row_height) + self.spacing for key in self._keys]
+        heights = [self._height_of(key) + self.spacing for key in self._keys]
         self._tops = list(accumulate(heights, initial=0.))
         self._content.height = max(0, self._tops[-1] - (self.spacing if self._keys else 0))
         above = self._hold_place()
         first = max(0, bisect_right(self._tops, above) - 1)
         last = min(len(self._keys), bisect_right(self._tops, above + self.height))
-        self._populate(range(first, last))
+        cut = self._resting and last > first + 1 and self._tops[last] - self.spacing > above + self.height + 1
+        self._populate(range(first, last), self._keys[last - 1] if cut else None)
         self._say_empty()
         if self._keys and last >= len(self._keys) and self._content.height > self.height:
             self.dispatch("on_end")
@@ -118,7 +143,8 @@ class LongList(CalmScroll):
             self._moving = False
         return above
 
-    def _populate(self, shown: range):
+    def _populate(self, shown: range, aside):
+        """Views for the rows ``shown``. The row ``aside`` would be cut in two: it stands out of sight, but goes on being measured."""
         wanted = {self._keys[n]: n for n in shown}
         for key in [key for key in self._live if key not in wanted]:
             view = self._live.pop(key)
@@ -132,7 +158,7 @@ class LongList(CalmScroll):
                 view.width = self.width
                 self._content.add_widget(view)
             view.width = self.width
-            view.pos = 0, self._content.height - self._tops[n] - view.height
+            view.pos = 2 * self.width if key == aside else 0, self._content.height - self._tops[n] - view.height
             if self._heights.get(key) != view.height:
                 self._heights[key] = view.height
                 self._arrange()

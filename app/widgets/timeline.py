@@ -75,12 +75,9 @@ class Timeline(Chart):
             x, width = self._at(start), self._at(end) - self._at(start)
             self.box(x, self.y, width, height, tk.closed)
             self.hatch(x, self.y, width, height, tk.hatch)
-        label_y = self.top - dp(self.AXIS) / 2 + dp(2)
-        for hour, label, strong in self.ticks:
+        for hour, _label, strong in self.ticks:
             self.box(self._at(hour), self.y, 2 if strong else 1, height, tk.outline if strong else tk.grid)
-            half = self.width_of(label) / 2
-            x = min(max(self._at(hour), self._left + half), self.right - half)
-            self.text(label, x, label_y, tk.ink if strong else tk.ink3, ax=.5, font="RobotoMedium" if strong else "Roboto")
+        self._tick_labels()
         for n in range(len(self.lanes) + 1):
             self.box(self.x, self.y + lane * n, self.width, 1, tk.line)
         for start, end, words in self.closed:
@@ -89,6 +86,24 @@ class Timeline(Chart):
                 x, y = (self._at(start) + self._at(end)) / 2, self.y + lane * (len(self.lanes) - .5)
                 self.box(x - width / 2, y - dp(13), width, dp(26), tk.surface, dp(13))
                 self.text(words, x, y, tk.ink2, ax=.5)
+
+    def _tick_labels(self):
+        """As many as fit side by side: the strong ones (a new day) first, and none under the pill of the now-line."""
+        y = self.top - dp(self.AXIS) / 2 + dp(2)
+        taken = [self._now_pill()] if 0 <= self.now <= self.hours and self.now_label else []
+        for hour, label, strong in sorted(self.ticks, key=lambda tick: not tick[2]):
+            font = "RobotoMedium" if strong else "Roboto"
+            width = self.width_of(label, font=font)
+            x = min(max(self._at(hour) - width / 2, self._left), self.right - width)
+            if all(x + width + dp(6) <= left or right + dp(6) <= x for left, right in taken):
+                taken.append((x, x + width))
+                self.text(label, x, y, tk.ink if strong else tk.ink3, font=font)
+
+    def _now_pill(self):
+        """Left and right end of the now-line's label."""
+        width = self.width_of(self.now_label, 14, "RobotoMedium") + dp(16)
+        left = min(max(self._at(self.now) - width / 2, self._left), self.right - width)
+        return left, left + width
 
     def _lane(self, lane, y, height):
         note = lane.get("note", "")
@@ -134,7 +149,6 @@ class Timeline(Chart):
         axis = dp(self.AXIS)
         self.box(x - 1, self.y, 2, self.height - axis, tk.ink)
         if self.now_label:
-            width = self.width_of(self.now_label, 14, "RobotoMedium") + dp(16)
-            left = min(max(x - width / 2, self._left), self.right - width)
-            self.box(left, self.top - axis + dp(3), width, dp(24), tk.ink, dp(12))
-            self.text(self.now_label, left + width / 2, self.top - axis / 2 + dp(1), tk.surface, ax=.5, font="RobotoMedium")
+            left, right = self._now_pill()
+            self.box(left, self.top - axis + dp(3), right - left, dp(24), tk.ink, dp(12))
+            self.text(self.now_label, (left + right) / 2, self.top - axis / 2 + dp(1), tk.surface, ax=.5, font="RobotoMedium")

@@ -58,11 +58,18 @@ def picture(name: str, sizes: Sequence[Size] = BOTH, themes: Sequence[str] = THE
     return register
 
 
-def find_pictures() -> dict[str, Picture]:
-    """All pictures of this package's modules. In the process that has the window, as they import widgets."""
+def find_pictures() -> list[Exception]:
+    """Fill ``PICTURES`` from all modules of this package, in the process that has the window, as they import widgets.
+
+    Returns what kept a module from being imported: it must not hide the pictures of the others.
+    """
     import tests.screenshots as package
 
+    problems = []
     for module in pkgutil.iter_modules(package.__path__):
         if module.name not in ("__main__", "registry", "studio"):
-            importlib.import_module(f"{package.__name__}.{module.name}")
-    return PICTURES
+            try:
+                importlib.import_module(f"{package.__name__}.{module.name}")
+            except Exception as problem:
+                problems.append(problem)
+    return problems

@@ -81,12 +81,15 @@ class Studio:
 def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[str]) -> int:
     """Take all pictures of ``size`` (``names`` empty = all), print what the checks find; returns how many failed."""
     open_window(size)
-    from tests.screenshots.registry import find_pictures
+    from tests.screenshots.registry import PICTURES, find_pictures
     from tests.ui import checks
 
     studio = Studio(size)
-    wanted = [p for p in find_pictures().values() if (not names or p.name in names) and size in p.sizes]
-    failed = 0
+    broken = find_pictures()
+    for problem in broken:
+        traceback.print_exception(problem)
+    failed = len(broken)
+    wanted = [p for p in PICTURES.values() if (not names or p.name in names) and size in p.sizes]
     for theme in themes:
         studio.use(theme)
         for item in wanted:

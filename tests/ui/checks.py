@@ -59,13 +59,15 @@ def problems(root: Widget) -> list[str]:
     found: list[str] = []
     targets: list[tuple[Widget, tuple[Widget, ...]]] = []
     for widget, above in shown(root):
+        if visible_area(widget, above) is None:
+            continue
         if isinstance(widget, Label) and widget.text and widget.font_name != "Icons":
             found += _text_problems(widget, above)
         if isinstance(widget, ButtonBehavior | TextInput):
             targets.append((widget, above))
         if isinstance(widget, ButtonBehavior) and min(widget.size) < tk.h_touch - SLACK:
             found.append(f"small target {name_of(widget)}: {widget.width:.0f}×{widget.height:.0f}")
-        if isinstance(widget, BoxLayout) and not any(isinstance(child, ScrollView) for child in (widget.parent,)):
+        if isinstance(widget, BoxLayout):
             found += _box_problems(widget)
     return [*found, *_gap_problems(targets)]
 

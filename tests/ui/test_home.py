@@ -1,0 +1,261 @@
+"""Home as an operator uses it: taps and typing, on real services and a simulated robot."""
+from __future__ import annotations
+
+import pytest
+import requests
+
+from app.models import ReasonCode, State, Trigger
+from app.services.mir.credentials import Token
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.dialogs import ConfirmDialog
+from app.widgets.fields import FormField
+from app.widgets.flow import FlowChip
+from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.rows import QueueRow, RobotChip
+from tests.ui.whole_app import GUIDS, plant, shown
+
+
+@pytest.fixture
+def site(tmp_path):
+    with plant(tmp_path, robots=2) as site:
+        yield site
+
+
+@pytest.fixture
+def home(site, ui):
+    """Home with two robots and three missions, after both have answered."""
+    site.add_robots()
+    site.add_missions("Deliver", "Home", "Collect empties")
+    with shown(site.container, ui) as app:
+        app.site, app.aino, app.root_vm = site, site.fleet.robots[0], app.shell.navigator.screen("home").vm
+        ui.wait(lambda: "Ready" in ui.texts() and len(ui.find_all(RobotChip)) == 2)
+        yield app
+
+
+def press(ui, word: str) -> None:
+    """The button with that word."""
+    ui.tap(ui.find(CommandButton, text=word))
+
+
+def choose(ui, mission: str) -> None:
+    ui.tap(ui.find(FlowChip, text=mission))
+
+
+def rows(ui) -> list[tuple[str, str]]:
+    return [(row.mission, row.origin) for row in ui.find_all(QueueRow)]
+
+
+def run(ui, mission: str) -> None:
+    choose(ui, mission)
+    press(ui, "Run on Aino")
+
+
+def api(robot, method: str, path: str, **body):
+    """Somebody else at the robot's own interface."""
+    answer = requests.request(method, f"{robot.url}/api/v2.0.0{path}", json=body or None, timeout=5,
+                              headers={"Authorization": Token.derive("admin", "admin").header})
+    answer.raise_for_status()
+    return answer
+
+
+def pend(home) -> None:
+    """Hold the robot, so that what is sent stays in its queue."""
+    home.aino.control({"emergency_stop": True})
+    home.aino.control({"emergency_stop": False})              # it then stands in Pause
+
+
+# ---------------------------------------------------------------------- what is seen
+def test_both_robots_and_the_selected_one_are_shown(home, ui):
+    assert {chip.name for chip in ui.find_all(RobotChip)} == {"Aino", "Veikko"}
+    texts = ui.texts()
+    assert "90 %" in texts
+    assert any(text.startswith("127.0.0.1:") for text in texts)
+    assert ui.find(TopBar).robot == "Aino"
+    assert ui.find(TopBar).link.startswith("Connected")
+
+
+def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
+    home.aino.control({"emergency_stop": True})
+    ui.wait(lambda: "Emergency stop" in ui.texts())
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    assert ui.find(AlarmBanner).text == "Aino stands still: emergency stop pressed"
+    assert ui.find(CommandButton, text="Resume").disabled
+    assert ui.find(CommandButton, text="Aino is stopped").disabled
+    home.aino.control({"emergency_stop": False})
+    ui.wait(lambda: "Paused" in ui.texts())
+    press(ui, "Resume")
+    ui.wait(lambda: "Ready" in ui.texts())
+
+
+# ---------------------------------------------------------------------- run now
+def test_run_now_from_tap_to_just_finished(home, ui):
+    run(ui, "Home")
+    ui.wait(lambda: any("is on its way to Aino" in text for text in ui.texts()))
+    ui.wait(lambda: any(reason.startswith("Completed in") for reason in ui.texts()), seconds=60)
+    execution, = home.site.container.history.last_finished(5)
+    assert (execution.trigger, execution.state, execution.mission) == (Trigger.MANUAL, State.COMPLETED, "Home")
+
+
+def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):
+    run(ui, "Deliver")
+    ui.wait(lambda: any(mission == "Deliver" and origin.startswith("Run now") for mission, origin in rows(ui)))
+    ui.wait(lambda: {"Executing", "no earlier run to compare with"} <= set(ui.texts()))
+
+
+def test_two_taps_start_one_mission(home, ui):
+    choose(ui, "Deliver")
+    button = ui.find(CommandButton, text="Run on Aino")
+    lift = ui.press(button)
+    lift(0)
+    button.dispatch("on_release")                             # a second finger in the same moment
+    button.dispatch("on_release")
+    ui.wait(lambda: "run" not in home.root_vm.busy)
+    ui.wait(lambda: any(mission == "Deliver" for mission, _origin in rows(ui)))
+    assert len(home.site.container.history.open()) == 1
+
+
+def test_under_the_minimum_the_operator_is_asked_first(home, ui):
+    home.site.container.catalogue.change_settings(minimum_battery_percent=50)
+    home.aino.control({"battery": 20.0})
+    ui.wait(lambda: any(chip.battery == "20 %" for chip in ui.find_all(RobotChip)))
+    run(ui, "Home")
+    assert ui.find(ConfirmDialog).text == "The battery of Aino is at 20 %, under the minimum of 50 %."
+    assert not home.site.container.history.open()
+    press(ui, "Run")
+    ui.wait(lambda: home.site.container.history.open() or home.site.container.history.last_finished(1))
+
+
+def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
+    mission, = home.site.add_missions("Wait at home")
+    ui.wait(lambda: ui.find_all(FlowChip, text="Wait at home"))
+    choose(ui, "Wait at home")
+    ui.wait(lambda: ui.find_all(FormField))
+    field = ui.find(FormField)
+    assert field.label == "Time"
+    field.text = "00:00:05.000000"
+    press(ui, "Run on Aino")
+    ui.wait(lambda: home.site.container.history.open())
+    assert dict(home.site.container.history.open()[0].parameters) == {"Time": "00:00:05.000000"}
+    ui.wait(lambda: any(item["mission_id"] == mission.guid for item in home.aino.state()["queue"]))
+
+
+def test_a_mission_can_be_searched_among_many(home, ui):
+    home.site.add_missions(*(name for name in GUIDS if name not in ("Deliver", "Home", "Collect empties")), favourite=False)
+    ui.wait(lambda: len(home.root_vm._facts.missions) == len(GUIDS))
+    home.root_vm.pick_mission()
+    ui.advance(.3)
+    dialog = home.shell.dialogs.top
+    dialog.query = "coils"
+    ui.advance(.2)
+    assert [option["text"] for option in dialog.shown] == ["Move coils to press"]
+    ui.tap_text("Move coils to press")
+    assert home.root_vm.run.mission == "Move coils to press"
+
+
+# ---------------------------------------------------------------------- the controls
+def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
+    press(ui, "Pause")
+    ui.wait(lambda: "Paused" in ui.texts())
+    assert home.aino.state()["state_id"] == 4
+    press(ui, "Resume")
+    ui.wait(lambda: "Ready" in ui.texts())
+    assert home.aino.state()["state_id"] == 3
+
+
+def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, ui):
+    home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
+    ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
+    assert ui.find(CommandButton, text="Resume").disabled
+    home.aino.control({"error": None})
+    press(ui, "Reset errors")
+    ui.wait(lambda: "Paused" in ui.texts())
+    assert ui.find(CommandButton, text="Reset errors").disabled
+    assert not ui.find(CommandButton, text="Resume").disabled
+
+
+def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: len(rows(ui)) == 1)
+    api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
+    ui.wait(lambda: len(rows(ui)) == 2)
+    press(ui, "Clear queue")
+    dialog = ui.find(ConfirmDialog)
+    assert dialog.title == "Clear 2 missions from the queue of Aino?"
+    ui.tap(ui.find(CommandButton, dialog, text="Clear queue"))
+    ui.wait(lambda: not rows(ui))
+    ui.wait(lambda: not home.site.container.history.open())
+    execution, = home.site.container.history.last_finished(5)
+    assert execution.reason.code is ReasonCode.QUEUE_CLEARED
+
+
+def test_one_of_ours_can_be_cancelled(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: home.site.container.history.by_queue_id(home.root_vm._facts.robot.id) and rows(ui))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: home.site.container.history.last_finished(1))
+    execution, = home.site.container.history.last_finished(1)
+    assert execution.reason.code is ReasonCode.USER_CANCELLED
+    ui.wait(lambda: not rows(ui))
+
+
+def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
+    pend(home)
+    number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
+    ui.wait(lambda: rows(ui))
+    mission, origin = rows(ui)[0]
+    assert mission == "Home"
+    assert origin.startswith(api(home.aino, "GET", f"/mission_queue/{number}").json()["created_by_name"])
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: not rows(ui))
+    assert api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted"
+
+
+def test_cancelling_what_has_just_ended_is_no_error(home, ui):
+    pend(home)
+    api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
+    ui.wait(lambda: rows(ui))
+    home.aino.control({"fault": {"kind": "delay", "method": "DELETE", "path": "/mission_queue/999999"}})
+    home.root_vm.cancel(("item", 999999))
+    ui.wait(lambda: any("had already ended" in text for text in ui.texts()))
+
+
+def test_a_robot_that_is_gone_while_pausing_is_told_in_one_sentence(home, ui):
+    home.aino.control({"reboot_seconds": 60})
+    press(ui, "Pause")
+    ui.wait(lambda: any("127.0.0.1" in text and "?" in text for text in home.shell.snackbars.texts), seconds=20)
+    assert "pause" not in home.root_vm.busy
+
+
+def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
+    home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 60}})
+    ui.wait(lambda: "Is the load secured?" in ui.texts())
+    press(ui, "Yes")
+    ui.wait(lambda: "Is the load secured?" not in ui.texts())
+    assert any("Aino was told: Yes" in text for text in home.shell.snackbars.texts)
+
+
+# ---------------------------------------------------------------------- which robot
+def test_a_chip_selects_the_robot_for_the_whole_app(home, ui):
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+    assert home.root_vm._facts.robot.name == "Veikko"        # at once, before the database knows
+    ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
+    ui.wait(lambda: home.site.container.settings().selected_robot_id == home.root_vm._facts.robot.id)
+
+
+def test_the_top_bar_switches_robots_from_anywhere(home, ui):
+    ui.find(TopBar).dispatch("on_robot")
+    ui.advance(.3)
+    ui.tap_text("Veikko")
+    ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
+    ui.wait(lambda: home.root_vm._facts.robot.name == "Veikko")
+
+
+# ---------------------------------------------------------------------- no robot
+def test_without_a_robot_home_invites_to_add_the_first(tmp_path, ui):
+    with plant(tmp_path) as site, shown(site.container, ui) as app:
+        ui.wait(lambda: "Add your first robot" in ui.texts())
+        assert ui.find(TopBar).robot == "No robot"
+        press(ui, "Add robot")
+        assert app.shell.navigator.current == "settings"
