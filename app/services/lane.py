@@ -86,7 +86,7 @@ class Lane:
         if poll or not self.polled:
             self._poll()
         elif self._s.clock.monotonic() >= self._next_live and self._wants_live():
-            self._look()
+            self._look(whole=False)
         wake = self._dispatcher.run()
         if self._wants_live():
             wake = min(wake, max(0.0, self._next_live - self._s.clock.monotonic()))
@@ -107,7 +107,7 @@ class Lane:
         """One cycle of this robot: status, queue, tracking, idle automation. Dispatch follows in ``step``."""
         try:
             if self.robot.enabled:
-                self._look()
+                self._look(whole=True)
                 if self._failures == 0:
                     self._trigger_idle()
             else:
@@ -117,13 +117,15 @@ class Lane:
         if self._s.clock.monotonic() - self._observed_written >= LOOK_AROUND_EVERY:
             self._write_observed()
 
-    def _look(self) -> None:
-        """Read the robot and follow what runs on it. What can't be read stays as it was, with its age."""
+    def _look(self, *, whole: bool) -> None:
+        """Read the robot and follow what runs on it; between polls its queue only when somebody looks at it. What can't be read stays as
+        it was, with its age."""
         mono = self._s.clock.monotonic()
         try:
             status = self.read_status()
             self._identify()
-            self._read_queue(status)
+            if whole or self.watched:
+                self._read_queue(status, whole)
             self._tracker.follow()
         except (RobotError, WrongRobot) as error:
             if self._failures == 0:
@@ -163,10 +165,10 @@ class Lane:
         self._stands("unauthorized", False)
         self._change_connection(Connection.CONNECTED, "")
 
-    def _read_queue(self, status: RobotStatus) -> None:
+    def _read_queue(self, status: RobotStatus, whole: bool) -> None:
         items = tuple(sorted(self.client.open_items(), key=lambda item: (item.is_pending, item.id)))
-        highest = max((item.id for item in items), default=0)
-        self._highest = max(highest, self.client.highest_queue_id() or 0)
+        if whole:
+            self._highest = self.client.highest_queue_id() or 0
         now, mono = self._s.clock.now(), self._s.clock.monotonic()
         longest_gap = STALE_POLLS * self._s.settings().poll_interval_seconds
         self._idle.saw(is_idle(status, bool(items)), mono, longest_gap)

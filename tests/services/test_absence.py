@@ -130,6 +130,7 @@ def test_dst_night_in_helsinki(tmp_path):
         site.add_robots()
         site.add_mission("Deliver")
         from app.models import Schedule
+        site.container.catalogue.change_settings(poll_interval_seconds=600)
         first = start.replace(tzinfo=None).replace(hour=3, minute=30)
         site.container.catalogue.save_schedule(Schedule("S", 1, 1, first, "Europe/Helsinki", "FREQ=DAILY", respect_working_days=False))
         site.run(timedelta(hours=20).total_seconds())

@@ -6,8 +6,11 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.models import Mission, Overlap, ReasonCode, State, Wait
+from mir_sim import world
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
+
+LINE_1 = world.BY_NAME["Line 1"].guid
 
 
 def items(site):
@@ -94,11 +97,11 @@ def test_parameters_travel_by_input_name(site):
     container = site.container
     mission = site.add_mission("Go to position")
     robot = container.repositories.robots.all(container.db.read())[0]
-    container.operator.run_now(robot.id, mission.id, {"Position": "Line 1"})
+    container.operator.run_now(robot.id, mission.id, {"Position": LINE_1})
     site.kick()
     site.run(5)
     [item] = items(site)
-    assert [(p["input_name"], p["value"]) for p in item.parameters] == [("Position", "Line 1")]
+    assert [(p["input_name"], p["value"]) for p in item.parameters] == [("Position", LINE_1)]
 
 
 # ---------------------------------------------------------------- holds

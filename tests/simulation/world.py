@@ -31,7 +31,7 @@ class Profile:
     """How rough the world is."""
     robots: int = 5
     every_minutes: int = 10                # one schedule per robot and this interval
-    poll_interval: int = 60
+    poll_interval: int = 120
     fault_rate: float = 0.03
     crash_rate: float = 0.004              # per step at which the app can die
     outage_every: float = 6 * 3600.0       # s, per robot
@@ -66,7 +66,7 @@ class World:
         self.rng = random.Random(f"world/{seed}")
         self.profile, self.findings = profile, Findings()
         network = Network(rate=profile.fault_rate, seed=seed)
-        self.site = Site(directory, robots=profile.robots, now=START, network=network, timezone=ZONE)
+        self.site = Site(directory, robots=profile.robots, now=START, network=network, timezone=ZONE, robot_speed=8.0)
         self.wall_shift = 0.0
         self._furnish()
         network.interrupt = self._maybe_crash
@@ -108,6 +108,7 @@ class World:
         for name in self.site.machines:
             self._again(p.outage_every, lambda name=name: self._outage(name))  # type: ignore[misc]
             self._again(p.reboots_every, lambda name=name: self._reboot(name))  # type: ignore[misc]
+        self.site.at(900.0, self._attend)
         self._again(p.clock_steps_every, self._step_clock)
         self._again(p.operator_every, self._operator)
 
@@ -116,6 +117,14 @@ class World:
             what()
             self.site.at(self.rng.expovariate(1 / mean), happen)
         self.site.at(self.rng.expovariate(1 / mean), happen)
+
+    def _attend(self) -> None:
+        """Somebody on the floor: clears errors, lets robots go on, plugs them in."""
+        for machine in self.site.machines.values():
+            machine.clear_errors()
+            machine.resume()
+            machine.set_battery(90.0)
+        self.site.at(900.0, self._attend)
 
     def _outage(self, name: str) -> None:
         self.site.network.down.add(name)
@@ -189,8 +198,7 @@ class World:
         network = self.site.network
         network.rate = 0.0
         network.down.clear()
-        for machine in self.site.machines.values():
-            machine.resume()
+        self.site.run(1000)                                    # time to see what was missed while it was off
         schedules = self.site.container.repositories.schedules.all(self.site.container.db.read())
         for schedule in schedules:
             self.site.container.catalogue.set_schedule_enabled(schedule.id, False)

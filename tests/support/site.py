@@ -31,13 +31,13 @@ class Site:
     """Robots, network, tablet. ``run`` lets time pass as the app's own threads would: ticks, cycles, lanes, each at its instant."""
 
     def __init__(self, directory: Path, *, robots: int = 1, now: datetime | None = None, network: Network | None = None,
-                 with_window: bool = False, timezone: str = "UTC") -> None:
+                 with_window: bool = False, timezone: str = "UTC", robot_speed: float = 1.0) -> None:
         self.clock = VirtualClock(now) if now else VirtualClock()
         self._began = self.clock.monotonic()
         self.network = network or Network()
         self.network.site = self
         self.directory, self._with_window = directory, with_window
-        self.machines = {f"R{number}": SimulatedRobot(f"R{number}", seed=number, clock=self.seconds, start=self.clock.now(),
+        self.machines = {f"R{number}": SimulatedRobot(f"R{number}", seed=number, clock=lambda: self.seconds() * robot_speed, start=self.clock.now(),
                                                       timezone=timezone, battery=90.0) for number in range(1, robots + 1)}
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
