@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from mir_sim.definition import is_number
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.floor_plan import live_view
 from mir_sim.messages import Request, Response
@@ -64,7 +65,7 @@ def apply(robot: SimulatedRobot, wishes: Any) -> None:
 
 
 def _number(value: Any, name: str, low: float, high: float = math.inf) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high or math.isinf(value):
+    if not is_number(value) or not low <= value <= high:
         raise ControlError(f"{name} must be a number from {low:g}{f' to {high:g}' if high < math.inf else ''}.")
     return float(value)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from mir_sim.errors import argument_error
 
@@ -101,6 +101,14 @@ class Definition:
         return known
 
 
+def is_number(value: Any) -> TypeGuard[int | float]:
+    """Whether a parsed JSON value is a number that fits into a float; Python also reads NaN, Infinity and integers of any length."""
+    try:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:
+        return False
+
+
 def _fits(value: Any, schema: Schema) -> bool:
     kind = schema.get("type")
     if kind == "string":
@@ -108,9 +116,9 @@ def _fits(value: Any, schema: Schema) -> bool:
     elif kind == "boolean":
         fits = isinstance(value, bool)
     elif kind == "integer":
-        fits = isinstance(value, int) and not isinstance(value, bool)
+        fits = isinstance(value, int) and is_number(value)
     elif kind == "number":
-        fits = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        fits = is_number(value)
     elif kind == "array":
         items = schema.get("items", {})
         fits = isinstance(value, list) and all(_fits(item, items) for item in value)

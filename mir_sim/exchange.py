@@ -79,7 +79,10 @@ def undergo(robot: SimulatedRobot, request: Request, fault: Fault | None) -> Exc
         return Exchange(Fate.HELD)
     if kind is FaultKind.STATUS_503:
         return Exchange(Fate.ANSWERED, refuse(robot, ApiError(503, "Service unavailable")))
+    api_was_down_until = robot.api_down_until
     response = handle(robot, request)
+    if robot.api_down_until > api_was_down_until:
+        return Exchange(Fate.HELD)     # setting the clock restarts the API, and the answer is lost (reported)
     if kind is FaultKind.DROP_RESPONSE:
         return Exchange(Fate.CLOSED)
     if kind is FaultKind.DELAY and fault is not None:

@@ -108,11 +108,13 @@ def _filter(one: Any, fields: set[str]) -> tuple[Test, str]:
 
 
 def _alike(left: Any, right: Any) -> tuple[Any, Any]:
-    """Make two values comparable: as numbers if both can be, else as texts (the robot's database does so)."""
-    try:
-        return float(left), float(right)
-    except (TypeError, ValueError):
-        return str(left), str(right)
+    """Make a field's value and a wanted one comparable: as numbers if the field is one, else as texts (a guess: as databases do)."""
+    if not isinstance(left, str):
+        try:
+            return float(left), float(right)
+        except (TypeError, ValueError, OverflowError):
+            pass
+    return str(left), str(right)
 
 
 def _equal(left: Any, right: Any) -> bool:

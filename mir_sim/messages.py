@@ -37,7 +37,7 @@ class Response:
 
     @classmethod
     def json_of(cls, status: int, value: Any, headers: Mapping[str, str] | None = None) -> Response:
-        body = json.dumps(value, ensure_ascii=False, separators=(", ", ": ")).encode()
+        body = json.dumps(value).encode()     # all ASCII, so that no text that a client sent can make it unwritable
         return cls(status, {"Content-Type": "application/json", **(headers or {})}, body)
 
     def json(self) -> Any:

@@ -108,6 +108,9 @@ class MissionController:
         robot = self._robot
         item = robot.queue.pending()[0]
         robot.queue.leave_pending(item)
+        if item.mission_id not in robot.site.table("/missions"):
+            item.finish(ItemState.ABORTED, robot.stamp(), "The mission does not exist")
+            return
         item.state, item.started, item.message = ItemState.EXECUTING, robot.stamp(), ""
         self._starts_at = None
         self.run = Run(item, robot.site.mission_actions(item.mission_id), since=robot.now)

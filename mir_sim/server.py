@@ -3,12 +3,15 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import socket
 import time
 from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 
+from mir_sim.api import refuse
+from mir_sim.errors import ApiError
 from mir_sim.exchange import Exchange, Fate, take_fault, undergo
 from mir_sim.faults import FaultKind
 from mir_sim.messages import Request, Response
@@ -81,7 +84,11 @@ class Station:
         fault = take_fault(self.robot, request)
         if fault is not None and fault.kind is FaultKind.LATE:
             await asyncio.sleep(fault.seconds)
-        result = undergo(self.robot, request, fault)
+        try:
+            result = undergo(self.robot, request, fault)
+        except Exception:
+            logging.getLogger("mir_sim").exception("%s %s could not be answered", request.method, request.path)
+            result = Exchange(Fate.ANSWERED, refuse(self.robot, ApiError(500, "Internal server error")))
         if result.seconds:
             await asyncio.sleep(result.seconds)
         if result.fate is Fate.HELD:

@@ -5,7 +5,8 @@ from typing import Any
 
 
 def _group(number: int, name: str, settings: int) -> dict[str, Any]:
-    return {"id": number, "name": name, "description": "", "priority": number, "settings_count": settings, "advanced_settings_count": 0}
+    return {"id": number, "name": name, "description": "", "priority": number, "settings_count": settings,
+            "advanced_settings_count": 1 if number == 1 else 0}
 
 
 def _setting(number: int, group: int, name: str, value: str, kind: str, description: str) -> dict[str, Any]:
@@ -15,6 +16,7 @@ def _setting(number: int, group: int, name: str, value: str, kind: str, descript
 
 
 GROUPS = (_group(1, "Planner", 2), _group(2, "Battery", 2), _group(3, "Features", 1))
+ADVANCED = (_setting(901, 1, "Obstacle timeout", "2.0", "float", "Seconds for which an obstacle is remembered"),)
 SETTINGS = (
     _setting(101, 1, "Maximum allowed speed", "1.2", "float", "Metres per second that the robot may drive"),
     _setting(102, 1, "Maximum planning time", "30", "integer", "Seconds for planning a path"),

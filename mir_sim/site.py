@@ -83,6 +83,9 @@ class Site:
             self.table("/setting_groups").add(dict(row))
         for row in settings.SETTINGS:
             self.table("/settings").add(dict(row))
+        for row in settings.ADVANCED:
+            self.table("/settings/advanced").add(dict(row))
+        self.table("/wifi/networks").add({"guid": self.new_guid(), "ssid": "Production", "connected": True})
         self.table("/wifi/connections").add(
             {"uuid": self.new_guid(), "name": "Production", "connected": True, "mac": "00:01:29:7b:6e:20", "bssid": "00:1a:1e:4c:2b:90",
              "description": "", "type": "802-11-wireless", "device": "wlan0", "security": "wpa-psk", "ip_address": "192.168.12.20"})

@@ -2,11 +2,11 @@
 from __future__ import annotations
 
 import json
-import math
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from mir_sim.errors import ApiError, argument_error
+from mir_sim.definition import is_number
+from mir_sim.errors import argument_error
 from mir_sim.motion import Pose
 from mir_sim.resources.registry import Call, Handler
 from mir_sim.state import ModeId, StateId
@@ -95,7 +95,7 @@ def put_status(call: Call) -> dict[str, Any]:
 
 def _pose(position: dict[str, Any]) -> Pose:
     values = [position.get(name) for name in ("x", "y", "orientation")]
-    numbers = [float(value) for value in values if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)]
+    numbers = [float(value) for value in values if is_number(value)]
     if len(numbers) != 3:
         raise argument_error()
     return Pose(*numbers)
@@ -103,9 +103,12 @@ def _pose(position: dict[str, Any]) -> Pose:
 
 def _moment(text: str) -> datetime:
     try:
-        return datetime.fromisoformat(text)
+        moment = datetime.fromisoformat(text)
     except ValueError:
-        raise ApiError(400, "Argument error") from None
+        raise argument_error() from None
+    if not 2000 <= moment.year <= 2200:
+        raise argument_error()
+    return moment
 
 
 HANDLERS: dict[tuple[str, str], Handler] = {("get", "/status"): get_status, ("put", "/status"): put_status}

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
+from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,7 @@ BODIES: dict[tuple[str, str], Any] = {
 KEYS = ("guid", "id", "uuid", "file_name", "action_type")
 
 
+@lru_cache
 def load(software: str) -> dict[str, Any]:
     path = Path(mir_sim.__file__).parent / "definitions" / f"robot-{software}.json"
     document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
