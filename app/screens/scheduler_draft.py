@@ -42,6 +42,7 @@ class Draft:
     mission_id: int | None = None
     robot_id: int | None = None
     kind: Kind = Kind.ONCE
+    more_hours: tuple[int, ...] = ()         # daily, weekly, monthly: also at the same minute of these hours
     weekdays: tuple[str, ...] = WEEKDAYS     # of weekly and every
     every: int = 1
     unit: Unit = Unit.HOURS
@@ -68,8 +69,8 @@ class Draft:
 
     @property
     def start(self) -> datetime:
-        """Naive local."""
-        return datetime.combine(self.day, self.at)
+        """Naive local: the earliest of its times on the first day."""
+        return datetime.combine(self.day, self.at.replace(hour=min(self._hours())))
 
     @property
     def recurrence(self) -> str | None:
@@ -81,6 +82,8 @@ class Draft:
         parts = [_FREQUENCIES[self.kind](self)]
         if self.kind in (Kind.WEEKLY, Kind.EVERY):
             parts += self._by_day()
+        if len(hours := self._hours()) > 1:
+            parts += ["BYHOUR=" + ",".join(map(str, hours)), f"BYMINUTE={self.at.minute}"]
         if self.last_day is not None:
             if self.last_day < self.day:
                 raise InvalidInput("last_day", "The last day is before the first")
@@ -149,6 +152,10 @@ class Draft:
         return replace(self, base=None, name=name)
 
     # ------------------------------------------------------------------ inside
+    def _hours(self) -> list[int]:
+        more = self.more_hours if self.kind in (Kind.DAILY, Kind.WEEKLY, Kind.MONTHLY) else ()
+        return sorted({self.at.hour, *more})
+
     def _times(self) -> tuple[Any, ...]:
         """What makes the instants, as far as this kind uses it."""
         own: dict[Kind, tuple[Any, ...]] = {
@@ -156,7 +163,7 @@ class Draft:
             Kind.EVERY: (self.weekdays, self.every, self.unit, self.all_day, None if self.all_day else self.until_time),
             Kind.MONTHLY: (self.by_weekday, *((self.nth, self.month_weekday) if self.by_weekday else (self.month_day,)))}
         last = None if self.kind is Kind.ONCE else self.last_day
-        return self.day, self.at, self.timezone, self.kind, last, *own.get(self.kind, ())
+        return self.day, self.at.minute, self._hours(), self.timezone, self.kind, last, *own.get(self.kind, ())
 
     def _by_day(self) -> list[str]:
         days = [day for day in WEEKDAYS if day in self.weekdays]
@@ -205,18 +212,30 @@ def _read_frequency(parts: dict[str, str], schedule: Schedule) -> dict[str, Any]
     frequency, interval = parts.pop("FREQ", ""), int(parts.pop("INTERVAL", "1"))
     if frequency in ("MINUTELY", "HOURLY"):
         return _read_every(Unit.HOURS if frequency == "HOURLY" else Unit.MINUTES, interval, parts, schedule.between)
-    if interval != 1 or schedule.between is not None:
+    times = _read_hours(parts, schedule.start)
+    if interval != 1 or schedule.between is not None or times is None:
         return None
     first = schedule.start.date()
     match frequency:
         case "DAILY":
-            return {"kind": Kind.DAILY}
+            return {"kind": Kind.DAILY, **times}
         case "WEEKLY":
             days = _plain_days(parts.pop("BYDAY", WEEKDAYS[first.weekday()]))
-            return None if days is None else {"kind": Kind.WEEKLY, "weekdays": days}
+            return None if days is None else {"kind": Kind.WEEKLY, "weekdays": days, **times}
         case "MONTHLY":
-            return _read_monthly(parts, first)
+            monthly = _read_monthly(parts, first)
+            return None if monthly is None else {**monthly, **times}
     return None
+
+
+def _read_hours(parts: dict[str, str], start: datetime) -> dict[str, Any] | None:
+    """Several hours with one minute; other times of day are more than the form can say."""
+    hours = [int(hour) for hour in parts.pop("BYHOUR", str(start.hour)).split(",")]
+    minutes = parts.pop("BYMINUTE", str(start.minute)).split(",")
+    if len(minutes) != 1:
+        return None
+    first = start.hour if start.hour in hours else min(hours)
+    return {"at": time(first, int(minutes[0])), "more_hours": tuple(sorted({*hours} - {first}))}
 
 
 def _read_every(unit: Unit, interval: int, parts: dict[str, str], between: Between | None) -> dict[str, Any] | None:

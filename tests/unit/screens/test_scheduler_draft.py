@@ -24,6 +24,7 @@ def stored(**values):
     ({"kind": Kind.DAILY}, "FREQ=DAILY"),
     ({"kind": Kind.DAILY, "last_day": date(2026, 12, 31)}, "FREQ=DAILY;UNTIL=20261231"),
     ({"kind": Kind.WEEKLY, "weekdays": ("FR", "MO")}, "FREQ=WEEKLY;BYDAY=MO,FR"),
+    ({"kind": Kind.DAILY, "more_hours": (8, 14)}, "FREQ=DAILY;BYHOUR=6,8,14;BYMINUTE=30"),
     ({"kind": Kind.EVERY, "every": 30, "unit": Unit.MINUTES}, "FREQ=MINUTELY;INTERVAL=30"),
     ({"kind": Kind.EVERY, "every": 2, "weekdays": ("MO", "TU")}, "FREQ=HOURLY;INTERVAL=2;BYDAY=MO,TU"),
     ({"kind": Kind.MONTHLY, "month_day": 15}, "FREQ=MONTHLY;BYMONTHDAY=15"),
@@ -66,7 +67,8 @@ def test_what_cannot_be_is_said_at_its_field(values, field):
 @pytest.mark.parametrize(("recurrence", "between"), [
     (None, None), ("FREQ=DAILY", None), ("FREQ=WEEKLY", None), ("FREQ=WEEKLY;BYDAY=MO,WE", None), ("FREQ=WEEKLY;INTERVAL=2;BYDAY=MO", None),
     ("FREQ=DAILY;COUNT=5", None), ("FREQ=YEARLY", None), ("FREQ=MONTHLY;BYDAY=MO", None), ("FREQ=MONTHLY;BYMONTHDAY=1,15", None),
-    ("FREQ=DAILY;UNTIL=20261231T120000Z", None), ("FREQ=DAILY;BYHOUR=6,14;BYMINUTE=0", None), ("FREQ=MONTHLY;BYMONTHDAY=-2", None),
+    ("FREQ=DAILY;UNTIL=20261231T120000Z", None), ("FREQ=DAILY;BYHOUR=6,14;BYMINUTE=0", None), ("FREQ=DAILY;BYHOUR=8,14", None),
+    ("FREQ=DAILY;BYMINUTE=0,30", None), ("FREQ=MONTHLY;BYMONTHDAY=-2", None),
     ("FREQ=MINUTELY;INTERVAL=45", Between(time(8), time(16))), ("FREQ=HOURLY;INTERVAL=48", None), ("FREQ=MONTHLY", None),
 ])
 def test_an_untouched_draft_is_the_schedule_it_came_from(recurrence, between):
@@ -79,6 +81,11 @@ def test_a_rule_the_form_cannot_say_survives_other_changes():
     opened = Draft.of(schedule)
     assert opened.kind is Kind.OTHER
     assert replace(opened, robot_id=3, at=time(7)).schedule() == replace(schedule, robot_id=3, start=datetime(2026, 11, 23, 7))
+
+
+def test_the_first_of_several_hours_is_where_it_begins():
+    chosen = draft(kind=Kind.DAILY, at=time(10, 15), more_hours=(6, 14)).schedule()
+    assert (chosen.start, chosen.recurrence) == (datetime(2026, 11, 23, 6, 15), "FREQ=DAILY;BYHOUR=6,10,14;BYMINUTE=15")
 
 
 def test_editing_keeps_identity_and_a_copy_gets_a_new_one():

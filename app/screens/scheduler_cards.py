@@ -1,0 +1,99 @@
+"""The parts of the Scheduler as kv/scheduler.kv lays them out."""
+from __future__ import annotations
+
+from typing import Any
+
+from kivy.factory import Factory
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.screens.scheduler_draft import Kind
+from app.screens.scheduler_form_view import FormView
+from app.screens.scheduler_view import TimelineView
+from app.widgets import plan_rows, weekdays  # noqa: F401  (kv's Factory learns them)
+from app.widgets.display import SectionCard
+from app.widgets.lists import Row
+
+
+class UpcomingCard(SectionCard):
+    """The plan: bars of 24 hours per robot, or the starts of 7 days."""
+    mode = OptionProperty("hours", options=("hours", "days"))
+    timeline = ObjectProperty(TimelineView(), rebind=True)
+    days = ListProperty()
+    narrow = BooleanProperty(False)
+    wanted = NumericProperty(0)          # height at which all robots up to four are seen
+
+
+class SchedulesCard(SectionCard):
+    """The list of schedules."""
+    rows = ListProperty()
+    note = StringProperty()
+
+
+class FormCard(SectionCard):
+    """The form; ``view`` are its words, ``vm`` the FormModel that its fields call."""
+    view = ObjectProperty(FormView(), rebind=True)
+    more = BooleanProperty(False)
+    saving = BooleanProperty(False)
+    parameters = ListProperty()
+    problems = ObjectProperty({})
+
+
+class FormWarning(Row, BoxLayout):
+    """A sentence beside the form; ``quiet``: what is still missing rather than wrong."""
+    text = StringProperty()
+    quiet = BooleanProperty(False)
+
+
+class FormPart(BoxLayout):
+    """Some fields of the form. ``card`` is given when it is made, so kv may read ``root.card.view``."""
+    card = ObjectProperty(None, rebind=True)
+
+
+class WeeklyFields(FormPart):
+    """Which days."""
+
+
+class EveryFields(FormPart):
+    """How often, from when to when, on which days."""
+
+
+class MonthDayFields(FormPart):
+    """A day of the month."""
+
+
+class MonthWeekdayFields(FormPart):
+    """An n-th weekday of the month."""
+
+
+class OtherFields(FormPart):
+    """A rule that the form can't say."""
+
+
+class MoreFields(FormPart):
+    """What is seldom needed."""
+
+
+class PartSlot(BoxLayout):
+    """Holds the one part called ``part``, or nothing; as high as it is."""
+    part = StringProperty()
+    card = ObjectProperty(None, allownone=True)
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.fbind("part", self._build)
+        self.fbind("card", self._build)
+
+    def _build(self, *_: Any) -> None:
+        wanted = self.part if self.card is not None else ""
+        if [type(child).__name__ for child in self.children] == ([wanted] if wanted else []):
+            return
+        self.clear_widgets()
+        if wanted:
+            self.add_widget(Factory.get(wanted)(card=self.card))
+
+
+def fields_of_kind(kind: str, by_weekday: bool) -> str:
+    """The part with the fields of that kind of recurrence; empty: it needs none."""
+    monthly = "MonthWeekdayFields" if by_weekday else "MonthDayFields"
+    return {Kind.WEEKLY: "WeeklyFields", Kind.EVERY: "EveryFields", Kind.MONTHLY: monthly, Kind.OTHER: "OtherFields"}.get(Kind(kind), "")

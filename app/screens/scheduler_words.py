@@ -1,0 +1,29 @@
+"""How a schedule reads, in the language the app speaks now."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.i18n import _
+from app.models import Schedule, Settings
+from app.screens import formats
+from app.services import decisions, phrases
+
+
+def rule_line(schedule: Schedule) -> str:
+    """When it starts, as short as a row of a list needs it."""
+    return _when(replace(schedule, respect_working_days=False))
+
+
+def rule_sentence(schedule: Schedule, settings: Settings) -> str:
+    """When it starts and under which conditions."""
+    minimum = decisions.minimum_battery(schedule, settings)
+    if minimum is None:
+        return _when(schedule)
+    return _("{when}, if the battery is at least {percent}").format(when=_when(schedule), percent=formats.percent(minimum))
+
+
+def _when(schedule: Schedule) -> str:
+    if schedule.recurrence is None:
+        return _("Once on {day} at {time}").format(day=formats.wall_day(schedule.start.date(), year=True),
+                                                   time=formats.wall_time(schedule.start))
+    return phrases.sentence(schedule, _)

@@ -1,0 +1,23 @@
+"""Rows of long lists about the plan: a line of the coming days, a schedule among thousands."""
+from kivy.properties import StringProperty
+
+from app.widgets.lists import RecycledRow
+from app.widgets.rows import ScheduleRow
+from app.widgets.surfaces import Tap
+
+
+class DayLine(RecycledRow, Tap):
+    """A heading of a day (``heading``), or a start on it: time, mission, robot, how soon. A start tapped fires "open"."""
+    heading = StringProperty()
+    time = StringProperty()
+    mission = StringProperty()
+    robot = StringProperty()
+    note = StringProperty()
+
+    def on_release(self):
+        if not self.heading:
+            self.act("open")
+
+
+class ScheduleLine(RecycledRow, ScheduleRow):
+    """ScheduleRow in a LongList."""

@@ -1,0 +1,238 @@
+"""The Scheduler's words and bars from plain facts: timeline, days, list of schedules, form."""
+from dataclasses import replace
+from datetime import UTC, date, datetime, time, timedelta
+
+import pytest
+
+from app.models import Execution, InvalidInput, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger
+from app.screens import scheduler_form_view as form
+from app.screens import scheduler_view as view
+from app.screens.scheduler_draft import Draft, Kind
+from app.screens.scheduler_facts import SchedulerFacts, window_start
+from app.screens.scheduler_form_view import Preview
+from app.services.forecast import Concern, ConcernCode, Forecast
+from app.services.plan import PlannedRun
+from app.services.recurrence import Occurrence
+
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
+SETTINGS = Settings(timezone="Europe/Helsinki", minimum_battery_percent=30)
+AINO, VEIKKO = Robot("Aino", "http://a", id=1, model="MiR250"), Robot("Veikko", "http://b", id=2, enabled=False)
+KITS, EMPTIES = Mission("Deliver kits", "g-kits", id=1), Mission("Collect empties", "g-empties", id=2)
+HOURLY = Schedule("Kits", 1, 1, datetime(2026, 11, 2, 6, 0), "Europe/Helsinki", "FREQ=DAILY", id=7, next_at=NOW + timedelta(minutes=22))
+
+
+def facts(**values):
+    return SchedulerFacts(**{"settings": SETTINGS, "robots": (AINO, VEIKKO), "missions": (KITS, EMPTIES), "schedules": (HOURLY,), **values})
+
+
+def planned(minutes, usual_s=420.0, schedule=HOURLY, robot=AINO, mission=KITS):
+    return PlannedRun(NOW + timedelta(minutes=minutes), schedule, robot, mission, usual_s)
+
+
+def execution(state, minutes_ago, **values):
+    at = NOW - timedelta(minutes=minutes_ago)
+    return Execution(**{"trigger": Trigger.SCHEDULED, "robot_id": 1, "robot": "Aino", "mission": "Deliver kits", "mission_guid": "g-kits",
+                        "planned_at": at, "closes_at": at + timedelta(minutes=15), "created_at": at, "token": "t", "id": 70,
+                        "timezone": "Europe/Helsinki", "state": state, **values})
+
+
+# ---------------------------------------------------------------------- the timeline
+def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
+    shown = view.timeline(facts(), NOW)
+    assert window_start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)     # 13:00 local
+    assert shown.now == pytest.approx(1 + 38 / 60)
+    assert shown.now_label == "14:38"
+    assert (3.0, "16:00", False) in shown.ticks
+    assert (11.0, "Sat 21 Nov", True) in shown.ticks
+    assert (1.0, "", False) in shown.ticks or (1.0, "14:00", False) in shown.ticks
+
+
+def test_there_is_a_lane_for_every_robot_and_one_that_is_off_says_so():
+    lanes = view.timeline(facts(), NOW).lanes
+    assert [(lane["name"], lane["note"]) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "switched off")]
+
+
+def test_a_planned_bar_is_as_long_as_the_mission_usually_takes():
+    bar = view.timeline(facts(planned=(planned(22),)), NOW).lanes[0]["bars"][0]
+    assert (bar["start"], bar["end"] - bar["start"]) == (pytest.approx(2.0), pytest.approx(7 / 60))
+    assert (bar["key"], bar["label"], bar["state"]) == (("schedule", 7), "Deliver kits", "planned")
+    unknown = view.timeline(facts(planned=(planned(22, None),)), NOW).lanes[0]["bars"][0]
+    assert unknown["end"] - unknown["start"] == pytest.approx(view.ASSUMED_S / 3600)
+
+
+@pytest.mark.parametrize(("state", "look"), [(State.COMPLETED, "past"), (State.CANCELLED, "past"), (State.FAILED, "failed")])
+def test_a_past_bar_lies_where_it_ran_in_the_colour_of_its_outcome(state, look):
+    ran = execution(state, 38, started_at=NOW - timedelta(minutes=36), ended_at=NOW - timedelta(minutes=30))
+    bar = view.timeline(facts(past=(ran,)), NOW).lanes[0]["bars"][0]
+    assert (bar["key"], bar["state"]) == (("execution", 70), look)
+    assert (bar["start"], bar["end"]) == (pytest.approx(62 / 60), pytest.approx(68 / 60))
+
+
+def test_what_was_missed_is_drawn_no_longer_than_its_start_window():
+    missed = execution(State.MISSED, 60, ended_at=NOW, reason=Reason(ReasonCode.APP_DOWN))
+    bar = view.timeline(facts(past=(missed,)), NOW).lanes[0]["bars"][0]
+    assert (bar["state"], bar["end"] - bar["start"]) == ("skipped", pytest.approx(15 / 60))
+
+
+def test_what_runs_reaches_to_its_usual_end_or_to_now():
+    running = execution(State.EXECUTING, 4, started_at=NOW - timedelta(minutes=4))
+    bar = view.timeline(facts(past=(running,), usual_s={(1, "g-kits"): 420.0}), NOW).lanes[0]["bars"][0]
+    assert bar["end"] == pytest.approx(view.timeline(facts(), NOW).now + 3 / 60)
+    late = view.timeline(facts(past=(running,), usual_s={(1, "g-kits"): 60.0}), NOW)
+    assert late.lanes[0]["bars"][0]["end"] == pytest.approx(late.now)
+
+
+def test_what_ended_before_the_window_is_not_drawn():
+    old = execution(State.COMPLETED, 300, started_at=NOW - timedelta(minutes=299), ended_at=NOW - timedelta(minutes=290))
+    assert view.timeline(facts(past=(old,)), NOW).lanes[0]["bars"] == []
+
+
+def test_days_without_work_are_closed_and_named():
+    assert view.timeline(facts(), NOW).closed == ((11.0, 24.0, "Saturday: not a working day"),)
+    assert view.timeline(facts(settings=replace(SETTINGS, working_days=("MO", "TU", "WE", "TH", "FR", "SA", "SU"))), NOW).closed == ()
+
+
+def test_a_clock_change_is_marked_and_the_hours_stay_true():
+    night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)                 # 23:10 in Helsinki, clocks go back at 04:00
+    shown = view.timeline(facts(), night)
+    change = next(hour for hour, label, strong in shown.ticks if label == "Clock change")
+    assert window_start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
+
+
+# ---------------------------------------------------------------------- the days
+def test_the_week_has_a_heading_for_every_day():
+    rows = [row for row in view.days(facts(planned=(planned(22),)), NOW) if row["heading"]]
+    assert [row["heading"] for row in rows][:3] == ["Today, Fri 20 Nov", "Tomorrow, Sat 21 Nov", "Sun 22 Nov"]
+    assert [row["note"] for row in rows][:2] == ["1 start", "nothing planned · not a working day"]
+    assert len(rows) == 7
+
+
+def test_many_starts_of_one_schedule_are_one_line():
+    runs = (*(planned(22 + 60 * n) for n in range(5)), planned(50, schedule=replace(HOURLY, id=8), mission=EMPTIES))
+    rows = [row for row in view.days(facts(planned=runs), NOW) if not row["heading"]]
+    assert [(row["time"], row["mission"], row["note"]) for row in rows] == [
+        ("15:00", "Deliver kits", "5 starts until 19:00"), ("15:28", "Collect empties", "in 50 min")]
+
+
+# ---------------------------------------------------------------------- the schedules
+def test_schedules_stand_in_the_order_they_come_and_those_that_are_off_last():
+    later = replace(HOURLY, id=8, name="Later", next_at=NOW + timedelta(hours=3))
+    off = replace(HOURLY, id=9, name="Off", enabled=False, next_at=None)
+    rows = view.schedule_rows(facts(schedules=(off, later, HOURLY)), NOW, selected=8)
+    assert [(row["key"], row["on"], row["selected"]) for row in rows] == [(7, True, False), (8, True, True), (9, False, False)]
+    assert [row["next"] for row in rows] == ["Aino · in 22 min", "Aino · in 3 h", "Aino · switched off"]
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"next_at": None}, "Aino · no start left"),
+    ({"robot_id": 2}, "Veikko · the robot is switched off"),
+    ({"paused_until": NOW + timedelta(hours=2)}, "Aino · paused until 16:38"),
+    ({"next_at": NOW + timedelta(days=3)}, "Aino · Mon 23 Nov 14:38"),
+])
+def test_a_schedule_says_when_or_why_not(changes, words):
+    assert view.schedule_rows(facts(schedules=(replace(HOURLY, **changes),)), NOW)[0]["next"] == words
+
+
+def test_a_schedule_shows_how_it_last_went():
+    row = view.schedule_rows(facts(last={7: execution(State.SKIPPED, 60)}), NOW)[0]
+    assert (row["icon"], row["tone"], row["last"]) == ("skip-next-circle", "attention", "Skipped")
+    assert view.schedules_note(facts()) == "1 of 1 on"
+    assert view.schedules_note(facts(schedules=())) == ""
+
+
+# ---------------------------------------------------------------------- the form
+def draft(**values):
+    return Draft(**{"day": date(2026, 11, 23), "at": time(6, 30), "timezone": "Europe/Helsinki", "mission_id": 1, "robot_id": 1, **values})
+
+
+def start(day, hour=4, minute=30, moved=False):
+    instant = datetime(2026, 11, day, hour, minute, tzinfo=UTC)
+    return Occurrence(instant, datetime(2026, 11, day, hour + 2, minute), moved)
+
+
+def shown(chosen, preview=None):
+    return form.present(facts(), chosen, preview or Preview(Forecast((start(23),))), NOW)
+
+
+def test_an_empty_form_asks_for_a_mission_without_looking_wrong():
+    empty = shown(draft(mission_id=None), Preview())
+    assert (empty.title, empty.mission, empty.save_off, empty.why, empty.problems) == (
+        "New schedule", "Choose a mission", True, "Choose a mission", {})
+
+
+def test_the_form_shows_what_is_chosen():
+    chosen = shown(draft(kind=Kind.WEEKLY, weekdays=("MO", "WE"), minimum_battery_percent=40.0, overlap=Overlap.QUEUE))
+    assert (chosen.mission, chosen.robot, chosen.day, chosen.time) == ("Deliver kits", "Aino", "Mon 23 Nov 2026", "06:30")
+    assert [chip["key"] for chip in chosen.day_chips if chip["selected"]] == ["MO", "WE"]
+    assert (chosen.battery, chosen.window, chosen.overlap, chosen.save_off) == ("40 %", "15 min", "Queue", False)
+    assert shown(draft()).battery == "30 %"                             # inherited
+    assert shown(draft(minimum_battery_percent=0.0)).battery == "No minimum"
+
+
+def test_saving_waits_for_the_answer_of_the_services():
+    assert shown(draft(), Preview()).save_off
+
+
+def test_a_one_time_start_on_a_day_without_work_is_refused_at_the_day():
+    saturday = shown(draft(day=date(2026, 11, 21)))
+    assert saturday.save_off
+    assert saturday.problems == {"day": "Saturday is not a working day: choose another day, or under More any day"}
+    assert not shown(draft(day=date(2026, 11, 21), respect_working_days=False)).save_off
+
+
+def test_a_one_time_start_in_the_past_is_refused_at_the_time():
+    assert shown(draft(day=date(2026, 11, 20), at=time(8)), Preview(Forecast())).problems == {
+        "time": "This time has passed: choose a later one"}
+
+
+def test_what_the_services_refuse_stands_at_its_field():
+    refused = shown(draft(), Preview(Forecast(), InvalidInput("name", "there is a schedule {name} already", name="Kits")))
+    assert (refused.problems, refused.why, refused.save_off) == (
+        {"name": "There is a schedule Kits already"}, "There is a schedule Kits already", True)
+    assert form.form_field(InvalidInput("recurrence", "x")) == "kind"
+    assert form.form_field(InvalidInput("something else", "x")) == "kind"
+
+
+def test_the_next_starts_are_told_and_those_with_a_warning_marked():
+    concern = Concern(ConcernCode.OVERLAP, start(25).instant,
+                      {"mission": "Collect empties", "start": start(25, 4, 25).instant, "end": start(25, 4, 40).instant})
+    told = shown(draft(kind=Kind.DAILY), Preview(Forecast(tuple(start(day) for day in range(23, 28)), 420.0, (concern,))))
+    assert told.starts_label == "Next five starts"
+    assert [(row["day"], row["time"], row["icon"]) for row in told.starts][1:3] == [
+        ("Tue 24 Nov", "06:30", ""), ("Wed 25 Nov", "06:30", "alert")]
+    assert told.warnings == ("Wed 25 Nov: still running then on Aino is Collect empties, 06:25–06:40",)
+    assert not told.save_off
+
+
+@pytest.mark.parametrize(("concern", "text"), [
+    (Concern(ConcernCode.OVERLAP, start(25).instant,
+             {"mission": "Waste", "start": start(25, 4, 31).instant, "end": start(25, 4, 40).instant}),
+     "Wed 25 Nov: Waste follows meanwhile on Aino, 06:31–06:40"),
+    (Concern(ConcernCode.DAY_OFF, details={"day": date(2026, 11, 21)}), "Sat 21 Nov is not a working day, so it begins later"),
+    (Concern(ConcernCode.MISSION_MISSING, details={"mission": "Waste", "robot": "Aino"}), "Aino does not have the mission Waste"),
+    (Concern(ConcernCode.ROBOT_OFF, details={"robot": "Veikko"}), "Veikko is switched off in Settings: nothing will be sent"),
+    (Concern(ConcernCode.NO_START), "No start is left to come"),
+    (Concern(ConcernCode.CLOCK_CHANGE, start(25).instant, {"nominal": datetime(2026, 11, 25, 3, 30), "twice": False}),
+     "Wed 25 Nov: there is no 03:30 that night, it starts at 06:30"),
+    (Concern(ConcernCode.CLOCK_CHANGE, start(25).instant, {"nominal": datetime(2026, 11, 25, 3, 30), "twice": True}),
+     "Wed 25 Nov: 03:30 comes twice that night, it starts the first time"),
+])
+def test_every_concern_is_one_sentence(concern, text):
+    assert shown(draft(kind=Kind.DAILY), Preview(Forecast((start(23),), None, (concern,)))).warnings == (text,)
+
+
+def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
+    own = Mission("Deliver kits", "g-own", id=3, robot_id=1)
+    foreign = Mission("Charge", "g-charge", id=4, robot_id=2)
+    known = facts(missions=(KITS, replace(EMPTIES, favourite=True), own, foreign))
+    assert [row["key"] for row in form.mission_options(known, 1)] == [2, 3]
+    assert [row["note"] for row in form.mission_options(known, 1)] == ["", "only on Aino"]
+    assert {row["key"] for row in form.mission_options(known, None)} == {1, 2, 3, 4}
+
+
+def test_pickers_offer_the_setting_first_and_keep_odd_values():
+    batteries = form.battery_options(facts(), 37.0)
+    assert (batteries[0]["key"], batteries[0]["note"], batteries[1]["key"]) == (None, "30 %", 0.0)
+    assert 37.0 in [row["key"] for row in batteries]
+    assert form.window_options(facts(), None)[0]["note"] == "15 min"
+    assert [row["key"] for row in form.also_options(draft())] == [hour for hour in range(24) if hour != 6]
