@@ -226,7 +226,7 @@ class StepField(FieldBase):
         if number is None:
             new = int(self.minimum if direction > 0 else self.maximum)
         else:
-            new = (number // step + 1) * step if direction > 0 else -(-number // step - 1) * step
+            new = (number // step + 1) * step if direction > 0 else (-(-number // step) - 1) * step
             new = min(int(self.maximum), max(int(self.minimum), new))
         self.text = str(new)
         self.commit()

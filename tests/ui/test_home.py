@@ -11,7 +11,8 @@ from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
 from app.widgets.flow import FlowChip
 from app.widgets.frame import AlarmBanner, TopBar
-from app.widgets.rows import QueueRow, RobotChip
+from app.widgets.rows import OptionRow, QueueRow, RobotChip
+from app.widgets.surfaces import Tap
 from tests.ui.whole_app import GUIDS, plant, shown
 
 
@@ -104,14 +105,13 @@ def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):
 
 def test_two_taps_start_one_mission(home, ui):
     choose(ui, "Deliver")
-    button = ui.find(CommandButton, text="Run on Aino")
-    lift = ui.press(button)
-    lift(0)
-    button.dispatch("on_release")                             # a second finger in the same moment
-    button.dispatch("on_release")
-    ui.wait(lambda: "run" not in home.root_vm.busy)
+    press(ui, "Run on Aino")
+    press(ui, "Run on Aino")
     ui.wait(lambda: any(mission == "Deliver" for mission, _origin in rows(ui)))
     assert len(home.site.container.history.open()) == 1
+    ui.advance(1)
+    press(ui, "Run on Aino")                                  # a second wish is a second mission
+    ui.wait(lambda: len(home.site.container.history.open()) == 2)
 
 
 def test_under_the_minimum_the_operator_is_asked_first(home, ui):
@@ -223,6 +223,7 @@ def test_cancelling_what_has_just_ended_is_no_error(home, ui):
 
 def test_a_robot_that_is_gone_while_pausing_is_told_in_one_sentence(home, ui):
     home.aino.control({"reboot_seconds": 60})
+    ui.wait(lambda: "No connection" in ui.texts())
     press(ui, "Pause")
     ui.wait(lambda: any("127.0.0.1" in text and "?" in text for text in home.shell.snackbars.texts), seconds=20)
     assert "pause" not in home.root_vm.busy
@@ -245,11 +246,13 @@ def test_a_chip_selects_the_robot_for_the_whole_app(home, ui):
 
 
 def test_the_top_bar_switches_robots_from_anywhere(home, ui):
-    ui.find(TopBar).dispatch("on_robot")
+    home.shell.go("scheduler")
     ui.advance(.3)
-    ui.tap_text("Veikko")
+    ui.tap(ui.find(Tap, ui.find(TopBar)))
+    ui.tap(ui.find(OptionRow, home.shell.dialogs.top, text="Veikko"))
     ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
-    ui.wait(lambda: home.root_vm._facts.robot.name == "Veikko")
+    ui.tap_text("Home")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Veikko") or ui.find_all(RobotChip, name="Veikko", selected=True))
 
 
 # ---------------------------------------------------------------------- no robot

@@ -1,0 +1,174 @@
+"""Fields: typing, committing, problems said at the field."""
+from __future__ import annotations
+
+import pytest
+
+from app.widgets.buttons import IconButton
+from app.widgets.fields import FieldFrame, FieldInput, FormField, PickField, RepeatButton, SearchField, StepField
+from app.widgets.tokens import tk
+
+ENTER, ESCAPE = 13, 27
+
+
+def commits_of(field) -> list:
+    values: list = []
+    field.bind(on_commit=lambda _field, value: values.append(value))
+    return values
+
+
+def test_typing_commits_once_when_the_field_is_left(ui):
+    field = ui.show(FormField(label="Name"), (400, 120))
+    values = commits_of(field)
+    ui.type(field, "Veikko")
+    assert field.text == "Veikko"
+    assert values == []
+    field.focus = False
+    ui.advance(.1)
+    assert values == ["Veikko"]
+    field.focus = True
+    ui.advance(.1)
+    field.focus = False
+    ui.advance(.1)
+    assert values == ["Veikko"]
+
+
+def test_enter_commits_and_says_so(ui):
+    field = ui.show(FormField(), (400, 120))
+    values = commits_of(field)
+    entered: list[str] = []
+    field.bind(on_enter=lambda f: entered.append(f.text))
+    ui.type(field, "10.0.0.7")
+    ui.find(FieldInput).dispatch("on_text_validate")
+    assert values == ["10.0.0.7"]
+    assert entered == ["10.0.0.7"]
+
+
+def test_what_the_view_model_shows_does_not_count_as_typed(ui):
+    field = ui.show(FormField(), (400, 120))
+    values = commits_of(field)
+    field.show("Aino")
+    field.focus = True
+    ui.advance(.1)
+    field.focus = False
+    ui.advance(.1)
+    assert values == []
+    assert ui.find(FieldInput).text == "Aino"
+
+
+def test_a_problem_takes_the_place_of_the_help_and_turns_the_frame_red(ui):
+    field = ui.show(FormField(help="Its host name or IP"), (400, 120))
+    assert "Its host name or IP" in ui.texts()
+    field.problem = "Nothing answers there"
+    ui.advance()
+    assert "Nothing answers there" in ui.texts()
+    assert "Its host name or IP" not in ui.texts()
+    assert list(ui.find(FieldFrame).line) == list(tk.fault)
+    field.problem = ""
+    ui.advance()
+    assert list(ui.find(FieldFrame).line) == list(tk.outline)
+
+
+def test_help_lies_under_the_frame_and_counts_in_the_height(ui):
+    field = ui.show(FormField(label="Name", help="word " * 60))
+    field.size_hint_x, field.width = None, 300
+    ui.advance()
+    frame = ui.find(FieldFrame)
+    assert frame.height == tk.h_field
+    assert field.height > tk.h_field + 100
+    assert frame.y > field.y + 50
+
+
+def test_a_password_is_hidden_until_the_eye_is_pressed(ui):
+    field = ui.show(FormField(password=True), (400, 120))
+    ui.type(field, "secret")
+    line = ui.find(FieldInput)
+    assert line.password
+    ui.tap(ui.find(IconButton))
+    assert not line.password
+    assert field.text == "secret"
+
+
+def test_a_number_field_takes_digits_and_max_length_holds(ui):
+    field = ui.show(FormField(kind="int", max_length=3), (400, 120))
+    ui.type(field, "1a2-345")
+    assert field.text == "123"
+
+
+def test_search_can_be_emptied(ui):
+    field = ui.show(SearchField(hint="Search"), (400, 56))
+    ui.type(field, "coil")
+    assert field.text == "coil"
+    ui.tap(ui.find(IconButton))
+    assert field.text == ""
+
+
+def test_a_pick_field_opens_something(ui):
+    field = ui.show(PickField(label="Mission", value="Deliver"), (300, 90))
+    taps: list[int] = []
+    field.bind(on_release=lambda *_: taps.append(1))
+    ui.tap_text("Deliver")
+    assert taps == [1]
+    field.problem = "Choose a mission"
+    ui.advance()
+    assert "Choose a mission" in ui.texts()
+
+
+def step_field(ui, **kwargs) -> StepField:
+    return ui.show(StepField(**kwargs), (360, 140))
+
+
+def test_steps_go_to_multiples_and_stop_at_the_ends(ui):
+    field = step_field(ui, value=32, minimum=1, maximum=41, step=10)
+    values = commits_of(field)
+    minus, plus = ui.find_all(RepeatButton)
+    ui.tap(plus)
+    ui.tap(plus)
+    assert values == [40, 41]
+    assert plus.disabled
+    for _n in range(5):
+        ui.tap(minus)
+    assert values[2:] == [40, 30, 20, 10, 1]
+    assert minus.disabled
+
+
+def test_holding_a_step_repeats_it(ui):
+    field = step_field(ui, value=0, maximum=100)
+    lift = ui.press(ui.find_all(RepeatButton)[1])
+    lift(1.05)
+    assert 4 <= field.value <= 8
+    value = field.value
+    ui.advance(1)
+    assert field.value == value
+
+
+def test_a_typed_number_outside_the_range_is_red_and_not_taken(ui):
+    field = step_field(ui, value=30, minimum=1, maximum=3600, help="1–3600 s")
+    values = commits_of(field)
+    field.text = "9999"
+    field.focus = True
+    ui.advance(.1)
+    field.focus = False
+    ui.advance(.1)
+    assert values == []
+    assert field.outside
+    assert list(ui.find(FieldFrame).line) == list(tk.fault)
+    field.text = "60"
+    field.commit()
+    assert values == [60]
+    assert not field.outside
+
+
+@pytest.mark.parametrize(("optional", "value"), [(True, None), (False, 30)])
+def test_an_empty_number_is_none_only_where_it_may_be(ui, optional, value):
+    field = step_field(ui, value=30, optional=optional)
+    field.text = ""
+    field.commit()
+    assert field.value == value
+    assert field.outside is not optional
+
+
+def test_the_range_may_come_after_the_value(ui):
+    field = step_field(ui, value=40)
+    assert not field.outside
+    field.maximum = 20
+    assert field.outside

@@ -1,0 +1,218 @@
+"""Lists keep the identity of their rows, scroll, rest on whole rows, and tell who was used."""
+from __future__ import annotations
+
+import pytest
+
+from app.widgets.buttons import IconButton, Toggle
+from app.widgets.lists import Rows, ScrollRows
+from app.widgets.long_list import LongList
+from app.widgets.rows import LogRow, OptionRow, QueueRow, RobotChip, ScheduleRow
+from app.widgets.text import Txt
+
+
+def actions_of(rows) -> list[tuple]:
+    calls: list[tuple] = []
+    rows.bind(on_action=lambda _rows, *values: calls.append(values))
+    return calls
+
+
+def queue(*keys: int) -> list[dict]:
+    return [{"key": key, "mission": f"Mission {key}", "number": str(key)} for key in keys]
+
+
+def test_the_cross_of_a_row_cancels_what_the_row_stands_for(ui):
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(7, 8)), (400, 300))
+    calls = actions_of(rows)
+    second = ui.find(QueueRow, key=8)
+    ui.tap(ui.find(IconButton, root=second))
+    assert calls == [(8, "cancel")]
+
+
+def test_a_row_without_a_cross_cannot_be_cancelled(ui):
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=[{"key": 1, "mission": "Dock", "cancellable": False}]), (400, 300))
+    calls = actions_of(rows)
+    cross = next(w for w in rows.walk() if isinstance(w, IconButton) and w.icon == "close")
+    ui.tap(cross)
+    assert calls == []
+
+
+def test_a_queue_that_moves_under_the_finger_cancels_nothing_else(ui):
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
+    calls = actions_of(rows)
+    lift = ui.press(ui.find(IconButton, root=ui.find(QueueRow, key=1)))
+    rows.data = queue(2, 3)              # 1 has just ended; 2 now lies under the finger
+    lift()
+    assert (2, "cancel") not in calls
+
+
+def test_rows_are_updated_not_rebuilt(ui):
+    rows = Rows(viewclass="QueueRow", orientation="vertical", data=queue(1, 2))
+    ui.show(rows, (400, 300))
+    first = ui.find(QueueRow, key=1)
+    rows.data = [{"key": 2, "mission": "Two"}, {"key": 1, "mission": "One", "icon": "play"}]
+    assert ui.find(QueueRow, key=1) is first
+    assert first.mission == "One"
+    assert first.number == ""                # what the new data leave out is not kept from the old
+    assert [row.key for row in reversed(rows.children)] == [2, 1]
+
+
+def test_two_rows_with_one_key_are_refused(ui):
+    rows = Rows(viewclass="QueueRow")
+    with pytest.raises(ValueError, match="two rows"):
+        rows.data = queue(1, 1)
+
+
+def test_a_short_list_shows_whole_rows_and_scrolls_for_more(ui):
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(*range(20))), (400, 250))
+    assert rows.view_height == 3 * 72
+    ui.drag(rows, 0, 100)
+    scroll = rows.ids.scroll
+    above = (1 - scroll.scroll_y) * (20 * 72 - rows.view_height)
+    assert above >= 72
+    assert above % 72 == pytest.approx(0, abs=1) or above % 72 == pytest.approx(72, abs=1)
+
+
+def test_an_empty_list_says_so(ui):
+    rows = ui.show(ScrollRows(viewclass="QueueRow", empty_text="Nothing is waiting"), (400, 250))
+    assert ui.texts() == ["Nothing is waiting"]
+    rows.data = queue(1)
+    ui.advance()
+    assert "Nothing is waiting" not in ui.texts()
+
+
+def test_a_strip_shares_its_width_or_turns_pages(ui):
+    strip = ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=[{"key": n, "name": f"Robot {n}"} for n in range(3)])
+    ui.show(strip, (600, 64))
+    assert not strip.paged
+    assert ui.find(RobotChip).width == pytest.approx((600 - 16) / 3)
+    calls = actions_of(strip)
+    strip.data = [{"key": n, "name": f"Robot {n}"} for n in range(50)]
+    ui.advance()
+    assert strip.paged
+    ui.tap(ui.find(IconButton, icon="chevron-right"))
+    ui.advance(.5)
+    assert strip.ids.scroll.scroll_x > 0
+    strip.show(40)
+    ui.advance(.5)
+    ui.tap(ui.find(RobotChip, key=40))
+    assert calls == [(40, "choose")]
+
+
+def test_a_schedule_row_asks_and_shows_what_is_true(ui):
+    rows = ui.show(ScrollRows(viewclass="ScheduleRow", data=[{"key": 5, "mission": "Deliver", "on": True}]), (400, 200))
+    calls = actions_of(rows)
+    ui.tap(ui.find(Toggle))
+    assert calls == [(5, "switch", False)]
+    assert ui.find(Toggle).active            # until the service has agreed
+    rows.data = [{"key": 5, "mission": "Deliver", "on": False}]
+    assert not ui.find(Toggle).active
+    ui.tap(ui.find(Txt, text="Deliver"))
+    dots = ui.find(IconButton, root=ui.find(ScheduleRow))
+    ui.tap(dots)
+    assert calls[1:] == [(5, "edit"), (5, "menu", dots)]
+
+
+def runs(n: int, **more) -> list[dict]:
+    return [{"key": key, "mission": f"Mission {key}", "reason": "as usual", **more} for key in range(n)]
+
+
+def test_thousands_of_runs_need_a_dozen_rows(ui):
+    rows = LongList(viewclass="LogRow", data=runs(5000))
+    ui.show(rows, (800, 600))
+    assert 5 < len(rows.views) < 20
+    assert "Mission 0" in ui.texts()
+    rows.scroll_y = 0
+    ui.advance(.5)
+    assert "Mission 4999" in ui.texts()
+    assert len(rows.views) < 20
+
+
+def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
+    data = runs(200)
+    data[1]["reason"] = "The robot stood still for four minutes before a pallet that nobody had announced. " * 3
+    data[3] |= {"opened": True, "steps": [{"label": "Planned", "time": "13:30"}], "message": "Robot: blocked"}
+    rows = LongList(viewclass="LogRow", data=data)
+    ui.show(rows, (700, 700))
+    views = {view.key: view for view in rows.views}
+    assert views[1].height > views[0].height
+    assert views[3].height > views[1].height
+    for n in range(4):
+        assert views[n].y - views[n + 1].top == pytest.approx(8, abs=1)
+    assert all(view.y >= rows._content.height - rows.height - 1 for view in rows.views if view.x == 0)      # no row cut in two
+
+
+def test_a_row_opens_and_the_others_make_room(ui):
+    data = runs(50)
+    rows = LongList(viewclass="LogRow", data=data)
+    ui.show(rows, (700, 600))
+    calls = actions_of(rows)
+    ui.tap(ui.find(Txt, text="Mission 1"))
+    assert calls == [(1, "open")]
+    def place() -> float:
+        row = ui.find(LogRow, key=2)
+        return row.to_window(*row.pos)[1]
+
+    before = place()
+    rows.data = [{**row, "opened": row["key"] == 1, "steps": [{"label": "Planned", "time": "13:30"}]} for row in data]
+    ui.advance(.1)
+    assert place() < before - 40
+    assert "13:30" in ui.texts()
+
+
+def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
+    rows = LongList(viewclass="LogRow", data=runs(300))
+    ui.show(rows, (700, 600))
+    rows.show(100)
+    ui.advance(.5)
+    top = ui.find(LogRow, key=100)
+    place = top.to_window(*top.pos)
+    rows.data = [{"key": f"new {n}", "mission": "New"} for n in range(5)] + runs(300)
+    ui.advance(.1)
+    top = ui.find(LogRow, key=100)
+    assert top.to_window(*top.pos) == pytest.approx(place, abs=1.5)
+
+
+def test_at_the_top_the_newest_is_seen(ui):
+    rows = LongList(viewclass="LogRow", data=runs(300))
+    ui.show(rows, (700, 600))
+    rows.data = [{"key": "new", "mission": "Brand new"}, *runs(300)]
+    ui.advance(.1)
+    assert "Brand new" in ui.texts()
+
+
+def test_the_end_of_a_long_list_asks_for_more(ui):
+    rows = LongList(viewclass="LogRow", data=runs(60))
+    asked: list[int] = []
+    rows.bind(on_end=lambda _rows: asked.append(1))
+    ui.show(rows, (700, 600))
+    assert not asked
+    rows.scroll_y = 0
+    ui.advance(.5)
+    assert asked
+
+
+def test_a_row_that_became_another_while_pressed_does_nothing(ui):
+    row = OptionRow(key=1, text="One")
+    calls: list[tuple] = []
+
+    class Host:
+        def dispatch(self, _event, *values):
+            calls.append(values)
+
+    row.host = Host()
+    ui.show(row, (400, 64))
+    lift = ui.press(row)
+    row.take({"key": 2, "text": "Two"})
+    lift()
+    assert calls == []
+    ui.tap(row)
+    assert calls == [(2, "choose")]
+
+
+def test_a_long_list_says_when_it_is_empty(ui):
+    rows = LongList(viewclass="LogRow", empty_text="No run matches")
+    ui.show(rows, (500, 400))
+    assert ui.texts() == ["No run matches"]
+    rows.data = runs(2)
+    ui.advance(.1)
+    assert "No run matches" not in ui.texts()
