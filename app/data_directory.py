@@ -8,8 +8,9 @@ import platformdirs
 
 from app.container import DATABASE_NAME
 from app.failures import BadInput
+from app.logs import FILE_NAME as LOG_NAME
 
-_OURS = (DATABASE_NAME, "scheduler.lock", "logs")
+_OURS = (DATABASE_NAME, "scheduler.lock")
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,7 @@ class DataDirectory:
         path = path or platformdirs.user_data_path("amr-scheduler", appauthor=False)
         try:
             path.mkdir(mode=0o700, parents=True, exist_ok=True)
-            names = {entry.name for entry in path.iterdir()}
-            if names and not any(name.startswith(_OURS) for name in names):
+            if not _is_ours(path):
                 raise BadInput(f"{path} holds other files; give an empty directory or one of {DATABASE_NAME}")
             path.chmod(0o700)
         except FileExistsError:
@@ -39,3 +39,11 @@ class DataDirectory:
     @property
     def logs(self) -> Path:
         return self.path / "logs"
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether it is empty, or holds what the app leaves; after a command that failed early that is its log alone."""
+    names = {entry.name for entry in path.iterdir()}
+    if names == {"logs"}:
+        return all(file.name.startswith(LOG_NAME) for file in (path / "logs").iterdir())
+    return not names or any(name.startswith(_OURS) for name in names)
