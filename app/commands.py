@@ -18,14 +18,15 @@ from typing import Any
 from app import logs
 from app.container import Container
 from app.data_directory import DataDirectory
-from app.database.backups import restore_backup
-from app.database.connection import DatabaseDamaged
+from app.database.backups import restore
+from app.database.errors import DatabaseError
 from app.failures import BadInput, Failure
 from app.models import Execution, InvalidInput, State
 from app.opening import open_container, open_for_reading
 from app.requests import MORE_THAN_A_WINDOW, find_mission, find_robot, outcome
 from app.services import configuration
 from app.services.history_export import write_history
+from app.services.clock import SystemClock
 from app.services.inbox import NoAnswer, ask
 from app.services.lock import AlreadyRunning, InstanceLock
 
@@ -167,9 +168,9 @@ def _restore(directory: DataDirectory, backup: Path) -> int:
     except AlreadyRunning as error:
         raise BadInput(str(error)) from None
     try:
-        kept = restore_backup(directory.database, backup)
-    except (OSError, DatabaseDamaged) as error:
-        raise BadInput(f"{backup} is not a good backup: {error}; nothing was changed") from None
+        kept = restore(backup, directory.database, SystemClock().now())
+    except DatabaseError as error:
+        raise BadInput(error.text) from None
     finally:
         lock.release()
     print(f"{backup} restored" + (f"; the former database is kept as {kept}" if kept else ""))

@@ -20,7 +20,7 @@ from app.services.ledger import Ledger
 from app.services.mir.address import Address
 from app.services.mir.client import RobotClient
 from app.services.mir.credentials import Token
-from app.services.mir.errors import NotAMir, RobotError
+from app.services.mir.errors import AnotherRobot, RobotError
 from app.services.mir.types import Identity, MissionInfo, RobotState
 from app.services.planner import one_off
 from app.services.poll_loop import PollLoop
@@ -135,7 +135,7 @@ class Operator:
         client = self._make_client(robot)
         try:
             if robot.serial_number and (found := client.status().serial_number) and found != robot.serial_number:
-                raise NotAMir(f"serial number {found} answers instead of {robot.serial_number}; nothing was sent")
+                raise AnotherRobot(address=client.address.netloc, expected=robot.serial_number, found=found)
             yield client
         finally:
             client.close()
