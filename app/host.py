@@ -12,6 +12,7 @@ from app.demo import furnish
 from app.failures import BadInput
 from app.opening import open_container
 from app.requests import handlers
+from app.services.daily_backup import DailyBackup
 from app.services.inbox import Inbox
 from app.services.lock import AlreadyRunning, InstanceLock
 
@@ -33,6 +34,7 @@ def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Map
             if demo is not None:
                 furnish(container, *demo)
             container.loop.add_chore(Inbox(directory.path, handlers(container)).tick)
+            container.loop.add_chore(DailyBackup(container.db, container.clock, container.alarms).tick)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)
             container.loop.start()
             yield container

@@ -34,6 +34,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "duplicate_running": (Priority.HIGH, "A second copy of {mission} is running on {robot} (queue item {queue_id})"),
     "unknown_outcome": (Priority.HIGH, "Nobody knows whether {mission} reached {robot}: {problem}"),
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
+    "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
 EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
                     "duplicate_running", "unknown_outcome"})
