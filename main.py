@@ -8,11 +8,14 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from app import NAME, __version__
 from app.failures import BadInput, Failure
 
+if TYPE_CHECKING:                          # imported late, so that --help needs nothing
+    from app.data_directory import DataDirectory
+    from app.headless import DemoFleet
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
@@ -86,12 +89,12 @@ def _live(options: argparse.Namespace) -> int:
     return _life(options, directory, None)
 
 
-def _life(options: argparse.Namespace, directory, robots) -> int:
+def _life(options: argparse.Namespace, directory: DataDirectory, robots: DemoFleet | None) -> int:
     if options.headless:
         from app.headless import live
         return live(directory, demo_robots=robots)
     from app.window import live as live_with_window
-    return live_with_window(directory, demo_robots=robots, kiosk=options.kiosk)
+    return int(live_with_window(directory, demo_robots=robots, kiosk=options.kiosk))
 
 
 @contextlib.contextmanager
@@ -104,7 +107,7 @@ def _demo_directory(given: Path | None) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def _fleet():
+def _fleet() -> Iterator[DemoFleet]:
     """The only place where the app meets the simulator."""
     import mir_sim
     with mir_sim.serve(robots=3, time_scale=1, seed=1) as fleet:

@@ -25,8 +25,8 @@ from app.models import Execution, InvalidInput, State
 from app.opening import open_container, open_for_reading
 from app.requests import MORE_THAN_A_WINDOW, find_mission, find_robot, outcome
 from app.services import configuration
-from app.services.history_export import write_history
 from app.services.clock import SystemClock
+from app.services.history_export import write_history
 from app.services.inbox import NoAnswer, ask
 from app.services.lock import AlreadyRunning, InstanceLock
 
@@ -42,7 +42,8 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
     if options.import_config:
         return _import(directory, Path(options.import_config))
     if options.run_now:
-        return _run_now(directory, *options.run_now, options.parameter)
+        robot, mission = options.run_now
+        return _run_now(directory, robot, mission, options.parameter)
     _begin_if_new(directory)
     db = open_for_reading(directory)
     try:

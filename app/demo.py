@@ -59,8 +59,9 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
             history += _history(schedule, rule, robot, mission, settings, now, rng)
     container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
     container.db.write(lambda w: container.repositories.executions.add_many(w, sorted(history, key=lambda e: e.planned_at)))
-    container.db.write(lambda w: [container.repositories.observed.add_many(w, robot.id, observed)
-                                  for robot in saved for observed in [_observed(robot, history, settings, now)]])
+    for robot in saved:
+        seen = _observed(robot, history, settings, now)
+        container.db.write(lambda w, robot=robot, seen=seen: container.repositories.observed.add_many(w, robot.id, seen))  # type: ignore[misc]
     container.catalogue.change_settings(history_limit=None, selected_robot_id=saved[0].id)
 
 
@@ -88,8 +89,9 @@ def _history(schedule: Schedule, rule: _Rule, robot: Robot, mission: Mission, se
              rng: random.Random) -> Iterator[Execution]:
     for number, planned_at in enumerate(_instants(rule, settings, now)):
         row = Execution(
-            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name, mission=mission.name,
-            mission_guid=mission.guid, planned_at=planned_at, closes_at=decisions.closes_at(planned_at, None, settings), created_at=planned_at,
+            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
+            mission=mission.name, mission_guid=mission.guid, planned_at=planned_at, created_at=planned_at,
+            closes_at=decisions.closes_at(planned_at, None, settings),
             token=str(uuid.UUID(int=rng.getrandbits(128), version=4)), timezone=schedule.timezone)
         yield _ended(row, rule, number, rng)
 

@@ -43,7 +43,8 @@ def test_of_many_missed_only_the_latest_still_runs_and_each_has_its_row(site, pl
     site.run(60)
     off_for(site, 5 * 3600 + 400)        # back at about 11:07
     site.run(600)
-    assert outcome(site) == [(f"{hour:02d}:05", State.MISSED, ReasonCode.APP_DOWN) for hour in range(6, 11)] + [("11:05", State.COMPLETED, None)]
+    missed = [(f"{hour:02d}:05", State.MISSED, ReasonCode.APP_DOWN) for hour in range(6, 11)]
+    assert outcome(site) == [*missed, ("11:05", State.COMPLETED, None)]
 
 
 def test_thousands_of_missed_ones_are_counted_whole_but_kept_to_the_limit(site, plan):

@@ -1,7 +1,7 @@
 """Hours of operation in seconds: the real services, simulated robots, and everything that can go wrong drawn by one seed.
 
-The app is killed between any two steps (before a commit, after it, before a request leaves, after the robot has it), requests meet every fate
-of ``tests.support.network``, robots reboot and go silent, the wall clock is moved. The oracle never looks into the app's code: it knows the
+The app is killed between any two steps (before a commit, after it, before a request leaves, after the robot has it), requests meet
+every fate of ``tests.support.network``, robots reboot and go silent, the wall clock is moved. The oracle never looks into the app's code: it knows the
 plan by counting minutes, and what ran by the robots' own histories.
 """
 from __future__ import annotations
@@ -84,8 +84,9 @@ class World:
         local = START.astimezone(ZoneInfo(ZONE)).replace(tzinfo=None)
         for number, robot in enumerate(site.add_robots()):
             first = local + timedelta(minutes=1 + number)
-            catalogue.save_schedule(Schedule(f"often {robot.name}", robot.id, mission.id, first, ZONE,
-                                             f"FREQ=MINUTELY;INTERVAL={profile.every_minutes}", overlap=Overlap.QUEUE, start_window_minutes=8))
+            often = f"FREQ=MINUTELY;INTERVAL={profile.every_minutes}"
+            catalogue.save_schedule(Schedule(f"often {robot.name}", robot.id, mission.id, first, ZONE, often, overlap=Overlap.QUEUE,
+                                             start_window_minutes=8))
             catalogue.save_schedule(Schedule(f"nightly {robot.name}", robot.id, mission.id, first.replace(hour=3, minute=30), ZONE,
                                              "FREQ=DAILY", priority=5))
 

@@ -37,8 +37,10 @@ class Site:
         self.network = network or Network()
         self.network.site = self
         self.directory, self._with_window = directory, with_window
-        self.machines = {f"R{number}": SimulatedRobot(f"R{number}", seed=number, clock=lambda: self.seconds() * robot_speed, start=self.clock.now(),
-                                                      timezone=timezone, battery=90.0) for number in range(1, robots + 1)}
+        self.machines: dict[str, SimulatedRobot] = {}
+        for number in range(1, robots + 1):
+            self.machines[f"R{number}"] = SimulatedRobot(f"R{number}", seed=number, clock=lambda: self.seconds() * robot_speed,
+                                                         start=self.clock.now(), timezone=timezone, battery=90.0)
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
         self.container: Container
@@ -62,6 +64,7 @@ class Site:
         self.container.first_start()
         self._lanes: dict[int, Lane] = {}
         self._due: dict[int, float] = {}
+        self._polls: set[int] = set()
         self._next_tick = self._next_cycle = -math.inf
         self.container.scheduler.start()
 
@@ -81,7 +84,8 @@ class Site:
 
     # ------------------------------------------------------------------ furnishing
     def add_robots(self) -> list[Robot]:
-        return [self.container.catalogue.save_robot(Robot(name, f"http://{name.lower()}", USER), password=PASSWORD) for name in self.machines]
+        save = self.container.catalogue.save_robot
+        return [save(Robot(name, f"http://{name.lower()}", USER), password=PASSWORD) for name in self.machines]
 
     def add_mission(self, name: str = "Deliver") -> Mission:
         return self.container.catalogue.save_mission(Mission(name, GUIDS[name]))
@@ -140,10 +144,6 @@ class Site:
             if robot.id not in self._lanes:
                 self._lanes[robot.id] = self.container.make_lane(robot)
                 self._due[robot.id] = self.clock.monotonic()
-
-    @property
-    def _polls(self) -> set[int]:
-        return self.__dict__.setdefault("_poll_wanted", set())
 
     def _step_lane(self, key: int) -> None:
         wanted = key in self._polls
