@@ -41,7 +41,8 @@ class SettingsViewModel(ViewModel):
     current = StringProperty(FIRST)
     title = StringProperty()
     note = StringProperty()
-    is_narrow_open = BooleanProperty(False)      # portrait: the section stands in the place of the list
+    is_narrow = BooleanProperty(False)           # portrait: list and section one after the other
+    is_narrow_open = BooleanProperty(False)      # the section stands in the place of the list
 
     __events__ = ("on_facts",)
 
@@ -107,7 +108,8 @@ class SettingsViewModel(ViewModel):
 
     # ------------------------------------------------------------------ showing
     def show(self) -> None:
-        self.sections = section_rows(self.desk.facts, self.desk.now(), self.current)
+        marked = "" if self.is_narrow and not self.is_narrow_open else self.current
+        self.sections = section_rows(self.desk.facts, self.desk.now(), marked)
         self.title = section_names()[self.current]
         self.note = "" if self.current in ("data", "about") else _("Every change is saved at once")
         self.dispatch("on_facts")
@@ -134,8 +136,8 @@ class SettingsScreen(ScreenBase):
         self._content = SectionContent(vm=self.vm, screen=self)
         self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
         self.fbind("portrait", self._arrange)
-        self._arrange()
         self._place_page()
+        self._arrange()
 
     # ------------------------------------------------------------------ coming on screen
     def shown(self, section: str | None = None, **intent: Any) -> None:
@@ -178,7 +180,7 @@ class SettingsScreen(ScreenBase):
 
     def _arrange(self, *_args: Any) -> None:
         """List and section beside each other, or one of them alone."""
-        self._content.narrow = self.portrait
+        self._content.narrow = self.vm.is_narrow = self.portrait
         shown = [self._list, self._content]
         if self.portrait:
             shown = [self._content if self.vm.is_narrow_open else self._list]
@@ -186,3 +188,4 @@ class SettingsScreen(ScreenBase):
         self.clear_widgets()
         for widget in shown:
             self.add_widget(widget)
+        self.vm.show()

@@ -39,7 +39,7 @@ class AboutPage(SettingsPage):
         found = components()
         versions = {component.name: component.version for component in found}
         self.vm.python, self.vm.sqlite = versions["Python"], versions["SQLite"]
-        self.vm.kivy = " · ".join(f"{name} {versions[name]}" for name in ("Kivy", "kivymd") if name in versions).replace("kivymd", "KivyMD")
+        self.vm.kivy = " · ".join(f"{name} {versions[name]}" for name in ("Kivy", "KivyMD") if name in versions)
         self.vm.components = [{"key": component.name, "name": component.name, "version": component.version or "–",
                                "licence": component.licence} for component in found]
 

@@ -9,6 +9,7 @@ from typing import Any
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
 
 from app.i18n import _
 from app.screens.problems import sentence_of
@@ -152,6 +153,15 @@ class DataPage(SettingsPage):
         self.vm.restoring = False
         if self._restore is not None:
             self._restore(path)
+
+
+class WithOutcome(BoxLayout):
+    """Something that is used, with the outcome below it."""
+    model = ObjectProperty(None, rebind=True, allownone=True)
+
+    def add_widget(self, widget: Widget, *args: Any, **kwargs: Any) -> None:
+        """Whatever kv adds stands above the outcome, which comes first with the class's own rule."""
+        super().add_widget(widget, index=1 if self.children else 0)
 
 
 class FileRow(BoxLayout):

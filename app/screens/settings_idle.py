@@ -29,7 +29,7 @@ class IdlePanel(Row, Surface):
 
 class IdleModel(EventDispatcher):
     panels = ListProperty()
-    empty = StringProperty()
+    has_robots = BooleanProperty(True)
 
 
 class IdlePage(SettingsPage):
@@ -37,11 +37,20 @@ class IdlePage(SettingsPage):
         self._problems: dict[int, str] = {}
         self._minutes: dict[int, int] = {}               # chosen before there is a mission, and so before there is a rule
         super().__init__(desk, IdleModel(), **kwargs)
+        self._list, self._empty = self.ids.idle_list.__self__, self.ids.no_robots.__self__
+        self.vm.bind(has_robots=self._arrange)
+        self._arrange()
+
+    def _arrange(self, *_args: Any) -> None:
+        self.show_one(self._list if self.vm.has_robots else self._empty, (self._list, self._empty))
+
+    def add_robot(self) -> None:
+        self.desk.shell.go("settings", section="robots", add=True)
 
     def show(self, facts: SettingsFacts, now: datetime) -> None:
         self.vm.panels = [{**row, "minutes": self._minutes.get(row["key"], row["minutes"]), "problem": self._problems.get(row["key"], "")}
                           for row in idle_panels(facts)]
-        self.vm.empty = "" if facts.robots else _("No robots yet: add one under Robots")
+        self.vm.has_robots = bool(facts.robots)
 
     def reached(self, **intent: Any) -> None:
         self._problems.clear()

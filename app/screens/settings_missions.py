@@ -45,7 +45,7 @@ class MissionsModel(EventDispatcher):
     rows = ListProperty()
     query = StringProperty()
     searchable = BooleanProperty(False)
-    empty = StringProperty()
+    has_missions = BooleanProperty(True)
     can_fetch = BooleanProperty(False)
     fetching = BooleanProperty(False)
     outcome = ObjectProperty(rebind=True)
@@ -54,15 +54,27 @@ class MissionsModel(EventDispatcher):
 class MissionsPage(SettingsPage):
     def __init__(self, desk: Desk, **kwargs: Any) -> None:
         super().__init__(desk, MissionsModel(outcome=OutcomeModel()), **kwargs)
+        self._list, self._empty = self.ids.mission_list.__self__, self.ids.no_missions.__self__
+        self.vm.bind(has_missions=self._arrange)
+        self._arrange()
+
+    def _arrange(self, *_args: Any) -> None:
+        """The list, or what to do while there is none."""
+        self.show_one(self._list if self.vm.has_missions else self._empty, (self._list, self._empty))
+
+    def begin(self) -> None:
+        """The way out of having no missions."""
+        if self.vm.can_fetch:
+            self.fetch()
+        else:
+            self.desk.shell.go("settings", section="robots", add=True)
 
     def show(self, facts: SettingsFacts, now: datetime) -> None:
         vm = self.vm
         vm.searchable = len(facts.missions) >= SEARCH_FROM
         vm.can_fetch = any(robot.enabled for robot in facts.robots)
         vm.rows = mission_rows(facts, vm.query if vm.searchable else "")
-        vm.empty = _("No mission has these words") if facts.missions else \
-            _("No missions yet: fetch them from a robot, or add one by hand") if vm.can_fetch else \
-            _("No missions yet: add a robot first, then fetch its missions")
+        vm.has_missions = bool(facts.missions)
 
     def reached(self, **intent: Any) -> None:
         self.vm.outcome.tell(NoticeView())

@@ -16,10 +16,13 @@ LONGEST_NAME = 80                        # contract: "Ranges"
 
 
 def mission_rows(facts: SettingsFacts, query: str = "") -> list[Row]:
-    """Rows of MissionRow: favourites first, then by name; ``query`` keeps those with all its words in name, guid or robot."""
+    """Rows of MissionRow: what is missing first, then favourites, then by name; ``query`` keeps those with all its words in name, guid or
+    robot."""
     words = query.casefold().split()
     rows = []
-    for mission in sorted(facts.missions, key=lambda m: (not m.favourite, m.name.casefold(), m.robot_id or 0)):
+    order = {mission.id: (not facts.robots_missing(mission), not mission.favourite, mission.name.casefold(), mission.robot_id or 0)
+             for mission in facts.missions}
+    for mission in sorted(facts.missions, key=lambda m: order[m.id]):
         owner = facts.robot(mission.robot_id)
         searched = f"{mission.name} {mission.guid} {owner.name if owner else ''}".casefold()
         if all(word in searched for word in words):

@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Any
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
 
 from app.container import Container
 from app.database.errors import DatabaseError
@@ -72,6 +73,14 @@ class SettingsPage(BoxLayout):
 
     def show(self, facts: SettingsFacts, now: datetime) -> None:
         raise NotImplementedError
+
+    def show_one(self, wanted: Widget, of: Sequence[Widget]) -> None:
+        """Of several widgets that take turns show this one, below what always stands."""
+        for widget in of:
+            if widget is not wanted:
+                self.remove_widget(widget)
+        if wanted.parent is None:
+            self.add_widget(wanted)
 
     def reached(self, **intent: Any) -> None:
         """The section was opened, perhaps with what is wanted there (``add=True``, ``robot_id=3``)."""

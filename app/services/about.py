@@ -9,8 +9,8 @@ from importlib import metadata
 
 # what is shipped, by the name of its distribution; the licences as their authors declare them (SPDX)
 LICENCES = (
-    ("Kivy", "MIT"), ("kivymd", "MIT"), ("asynckivy", "MIT"), ("asyncgui", "MIT"), ("materialyoucolor", "MIT"), ("filetype", "MIT"),
-    ("pillow", "MIT-CMU"), ("docutils", "BSD-2-Clause"), ("Pygments", "BSD-2-Clause"), ("Kivy-Garden", "MIT"), ("requests", "Apache-2.0"),
+    ("Kivy", "MIT"), ("KivyMD", "MIT"), ("asynckivy", "MIT"), ("asyncgui", "MIT"), ("materialyoucolor", "MIT"), ("filetype", "MIT"),
+    ("Pillow", "MIT-CMU"), ("docutils", "BSD-2-Clause"), ("Pygments", "BSD-2-Clause"), ("Kivy-Garden", "MIT"), ("requests", "Apache-2.0"),
     ("urllib3", "MIT"), ("certifi", "MPL-2.0"), ("idna", "BSD-3-Clause"), ("charset-normalizer", "MIT"), ("platformdirs", "MIT"),
     ("python-dateutil", "Apache-2.0 OR BSD-3-Clause"), ("six", "MIT"), ("tzdata", "Apache-2.0"))
 BUNDLED = (("Roboto", "Apache-2.0"), ("Material Design Icons", "Apache-2.0"))       # fonts inside KivyMD
@@ -26,7 +26,7 @@ class Component:
 
 def components() -> Sequence[Component]:
     """Python and SQLite first, then everything that is installed, then the fonts."""
-    found = [Component("Python", platform.python_version(), "PSF-2.0"), Component("SQLite", sqlite3.sqlite_version, "blessing")]
+    found = [Component("Python", platform.python_version(), "PSF-2.0"), Component("SQLite", sqlite3.sqlite_version, "public domain")]
     for name, licence in LICENCES:
         if version := _version(name):
             found.append(Component(name, version, licence))

@@ -169,6 +169,11 @@ def test_a_mission_is_missing_where_it_is_used_and_the_robot_told():
     assert missions_view.missing_sentence(facts(), DELIVER) == ""
 
 
+def test_what_is_missing_stands_first():
+    told = facts(names={1: {"guid-charge": "Charge"}})
+    assert [row["name"] for row in missions_view.mission_rows(told)] == ["Deliver kits", "Charge", "Coils"]
+
+
 def test_an_unused_mission_that_no_robot_has_is_told():
     told = facts(robots=(AINO,), names={1: {"guid-deliver": "Deliver kits"}})
     assert missions_view.missing_sentence(told, CHARGE) == "No robot has it"
