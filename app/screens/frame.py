@@ -65,7 +65,7 @@ class FrameController:
     # ------------------------------------------------------------------ life
     def start(self) -> None:
         frame = self._frame
-        frame.bind(on_go=self._go, on_robot=self._pick_robot, on_alarm=self._press_banner, on_other_alarms=self._show_alarms)
+        frame.bind(on_go=self._go, on_pick_robot=self._pick_robot, on_solve=self._press_banner, on_list_alarms=self._show_alarms)
         self._shell.navigator.bind(current=self._went)
         self._release = [self._container.changes.subscribe(lambda _topic, _about: self._refresh()),
                          translator.subscribe(self._retranslated), Clock.schedule_interval(lambda _dt: self._show(), 1).cancel]
@@ -76,6 +76,7 @@ class FrameController:
         for release in self._release:
             release()
         self._release = []
+        self._refresh.cancel()
 
     def _retranslated(self) -> None:
         self._frame.items = [(name, screen_word(name), icon, selected) for name, icon, selected in NAVIGATION]
@@ -90,6 +91,8 @@ class FrameController:
 
     # ------------------------------------------------------------------ reading and showing
     def _read(self) -> None:
+        if not self._release:                # stopped
+            return
         if self._reading:
             self._stale = True
             return

@@ -23,6 +23,7 @@ from app.services.mir.types import MissionParameter
 from app.services.robot_missions import RobotMissions
 from app.widgets import load_kv
 
+DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on Run is the same press
 GONE = (404, 410)                        # what a robot answers about an item that it no longer has
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._wanted: tuple[MissionParameter, ...] = ()
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
+        self._rest_until = 0.0
         self._reading = self._stale = False
         self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
 
@@ -54,11 +56,16 @@ class HomeViewModel(HomeState, ViewModel):
         if robot_id is not None:
             self.select_robot(robot_id)
 
+    def closed(self) -> None:
+        self._refresh.cancel()
+
     def retranslated(self) -> None:
         self._show()
 
     def _read(self) -> None:
         """One reading at a time; what changes meanwhile asks for one more."""
+        if not self.is_open:
+            return
         if self._reading:
             self._stale = True
             return
@@ -123,7 +130,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._shell.go("settings", section="robots", add=True)
 
     def pick_mission(self) -> None:
-        options = [{"key": m.id, "text": m.name, "icon": "star" if m.favourite else ""} for m in self._facts.missions]
+        options = [{"key": m.id, "text": m.name, "icon": "star" if m.favourite else "star-outline"} for m in self._facts.missions]
         self._shell.dialogs.choose(_("Mission to run"), options, self.choose_mission, selected=self.run.mission_id)
 
     def choose_mission(self, mission_id: int) -> None:
@@ -153,7 +160,7 @@ class HomeViewModel(HomeState, ViewModel):
     def run_now(self, entered: Mapping[str, Any]) -> None:
         """One press, one mission: the token is minted here, and the button waits until the row is on disk."""
         robot, run = self._facts.robot, self.run
-        if robot is None or run.off or run.mission_id is None or "run" in self.busy:
+        if robot is None or run.off or run.mission_id is None or "run" in self.busy or Clock.get_time() < self._rest_until:
             return
         try:
             parameters = values_of(self._wanted, entered)
@@ -165,6 +172,7 @@ class HomeViewModel(HomeState, ViewModel):
 
         def submit() -> None:
             self._act("run", lambda: self._container.operator.run_now(robot.id, mission_id, parameters, token), self._started)
+            self._rest_until = Clock.get_time() + DOUBLE_TAP
 
         if run.low_battery:
             self._shell.dialogs.confirm(_("Run {mission} all the same?").format(mission=run.mission), run.low_battery, _("Run"), submit)
@@ -196,14 +204,14 @@ class HomeViewModel(HomeState, ViewModel):
         robot, count = self._facts.robot, self.controls.clear_count
         if robot is None or not count or "clear" in self.busy:
             return
-        title = ngettext("Take {n} mission from {robot}?", "Take {n} missions from {robot}?", count).format(n=count, robot=robot.name)
+        title = ngettext("Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count)
         text = _("Everything in its queue goes, whoever put it there; what runs is ended.")
 
         def clear() -> None:
             self._act("clear", lambda: self._container.operator.clear_queue(robot.id),
                       lambda _none: self._say(_("The queue of {robot} is cleared").format(robot=robot.name), "playlist-remove"))
 
-        self._shell.dialogs.confirm(title, text, _("Clear queue"), clear, danger=True)
+        self._shell.dialogs.confirm(title.format(n=count, robot=robot.name), text, _("Clear queue"), clear, danger=True)
 
     def cancel(self, key: tuple[str, int]) -> None:
         """One row of the queue: ours by the execution, others' by the item."""

@@ -123,7 +123,13 @@ def planned_rows(facts: HomeFacts, now: datetime) -> list[Row]:
     """The next starts of all robots, in the zone of the settings."""
     zone = facts.settings.timezone
     return [{"key": (run.schedule.id, run.at), "time": formats.clock_time(run.at, zone), "mission": run.mission.name,
-             "note": f"{run.robot.name} · {formats.until(run.at, now, zone)}"} for run in facts.planned]
+             "note": f"{run.robot.name} · {_how_soon(run.at, now, zone)}"} for run in facts.planned]
+
+
+def _how_soon(at: datetime, now: datetime, zone: str) -> str:
+    """Within a day how long until then; beyond it the day, as the time stands beside it."""
+    seconds = (at - now).total_seconds()
+    return formats.ahead(seconds) if seconds < formats.DAY else formats.day(at, zone)
 
 
 def finished_rows(facts: HomeFacts, now: datetime) -> list[Row]:

@@ -8,7 +8,7 @@ from app.i18n import _
 from app.services.mir.types import MissionParameter
 
 WHOLE = ("integer", "int")
-DECIMAL = ("float", "double", "number", "decimal", "duration")
+DECIMAL = ("float", "double", "number", "decimal")
 YES_NO = ("bool", "boolean")
 
 
@@ -47,7 +47,7 @@ def _kind(parameter: MissionParameter) -> str:
         return "int"
     if name in DECIMAL or isinstance(parameter.default, int | float):
         return "decimal"
-    return "text"
+    return "text"                        # also durations, which the robot writes as 00:01:00.000000
 
 
 def _choices(parameter: MissionParameter) -> list[tuple[Any, str]]:

@@ -1,0 +1,166 @@
+"""Home in every state, and what stands over it: banner, alarms, late starts, the damaged database."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from kivy.factory import Factory
+
+from app.i18n import _
+from app.models import Alarm, Connection, Priority, Robot, Wait
+from app.screens import frame as frame_controller
+from app.screens.frame_alarms import AlarmsDialog, LateStartsDialog
+from app.screens.frame_view import Worries, banner, robot_option, top_bar
+from app.screens.home import HomeScreen
+from app.screens.home_facts import HomeFacts
+from app.screens.rescue import Damage, RescuePage
+from app.screens.threads import UiBus
+from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
+from tests.support import home_facts as sample
+
+EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, GLOVES)
+PARAMETERS = [
+    {"name": "place", "label": "Pick-up place", "kind": "choice", "default": "K1", "choices": [("K1", "Kitting 1"), ("K2", "Kitting 2")]},
+    {"name": "count", "label": "Pallets", "kind": "int", "default": 2, "help": "1 to 8", "choices": []},
+]
+ALARMS = (
+    Alarm("emergency_stop", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino"}, id=1),
+    Alarm("unreachable", "robot:2", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko"}, id=2, count=3),
+    Alarm("executions_missed", "plan", Priority.MEDIUM, sample.ago(minutes=50), {"count": 4, "reason": "off from 10:12 to 11:48"}, id=3,
+          cleared_at=sample.ago(minutes=50)),
+    Alarm("robot_error", "robot:3", Priority.HIGH, sample.ago(minutes=70), {"robot": "Sisu", "problem": "Failed to reach goal"}, id=4,
+          cleared_at=sample.ago(minutes=60)),
+)
+LATE = tuple(replace(sample.HELD, id=number, mission=mission, wait=Wait.LATE_START, hold_until=sample.NOW + timedelta(seconds=24))
+             for number, mission in ((21, "Waste to compactor"), (22, "Collect empties")))
+
+
+class _Nowhere:
+    """Services that a picture doesn't need."""
+
+    def run(self, *_args: Any, **_kwargs: Any) -> None:
+        """Work in the background never comes back."""
+
+
+def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, worries: Worries | None = None) -> HomeScreen:
+    """Home in its frame, with these facts."""
+    container = SimpleNamespace(changes=SimpleNamespace(subscribe=lambda _listener: lambda: None), make_client=None,
+                                clock=SimpleNamespace(now=lambda: sample.NOW))
+    shell = SimpleNamespace(background=_Nowhere(), dialogs=studio.dialogs)
+    frame = Factory.Frame()
+    frame.items = [(name, frame_controller.screen_word(name), icon, selected) for name, icon, selected in frame_controller.NAVIGATION]
+    frame.current, frame.title = "home", frame_controller.screen_word("home")
+    screen = HomeScreen(container, shell)
+    frame.add_widget(screen)
+    screen.vm._take(facts)
+    screen.vm.choose_mission(chosen)
+    bar = top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW)
+    frame.date, frame.clock, frame.robot, frame.link, frame.link_icon, frame.link_tone = (
+        bar.date, bar.clock, bar.robot, bar.link, bar.icon, bar.tone)
+    if worries is not None:
+        view = banner(worries, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW)
+        frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
+        frame.alarm_others, frame.alarm_action = view.others, view.action
+    studio.show(frame)
+    return screen
+
+
+@picture("home", sizes=EVERY_SIZE)
+def running(studio: Any) -> None:
+    home(studio, sample.FACTS)
+
+
+@picture("home-estop", sizes=(*BOTH, SMALL))
+def emergency_stop(studio: Any) -> None:
+    home(studio, sample.with_aino(sample.STOPPED), worries=Worries(ALARMS))
+
+
+@picture("home-error", sizes=(LANDSCAPE,))
+def error(studio: Any) -> None:
+    home(studio, sample.with_aino(sample.FAILED))
+
+
+@picture("home-question", sizes=(*BOTH, SMALL))
+def question(studio: Any) -> None:
+    home(studio, sample.with_aino(sample.ASKING))
+
+
+@picture("home-unreachable", sizes=(LANDSCAPE,))
+def unreachable(studio: Any) -> None:
+    home(studio, sample.with_aino(sample.EXECUTING, age=300, connection=Connection.UNREACHABLE,
+                                  problem="10.40.12.21 doesn't answer; is the robot switched on and on this network?"))
+
+
+@picture("home-idle", sizes=BOTH)
+def idle(studio: Any) -> None:
+    home(studio, replace(sample.with_aino(sample.READY, ()), open=(), planned=(), finished=()), chosen=None)
+
+
+@picture("home-parameters", sizes=(*BOTH, LARGE_TEXT))
+def parameters(studio: Any) -> None:
+    home(studio, sample.FACTS).vm.parameters = PARAMETERS
+
+
+@picture("home-fifty-robots", sizes=BOTH)
+def fifty(studio: Any) -> None:
+    robots = (sample.AINO, *(Robot(f"Robot {n}" if n % 4 else f"Trukki hallissa {n}", "http://10.0.0.1", id=n) for n in range(2, 51)))
+    home(studio, replace(sample.FACTS, robots=robots))
+
+
+@picture("home-held", sizes=(LANDSCAPE,))
+def held(studio: Any) -> None:
+    from app.services.holds import Hold
+    home(studio, sample.FACTS, worries=Worries(holds=[Hold("Late starts after the app was off")]))
+
+
+@picture("home-empty")
+def empty(studio: Any) -> None:
+    home(studio, HomeFacts(settings=sample.SETTINGS), chosen=None)
+
+
+@picture("alarms")
+def alarms(studio: Any) -> Any:
+    home(studio, sample.with_aino(sample.STOPPED), worries=Worries(ALARMS))
+    dialog = AlarmsDialog(act=lambda _alarm_id: None)
+    dialog.show(ALARMS, sample.SETTINGS, sample.NOW)
+    return studio.dialogs.open(dialog)
+
+
+@picture("late-starts")
+def late_starts(studio: Any) -> Any:
+    home(studio, sample.FACTS, worries=Worries(late_starts=LATE))
+    dialog = LateStartsDialog(hold=lambda: None)
+    dialog.show(LATE, sample.SETTINGS, sample.NOW)
+    return studio.dialogs.open(dialog)
+
+
+@picture("robot-picker", sizes=(LANDSCAPE,))
+def robot_picker(studio: Any) -> Any:
+    home(studio, sample.FACTS)
+    facts = sample.FACTS
+    options = [robot_option(robot, facts.snapshots[robot.id], facts.settings, sample.NOW) for robot in facts.robots]
+    return studio.dialogs.choose(_("Robot"), options, lambda _key: None, selected=1)
+
+
+@picture("mission-picker", sizes=(LANDSCAPE,))
+def mission_picker(studio: Any) -> Any:
+    home(studio, sample.FACTS).vm.pick_mission()
+    return studio.dialogs.top
+
+
+@picture("clear-queue", sizes=(LANDSCAPE,))
+def clear_queue(studio: Any) -> Any:
+    home(studio, sample.FACTS).vm.clear_queue()
+    return studio.dialogs.top
+
+
+@picture("damaged-database")
+def damaged(studio: Any) -> None:
+    sentence = ("The database /home/tablet/.local/share/amr-scheduler/amr-scheduler.db is damaged (malformed disk image), kept as "
+                "amr-scheduler.db.damaged-20261120; restore the newest good backup with --data-dir /home/tablet/.local/share/"
+                "amr-scheduler --restore-backup /home/tablet/.local/share/amr-scheduler/backups/daily-2026-11-20.db")
+    damage = Damage(sentence, Path("daily-2026-11-20.db"), lambda: None)  # type: ignore[arg-type, return-value]
+    studio.show(RescuePage(damage, UiBus(), lambda _container: None))
