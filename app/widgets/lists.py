@@ -21,11 +21,22 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.scrollview import ScrollView
 
+MEANT = "row the finger came down on"    # key of touch.ud
+
 
 class Row:
-    """Mixin of row classes. ``act("cancel")`` tells the list, which fires ``on_action(key, "cancel")``; ``host`` is that list."""
+    """Mixin of row classes. ``act("cancel")`` tells the list, which fires ``on_action(key, "cancel")``; ``host`` is that list.
+
+    A scroll view passes a short tap on only when the finger has left. If the list has moved until then, the tap was meant for another
+    row than the one that now lies there, and is dropped.
+    """
     key = ObjectProperty(None, allownone=True)
     host = ObjectProperty(None, allownone=True)
+
+    def on_touch_down(self, touch):
+        if self.collide_point(*touch.pos) and touch.ud.get(MEANT, self.key) != self.key:
+            return True
+        return super().on_touch_down(touch)
 
     def act(self, action: str, *values) -> None:
         if self.host is not None:
@@ -94,6 +105,15 @@ class CalmScroll(ScrollView):
     def __init__(self, **kwargs):
         kwargs.setdefault("effect_cls", ScrollEffect)
         super().__init__(**kwargs)
+
+    def on_touch_down(self, touch):
+        if MEANT not in touch.ud and self.collide_point(*touch.pos):
+            place = self.to_window(*touch.pos)
+            row = next((widget for widget in self.walk(restrict=True)
+                        if isinstance(widget, Row) and widget.collide_point(*widget.parent.to_widget(*place))), None)
+            if row is not None:
+                touch.ud[MEANT] = row.key
+        return super().on_touch_down(touch)
 
 
 class ScrollPage(CalmScroll):

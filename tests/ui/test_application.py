@@ -1,0 +1,278 @@
+"""The window as a whole: polls, survives, follows settings, starts late only when allowed, restores a damaged database, ends cleanly."""
+from __future__ import annotations
+
+import gc
+import os
+import subprocess
+import sys
+import weakref
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+from kivy.clock import Clock
+
+from app import window
+from app.application import SchedulerApp, Survivor
+from app.data_directory import DataDirectory
+from app.database.backups import back_up
+from app.database.connection import Database, DatabaseDamaged
+from app.failures import BadInput
+from app.i18n import translator
+from app.models import Robot, Schedule, State
+from app.screens.rescue import Damage
+from app.services.changes import Topic
+from app.widgets.buttons import CommandButton
+from app.widgets.frame import AlarmBanner, NavItem, TopBar
+from app.widgets.tokens import tk
+from tests.ui.whole_app import plant, shown
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def site(tmp_path):
+    with plant(tmp_path) as site:
+        yield site
+
+
+# ---------------------------------------------------------------------- polling
+def test_the_window_asks_for_a_cycle_every_poll_interval(site, ui, monkeypatch):
+    asked = []
+    monkeypatch.setattr(site.container.loop, "request_cycle", lambda by_window=False: asked.append(by_window))
+    site.container.catalogue.change_settings(poll_interval_seconds=10)
+    with shown(site.container, ui):
+        assert asked == [True]                                # at once
+        ui.advance(31)
+        assert asked == [True] * 4
+        site.container.catalogue.change_settings(poll_interval_seconds=5)
+        ui.advance(.2)
+        ui.advance(10.1)
+        assert len(asked) == 4 + 1 + 2                        # a new interval begins with a cycle
+    ui.advance(30)
+    assert len(asked) == 7                                    # closed: nobody asks any more
+
+
+def test_results_of_a_cycle_come_back_to_the_screen(site, ui):
+    robot, = site.add_robots()
+    with shown(site.container, ui):
+        ui.wait(lambda: "Ready" in ui.texts())
+        site.container.snapshots.update(robot.id, queue=())
+        site.fleet.robots[0].control({"battery": 41.0})
+        ui.wait(lambda: "41 %" in ui.texts())
+
+
+def test_the_robot_on_screen_is_watched(site, ui):
+    robot, = site.add_robots()
+    with shown(site.container, ui):
+        ui.wait(lambda: site.container.loop._watched == robot.id)
+
+
+# ---------------------------------------------------------------------- survival
+def test_a_handler_that_fails_is_logged_told_and_survived(site, ui, caplog):
+    with shown(site.container, ui) as app:
+        ui.wait(lambda: "Add your first robot" in ui.texts())
+
+        def broken(_dt):
+            raise RuntimeError("a bug")
+
+        Clock.schedule_once(broken, 0)
+        ui.wait(lambda: app.shell.snackbars.texts)
+        assert app.shell.snackbars.texts == ["Something unexpected went wrong; the log file has the details"]
+        assert "a bug" in caplog.text
+        ui.tap(ui.find(NavItem, name="logs"))
+        assert app.shell.navigator.current == "logs"
+
+
+def test_a_flood_of_failures_is_told_once_a_second_and_a_failing_teller_does_not_matter():
+    told = []
+    survivor = Survivor(told.append)
+    for _n in range(5):
+        survivor.handle_exception(RuntimeError("x"))
+    assert len(told) == 1
+
+    def fails(_problem):
+        raise ValueError
+
+    assert Survivor(fails).handle_exception(RuntimeError("x")) == survivor.handle_exception(RuntimeError("x"))
+
+
+def test_ctrl_c_still_ends_the_app():
+    from kivy.base import ExceptionManager
+    assert Survivor(print).handle_exception(KeyboardInterrupt()) == ExceptionManager.RAISE
+
+
+# ---------------------------------------------------------------------- settings
+def test_theme_and_language_follow_the_settings_live(site, ui):
+    with shown(site.container, ui):
+        assert tk.theme == "light"
+        site.container.catalogue.change_settings(theme="dark")
+        ui.wait(lambda: tk.theme == "dark")
+        site.container.catalogue.change_settings(language="fi")
+        ui.wait(lambda: translator.language == "fi")
+        site.container.catalogue.change_settings(language="en", theme="contrast")
+        ui.wait(lambda: translator.language == "en" and tk.theme == "contrast")
+
+
+def test_navigation_goes_everywhere_and_builds_each_screen_once(site, ui):
+    with shown(site.container, ui) as app:
+        ui.wait(lambda: "Add your first robot" in ui.texts())
+        for name in ("scheduler", "logs", "settings", "home", "scheduler"):
+            ui.tap(ui.find(NavItem, name=name))
+            assert app.shell.navigator.current == name
+            assert ui.find(TopBar).title == ui.find(NavItem, name=name).text
+        assert app.shell.navigator.built == ["home", "scheduler", "logs", "settings"]
+
+
+# ---------------------------------------------------------------------- alarms
+def test_an_alarm_stays_until_it_is_acknowledged_and_over(site, ui):
+    robot, = site.add_robots()
+    with shown(site.container, ui):
+        ui.wait(lambda: "Ready" in ui.texts())
+        site.fleet.robots[0].control({"emergency_stop": True})
+        ui.wait(lambda: ui.find_all(AlarmBanner, action="Acknowledge"))
+        site.fleet.robots[0].control({"emergency_stop": False})
+        ui.wait(lambda: ui.find(AlarmBanner).note.startswith("Over since"))
+        ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
+        ui.wait(lambda: not ui.find_all(AlarmBanner))
+        assert not site.container.alarms.standing()
+    assert robot.name == "Aino"
+
+
+def test_the_list_of_alarms_acknowledges_each(site, ui):
+    site.container.alarms.raise_("clock_stepped", "clock", seconds=40)
+    site.container.alarms.raise_("app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00")
+    with shown(site.container, ui) as app:
+        ui.wait(lambda: ui.find_all(AlarmBanner))
+        assert ui.find(AlarmBanner).others == "+1 more"
+        ui.tap_text("+1 more")
+        dialog = app.shell.dialogs.top
+        assert len(dialog.rows) == 2
+        while dialog.rows:
+            before = len(dialog.rows)
+            ui.tap(ui.find(CommandButton, dialog, text="Acknowledge"))
+            ui.wait(lambda before=before: len(dialog.rows) < before)
+        assert "No alarms. Everything is as it should be." in ui.texts(dialog)
+
+
+# ---------------------------------------------------------------------- late starts
+def late_schedule(site) -> None:
+    """A schedule that fell due while the app was off, still inside its start window."""
+    container = site.container
+    robot, = site.add_robots()
+    mission, = site.add_missions("Home")
+    now = container.clock.now()
+    due = now - timedelta(minutes=2)
+    container.catalogue.save_schedule(Schedule("Late one", robot.id, mission.id, due.replace(tzinfo=None, second=0, microsecond=0),
+                                               "UTC", respect_working_days=False))
+    heartbeat = now - timedelta(hours=1)
+    container.db.write(lambda c: container.repositories.settings.set_heartbeat(c, heartbeat))
+    container.loop.start()
+
+
+def test_late_starts_are_listed_first_and_can_be_held_and_released(tmp_path, ui):
+    with plant(tmp_path, start=False) as site:
+        late_schedule(site)
+        with shown(site.container, ui) as app:
+            ui.wait(lambda: app.shell.dialogs.top is not None)
+            assert "The app was off. Start this now?" in ui.texts()
+            assert any("Home on Aino" in text for text in ui.texts(app.shell.dialogs.top))
+            ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Hold"))
+            ui.wait(lambda: site.container.holds.active())
+            ui.wait(lambda: ui.find(AlarmBanner).action in ("Release", "Hold"))
+            assert [e.state for e in site.container.history.open()] == [State.WAITING]
+            site.container.holds.release()
+            ui.wait(lambda: all(e.state is not State.WAITING or e.hold_until for e in site.container.history.open()))
+
+
+# ---------------------------------------------------------------------- a damaged database
+def damaged_directory(path: Path) -> DatabaseDamaged:
+    """A data directory whose database is broken, with one good backup that knows a robot."""
+    db = Database.open(path / "amr-scheduler.db")
+    db.close()
+    with plant(path, start=False) as site:
+        site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, "distributor"), password="distributor")
+        back_up(site.container.db.path, path / "backups" / "daily-2026-11-20.db")
+    for side in path.glob("amr-scheduler.db-*"):
+        side.unlink()
+    (path / "amr-scheduler.db").write_bytes(b"this is no database" * 1000)
+    with pytest.raises(DatabaseDamaged) as caught:
+        Database.open(path / "amr-scheduler.db")
+    return caught.value
+
+
+def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
+    damage = damaged_directory(tmp_path)
+    directory = DataDirectory(tmp_path)
+    opened = []
+
+    def restore():
+        window.restore_backup(directory, damage)
+        from app.container import Container
+        opened.append(Container.open(tmp_path, with_window=True))
+        return opened[0]
+
+    app = SchedulerApp(None, damage=Damage(damage.text, damage.backup, restore), animate=False)
+    app._run_prepare()
+    try:
+        ui.advance(.2)
+        assert damage.text in ui.texts()
+        assert "The database is damaged; nothing is scheduled" in ui.texts()
+        ui.tap(ui.find(CommandButton, text="Restore"))
+        ui.wait(lambda: app.container is not None)
+        ui.wait(lambda: ui.find(TopBar).robot == "Aino")
+        assert window.directory_is_sound(directory)
+    finally:
+        app.dispatch("on_stop")
+        ui.advance()
+        for container in opened:
+            container.close()
+
+
+def test_without_a_backup_restore_is_off_and_a_failed_restore_says_why(tmp_path, ui):
+    def fails():
+        raise BadInput("the disk is full")
+
+    app = SchedulerApp(None, damage=Damage("It is damaged", None, fails), animate=False)
+    app._run_prepare()
+    ui.advance(.2)
+    assert ui.find(CommandButton, text="Restore").disabled
+    app.dispatch("on_stop")
+
+    app = SchedulerApp(None, damage=Damage("It is damaged", tmp_path / "b.db", fails), animate=False)
+    ui.show(app.build())
+    ui.tap(ui.find(CommandButton, text="Restore"))
+    ui.wait(lambda: "the disk is full" in ui.texts())
+    assert not ui.find(CommandButton, text="Restore").busy
+
+
+# ---------------------------------------------------------------------- the end
+def test_a_closed_window_lets_go_of_the_services(site, ui):
+    site.add_robots()
+    listeners = len(site.container.changes._listeners)
+    with shown(site.container, ui) as app:
+        ui.wait(lambda: "Ready" in ui.texts())
+        assert len(site.container.changes._listeners) > listeners
+    assert len(site.container.changes._listeners) == listeners
+    site.container.changes.publish(Topic.SETTINGS)
+    ui.advance(2)
+    reference = weakref.ref(app.shell.navigator)
+    del app
+    gc.collect()
+    assert reference() is None or not reference().built
+
+
+def run_main(tmp_path: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess:
+    env = {name: value for name, value in os.environ.items()
+           if name not in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER") and not name.startswith("KIVY_")}
+    return subprocess.run([sys.executable, str(ROOT / "main.py"), "--data-dir", str(tmp_path / "data"), *arguments], check=False,
+                          capture_output=True, text=True, timeout=60, env={**env, "XDG_CACHE_HOME": str(tmp_path), **environment})
+
+
+@pytest.mark.parametrize("environment", [{}, {"DISPLAY": ":987"}])
+def test_without_a_display_one_line_says_so(tmp_path, environment):
+    done = run_main(tmp_path, **environment)
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert "--headless" in done.stderr
