@@ -45,7 +45,7 @@ def back_up(path: Path, target: Path) -> None:
                 contextlib.closing(sqlite3.connect(part, isolation_level=None)) as copy:
             source.backup(copy)
             copy.execute("PRAGMA journal_mode = DELETE")      # one file, without -wal and -shm
-        if problem := problem_of(part):
+        if problem := problem_of(part, any_version=True):
             raise DatabaseUnavailable(f"The backup {target} could not be made: {problem}")
         files.sync_file(part)
         part.replace(target)
@@ -56,8 +56,8 @@ def back_up(path: Path, target: Path) -> None:
         raise DatabaseUnavailable(f"The backup {target} can't be written: {error.strerror or error}") from error
 
 
-def problem_of(backup: Path) -> str | None:
-    """Why this file can't be restored; None when it can."""
+def problem_of(backup: Path, any_version: bool = False) -> str | None:
+    """Why this file can't be restored; None when it can. ``any_version``: only whether it is whole."""
     if not backup.is_file():
         return "there is no such file"
     try:
@@ -65,7 +65,7 @@ def problem_of(backup: Path) -> str | None:
             if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
                 return "it is not a database of this app"
             version: int = connection.execute("PRAGMA user_version").fetchone()[0]
-            if version > len(MIGRATIONS):
+            if version > len(MIGRATIONS) and not any_version:
                 return "it was written by a newer version"
             verdict: str = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
             return None if verdict == "ok" else verdict.splitlines()[-1]
@@ -93,10 +93,7 @@ def restore(backup: Path, path: Path, now: datetime) -> Path | None:
         files.make_directory(path.parent)
         files.copy_private(backup, part)
         _note_restore(part, now)
-        kept = None
-        if any(files.beside_of(path, side).exists() for side in files.SIDES):
-            files.mark_damaged(path, None)    # so that a crash just now does not end with an empty database
-            kept = files.set_aside(path, "before-restore", now)
+        kept = files.put_aside(path, "before-restore", now)
         part.replace(path)
         files.sync_directory(path.parent)
         files.clear_mark(path)

@@ -47,8 +47,7 @@ class Database:
         clock = clock or SystemClock()
         path = path.absolute()
         files.make_directory(path.parent)
-        if files.is_marked_damaged(path):
-            raise _still_damaged(path, clock)
+        _refuse_marked(path, clock)
         if _is_lost(path):
             raise _keep_aside(path, "its content is gone", clock)
         files.make_private(path)
@@ -188,15 +187,18 @@ def _is_lost(path: Path) -> bool:
 
 
 def _keep_aside(path: Path, problem: str, clock: Clock) -> DatabaseDamaged:
-    files.mark_damaged(path, None)            # first the mark: a crash in between must not let an empty database in
-    kept = files.set_aside(path, "damaged", clock.now())
-    files.mark_damaged(path, kept)
+    kept = files.put_aside(path, "damaged", clock.now())
     return DatabaseDamaged(path, problem, kept, newest_good_backup(path))
 
 
-def _still_damaged(path: Path, clock: Clock) -> DatabaseDamaged:
-    if path.exists():                         # a crash came between mark and rename
-        return _keep_aside(path, "found at an earlier start", clock)
-    return DatabaseDamaged(path, "found at an earlier start", files.kept_as(path), newest_good_backup(path))
+def _refuse_marked(path: Path, clock: Clock) -> None:
+    """A damage that was found before still stands, unless a backup has been put in the place of the file."""
+    if not files.is_marked_damaged(path):
+        return
+    if not path.exists():
+        raise DatabaseDamaged(path, "found at an earlier start", files.kept_as(path), newest_good_backup(path))
+    if not files.is_aside(path):
+        raise _keep_aside(path, "found at an earlier start", clock)
+    files.clear_mark(path)                    # a restore was cut off after its last step but one
 
 

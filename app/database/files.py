@@ -27,7 +27,10 @@ def make_directory(path: Path) -> None:
 def make_private(path: Path) -> None:
     """Create an empty file if there is none; either way only its owner can read it."""
     try:
+        is_new = not path.exists()
         os.close(os.open(path, os.O_CREAT | os.O_WRONLY, FILE_MODE))
+        if is_new:
+            sync_directory(path.parent)
         for side in SIDES:
             with contextlib.suppress(FileNotFoundError):
                 beside = beside_of(path, side)
@@ -95,23 +98,40 @@ def _mark(path: Path) -> Path:
     return beside_of(path, ".damaged")
 
 
-def mark_damaged(path: Path, kept_as: Path | None) -> None:
-    """Later starts refuse too: an empty database is never put in the place of a damaged one."""
+_NOTHING = "-"
+
+
+def put_aside(path: Path, label: str, now: datetime) -> Path | None:
+    """``set_aside`` under a mark, so that later starts refuse too: an empty database is never put in the place of a damaged one.
+
+    The mark stands before the rename and is empty until it is done, so that a crash in between can be told from a restore.
+    """
+    _write_mark(path, "")
+    kept = set_aside(path, label, now)
+    _write_mark(path, kept.name if kept else _NOTHING)
+    return kept
+
+
+def _write_mark(path: Path, text: str) -> None:
     mark = _mark(path)
     make_private(mark)
-    mark.write_text(kept_as.name if kept_as else "", encoding="utf-8")
+    mark.write_text(text, encoding="utf-8")
     sync_file(mark)
-    sync_directory(path.parent)
 
 
 def is_marked_damaged(path: Path) -> bool:
     return _mark(path).exists()
 
 
+def is_aside(path: Path) -> bool:
+    """Whether the rename under the mark was done: a database that stands in its place by now was restored."""
+    return bool(_mark(path).read_text(encoding="utf-8").strip())
+
+
 def kept_as(path: Path) -> Path | None:
     """Where the damaged file was put."""
     name = _mark(path).read_text(encoding="utf-8").strip()
-    return path.with_name(name) if name else None
+    return path.with_name(name) if name not in ("", _NOTHING) else None
 
 
 def clear_mark(path: Path) -> None:

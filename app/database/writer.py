@@ -6,6 +6,7 @@ one flush of the disk instead of one per work.
 """
 from __future__ import annotations
 
+import logging
 import queue
 import sqlite3
 import threading
@@ -16,6 +17,8 @@ from typing import Any, Protocol, TypeVar
 
 from app.database.errors import DatabaseUnavailable, translated
 from app.database.files import beside_of, size_of
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 Work = Callable[[sqlite3.Connection], T]
@@ -84,27 +87,31 @@ class _WritingConnection:
 
     def checkpoint_when_due(self) -> None:
         """Write the WAL back and empty it once it has grown. A reader in the way is not waited for: the next round tries again."""
-        size = size_of(self._wal)
-        if size < self._checkpoint_at:
-            return
-        self._checkpoint_at = CHECKPOINT_BYTES if self.checkpoint() else size + CHECKPOINT_BYTES
+        try:
+            size = size_of(self._wal)
+            if size >= self._checkpoint_at:
+                self._checkpoint_at = CHECKPOINT_BYTES if self.checkpoint() else size + CHECKPOINT_BYTES
+        except (OSError, sqlite3.Error):      # no room to write back: the WAL keeps everything until there is
+            log.warning("The write-ahead log of %s can't be written back yet", self._path, exc_info=True)
 
     def checkpoint(self) -> bool:
         """Whether the whole WAL went back into the database file."""
         timeout = self.connection.execute("PRAGMA busy_timeout").fetchone()[0]
+        self.connection.execute("PRAGMA busy_timeout = 0")
         try:
-            self.connection.execute("PRAGMA busy_timeout = 0")
             busy: int = self.connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
             return busy == 0
-        except sqlite3.OperationalError:      # no room to write back: the WAL keeps everything until there is
-            return False
         finally:
             self.connection.execute(f"PRAGMA busy_timeout = {timeout}")
 
     def close(self) -> None:
-        self._roll_back()
-        self.checkpoint()
-        self.connection.close()
+        try:
+            self._roll_back()
+            self.checkpoint()
+        except sqlite3.Error:                 # what is committed stays in the WAL
+            log.warning("The write-ahead log of %s could not be written back", self._path, exc_info=True)
+        finally:
+            self.connection.close()
 
 
 def _failed(error: BaseException) -> Future[Any]:

@@ -1,0 +1,254 @@
+"""Robots, missions, schedules, settings, alarms, holds and observed time: what is put in comes out."""
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+from datetime import UTC, datetime, time, timedelta
+
+import pytest
+
+from app.database.alarms import AlarmRepository
+from app.database.holds import HoldRepository, StoredHold
+from app.database.missions import MissionRepository
+from app.database.observed import ObservedRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
+from app.models import Alarm, Between, IdleRule, Mission, Overlap, Priority, Robot, Schedule, Settings
+from tests.unit.database.conftest import NOON
+
+ROBOTS, MISSIONS, SCHEDULES, SETTINGS = RobotRepository(), MissionRepository(), ScheduleRepository(), SettingsRepository()
+ALARMS, HOLDS, OBSERVED = AlarmRepository(), HoldRepository(), ObservedRepository()
+FULL = Robot("Äiti", "https://10.0.0.1", "user", "Basic x", enabled=False, needs_password=True, certificate_sha256="ab", serial_number="1",
+             model="MiR100", software="3.5.4")
+
+
+@pytest.fixture
+def robot(db):
+    return db.write(lambda c: ROBOTS.add(c, FULL))
+
+
+@pytest.fixture
+def mission(db):
+    return db.write(lambda c: MISSIONS.add(c, Mission("Deliver", "guid-1", favourite=True)))
+
+
+@pytest.fixture
+def schedule(db, robot, mission):
+    return db.write(lambda c: SCHEDULES.add(c, Schedule(
+        "Morning", robot.id, mission.id, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki", "FREQ=HOURLY", enabled=True,
+        between=Between(time(8, 30), time(16, 45)), minimum_battery_percent=12.5, respect_working_days=False, start_window_minutes=0,
+        overlap=Overlap.QUEUE, priority=3, parameters={"speed": 0.5, "name": "Ä"}, changed_at=NOON, next_at=NOON + timedelta(hours=1),
+        paused_until=NOON)))
+
+
+# ---------------------------------------------------------------------- robots
+def test_a_robot_comes_back_as_it_was(db, robot):
+    assert robot == replace(FULL, id=robot.id)
+    assert ROBOTS.get(db.read(), robot.id) == robot
+    assert ROBOTS.by_name(db.read(), "Äiti") == robot
+    assert ROBOTS.by_name(db.read(), "nobody") is None
+    assert ROBOTS.all(db.read()) == [robot]
+
+
+def test_an_idle_rule_comes_and_goes_with_its_robot(db, robot, mission):
+    with_rule = replace(robot, idle=IdleRule(mission.id, 7, enabled=False))
+    db.write(lambda c: ROBOTS.update(c, with_rule))
+    assert ROBOTS.get(db.read(), robot.id) == with_rule
+    db.write(lambda c: ROBOTS.update(c, robot))
+    assert ROBOTS.get(db.read(), robot.id) == robot
+
+
+def test_what_the_machine_says_of_itself_is_noted_and_nothing_else(db, robot):
+    db.write(lambda c: ROBOTS.note_identity(c, robot.id, serial_number="2", software="3.6"))
+    assert ROBOTS.get(db.read(), robot.id) == replace(robot, serial_number="2", software="3.6")
+    with pytest.raises(ValueError, match="token"):
+        db.write(lambda c: ROBOTS.note_identity(c, robot.id, token="x"))
+
+
+def test_a_removed_robot_takes_its_schedules_missions_and_hold_along(db, robot, schedule):
+    db.write(lambda c: MISSIONS.add(c, Mission("Own", "guid-2", robot_id=robot.id)))
+    db.write(lambda c: HOLDS.add(c, StoredHold(NOON, robot_id=robot.id)))
+    db.write(lambda c: ROBOTS.remove(c, robot.id))
+    c = db.read()
+    assert (ROBOTS.all(c), SCHEDULES.all(c), HOLDS.all(c)) == ([], [], [])
+    assert [mission.name for mission in MISSIONS.all(c)] == ["Deliver"]
+
+
+def test_an_id_never_comes_back(db, robot):
+    db.write(lambda c: ROBOTS.remove(c, robot.id))
+    assert db.write(lambda c: ROBOTS.add(c, FULL)).id > robot.id
+
+
+def test_undone_removals_keep_their_id(db, robot):
+    db.write(lambda c: ROBOTS.remove(c, robot.id))
+    assert db.write(lambda c: ROBOTS.add(c, robot)) == robot
+
+
+def test_two_robots_of_one_name_are_refused(db, robot):
+    with pytest.raises(sqlite3.IntegrityError):
+        db.write(lambda c: ROBOTS.add(c, FULL))
+
+
+# ---------------------------------------------------------------------- missions
+def test_a_robots_own_mission_hides_the_one_for_all(db, robot, mission):
+    own = db.write(lambda c: MISSIONS.add(c, Mission("Deliver", "guid-2", robot_id=robot.id)))
+    c = db.read()
+    assert MISSIONS.for_robot(c, "Deliver", robot.id) == own
+    assert MISSIONS.for_robot(c, "Deliver", robot.id + 1) == mission
+    assert MISSIONS.by_name(c, "Deliver") == mission
+    assert MISSIONS.available_on(c, robot.id) == [own]
+    assert MISSIONS.available_on(c, robot.id + 1) == [mission]
+    assert MISSIONS.all(c) == [mission, own]
+
+
+def test_a_name_is_given_once_for_all_and_once_per_robot(db, robot, mission):
+    db.write(lambda c: MISSIONS.add(c, Mission("Deliver", "guid-2", robot_id=robot.id)))
+    for robot_id in (None, robot.id):
+        with pytest.raises(sqlite3.IntegrityError):
+            db.write(lambda c, robot_id=robot_id: MISSIONS.add(c, Mission("Deliver", "guid-3", robot_id=robot_id)))
+
+
+# ---------------------------------------------------------------------- schedules
+def test_a_schedule_comes_back_as_it_was(db, schedule):
+    c = db.read()
+    assert SCHEDULES.get(c, schedule.id) == schedule == SCHEDULES.by_name(c, "Morning")
+    assert SCHEDULES.all(c) == SCHEDULES.for_robot(c, schedule.robot_id) == SCHEDULES.for_mission(c, schedule.mission_id) == [schedule]
+    plain = replace(schedule, between=None, recurrence=None, minimum_battery_percent=None, start_window_minutes=None, next_at=None,
+                    paused_until=None, parameters={})
+    db.write(lambda w: SCHEDULES.update(w, plain))
+    assert SCHEDULES.get(c, schedule.id) == plain
+
+
+def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
+    def add(name, minutes, enabled=True):
+        at = None if minutes is None else NOON + timedelta(minutes=minutes)
+        return db.write(lambda c: SCHEDULES.add(c, replace(schedule, id=0, name=name, next_at=at, enabled=enabled)))
+    db.write(lambda c: SCHEDULES.remove(c, schedule.id))
+    second, first = add("b", -1), add("a", -2)
+    exact, later = add("c", 0), add("d", 1)
+    add("off", -5, enabled=False)
+    add("done", None)
+    c = db.read()
+    assert [found.name for found in SCHEDULES.due(c, NOON, 10)] == ["a", "b", "c"]
+    assert [found.id for found in SCHEDULES.due(c, NOON, 2)] == [first.id, second.id]
+    assert SCHEDULES.next_due(c) == first.next_at
+    assert [found.id for found in SCHEDULES.upcoming(c, 4)] == [first.id, second.id, exact.id, later.id]
+    db.write(lambda w: SCHEDULES.advance(w, first.id, None))
+    assert SCHEDULES.next_due(c) == second.next_at == SCHEDULES.next_due(c, schedule.robot_id)
+    assert SCHEDULES.next_due(c, schedule.robot_id + 1) is None
+
+
+def test_finding_the_due_ones_reads_an_index_and_never_the_table(db):
+    plan = db.read().execute("""EXPLAIN QUERY PLAN SELECT * FROM schedules
+        WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at, id LIMIT ?""", ("x", 1)).fetchall()
+    assert [row["detail"] for row in plan] == ["SEARCH schedules USING INDEX schedules_due (next_at>? AND next_at<?)"]
+
+
+# ---------------------------------------------------------------------- settings
+def test_a_fresh_database_has_the_defaults(db):
+    assert SETTINGS.load(db.read()) == Settings()
+    assert not SETTINGS.is_stored(db.read(), "timezone")
+
+
+def test_settings_come_back_as_they_were(db):
+    values = {"history_limit": None, "working_days": ("MO", "SU"), "minimum_battery_percent": 12.5, "timezone": "Asia/Tokyo"}
+    changed = db.write(lambda c: SETTINGS.save(c, **values))
+    assert changed == SETTINGS.load(db.read()) == Settings(**values)
+    assert SETTINGS.is_stored(db.read(), "timezone")
+
+
+def test_a_setting_that_does_not_exist_is_a_mistake_in_the_program(db):
+    with pytest.raises(ValueError, match="install_id"):
+        db.write(lambda c: SETTINGS.save(c, install_id="x"))
+
+
+def test_the_heartbeat_is_kept(db):
+    assert SETTINGS.heartbeat(db.read()) is None
+    db.write(lambda c: SETTINGS.set_heartbeat(c, NOON))
+    assert SETTINGS.heartbeat(db.read()) == NOON
+
+
+# ---------------------------------------------------------------------- alarms
+def alarm(code="unreachable", key="robot:1", event=False, **details) -> Alarm:
+    return Alarm(code, key, Priority.MEDIUM, NOON, details, last_at=NOON, cleared_at=NOON if event else None)
+
+
+def raise_(db, given: Alarm, minutes: int = 0) -> bool:
+    at = given.raised_at + timedelta(minutes=minutes)
+    return db.write(lambda c: ALARMS.raise_once(c, replace(given, raised_at=at, last_at=at, cleared_at=given.cleared_at and at)))
+
+
+def test_a_condition_that_lasts_is_one_line_with_its_newest_details(db):
+    assert raise_(db, alarm(problem="a")) is True
+    assert raise_(db, alarm(problem="b"), minutes=5) is False
+    [standing] = ALARMS.standing(db.read())
+    assert (standing.count, standing.raised_at, standing.last_at, standing.details) == (1, NOON, NOON, {"problem": "b"})
+
+
+def test_a_condition_that_went_and_came_again_is_counted(db):
+    raise_(db, alarm())
+    assert db.write(lambda c: ALARMS.clear(c, "unreachable", "robot:1", NOON)) is True
+    assert db.write(lambda c: ALARMS.clear(c, "unreachable", "robot:1", NOON)) is False
+    assert ALARMS.active(db.read(), "unreachable", "robot:1") is None
+    assert raise_(db, alarm(), minutes=5) is False
+    [standing] = ALARMS.standing(db.read())
+    assert (standing.count, standing.last_at, standing.cleared_at) == (2, NOON + timedelta(minutes=5), None)
+    assert ALARMS.active(db.read(), "unreachable", "robot:1") == standing
+
+
+def test_an_event_is_counted_each_time_and_stands_until_acknowledged(db):
+    assert raise_(db, alarm("app_was_off", event=True)) is True
+    assert raise_(db, alarm("app_was_off", event=True), minutes=1) is False
+    [standing] = ALARMS.standing(db.read())
+    assert standing.count == 2
+    db.write(lambda c: ALARMS.acknowledge(c, standing.id, NOON, "seen"))
+    assert ALARMS.standing(db.read()) == []
+    assert [(past.note, past.acknowledged_at) for past in ALARMS.past(db.read(), 5)] == [("seen", NOON)]
+    assert raise_(db, alarm("app_was_off", event=True), minutes=2) is True
+
+
+def test_a_condition_stands_until_it_is_gone_and_seen(db):
+    raise_(db, alarm())
+    [standing] = ALARMS.standing(db.read())
+    db.write(lambda c: ALARMS.acknowledge(c, standing.id, NOON))
+    assert [found.id for found in ALARMS.standing(db.read())] == [standing.id]
+    db.write(lambda c: ALARMS.clear(c, "unreachable", "robot:1", NOON))
+    assert ALARMS.standing(db.read()) == []
+
+
+def test_shelving_and_dropping_old_ones(db):
+    for number in range(5):
+        raise_(db, alarm("app_was_off", str(number), event=True), minutes=number)
+    ids = [found.id for found in ALARMS.standing(db.read())]
+    db.write(lambda c: ALARMS.shelve(c, ids[0], NOON))
+    assert ALARMS.standing(db.read())[0].shelved_until == NOON
+    for alarm_id in ids[1:]:
+        db.write(lambda c, alarm_id=alarm_id: ALARMS.acknowledge(c, alarm_id, NOON))
+    assert db.write(lambda c: ALARMS.prune(c, 1)) == 3
+    assert [found.id for found in ALARMS.past(db.read(), 9)] == [ids[1]]
+    assert [found.id for found in ALARMS.standing(db.read())] == [ids[0]]
+
+
+# ---------------------------------------------------------------------- holds and observed time
+def test_holds_of_all_and_of_one_robot_are_apart(db, robot):
+    everywhere = db.write(lambda c: HOLDS.add(c, StoredHold(NOON, "fire drill", NOON + timedelta(hours=1))))
+    here = db.write(lambda c: HOLDS.add(c, StoredHold(NOON, robot_id=robot.id)))
+    assert HOLDS.all(db.read()) == [everywhere, here]
+    db.write(lambda c: HOLDS.remove(c, None))
+    assert HOLDS.all(db.read()) == [here]
+
+
+def test_observed_seconds_add_up(db):
+    db.write(lambda c: OBSERVED.add_many(c, 1, {("2026-11-23", "idle"): 10.0, ("2026-11-24", "idle"): 1.0}))
+    db.write(lambda c: OBSERVED.add(c, 1, "2026-11-23", "idle", 2.5))
+    assert OBSERVED.of_robot(db.read(), 1, "2026-11-23", "2026-11-23") == {("2026-11-23", "idle"): 12.5}
+    assert OBSERVED.of_robot(db.read(), 2, "2026-11-23", "2026-11-24") == {}
+
+
+def test_instants_sort_as_text_whatever_their_zone_and_fraction(db, schedule):
+    instants = [datetime(2026, 1, 1, tzinfo=UTC), datetime(2026, 1, 1, 0, 0, 0, 1, tzinfo=UTC), datetime(2026, 1, 1, 0, 0, 1, tzinfo=UTC),
+                datetime(2026, 1, 1, 3, tzinfo=UTC).astimezone()]
+    for number, instant in enumerate(instants):
+        db.write(lambda c, n=number, i=instant: SCHEDULES.add(c, replace(schedule, id=0, name=str(n), next_at=i)))
+    assert [found.name for found in SCHEDULES.upcoming(db.read(), 4)] == ["0", "1", "2", "3"]

@@ -1,0 +1,209 @@
+"""A damaged database is kept aside, never replaced by an empty one, and comes back from a backup only."""
+from __future__ import annotations
+
+import sqlite3
+
+import pytest
+
+from app.database.backups import BACKUPS, KEPT, back_up, daily_backup, newest_good_backup, problem_of, restore
+from app.database.connection import Database, DatabaseDamaged, DatabaseRefused
+from app.database.settings import SettingsRepository
+
+SETTINGS = SettingsRepository()
+
+
+def garbage(path):
+    path.write_bytes(b"this is no database " * 1000)
+
+
+def zeros_in_the_middle(path):
+    content = bytearray(path.read_bytes())
+    content[4096:3 * 4096] = bytes(2 * 4096)
+    path.write_bytes(content)
+
+
+def torn_off(path):
+    path.write_bytes(path.read_bytes()[:9000])
+
+
+def emptied(path):
+    path.write_bytes(b"")
+
+
+def gone(path):
+    path.unlink()
+
+
+@pytest.fixture
+def backed_up(path, clock):
+    """A database with one setting and a backup, closed."""
+    db = Database.open(path, clock=clock)
+    db.write(lambda c: SETTINGS.put(c, "a", 1))
+    db.write(SETTINGS.install_id)
+    daily_backup(path, clock.now())
+    db.write(lambda c: SETTINGS.put(c, "a", 2))
+    db.close()
+    return path
+
+
+@pytest.mark.parametrize("damage", [garbage, zeros_in_the_middle, torn_off, emptied, gone])
+def test_it_is_refused_now_and_at_later_starts_and_the_backup_is_named(backed_up, clock, damage):
+    damage(backed_up)
+    broken = backed_up.read_bytes() if backed_up.exists() else None
+    for _ in range(2):
+        with pytest.raises(DatabaseDamaged) as caught:
+            Database.open(backed_up, clock=clock)
+        error = caught.value
+        assert error.path == backed_up
+        assert error.backup == backed_up.parent / BACKUPS / "daily-2026-11-23.db"
+        assert f"--restore-backup {error.backup}" in error.text
+        assert "\n" not in error.text
+        assert not backed_up.exists()
+        if broken is not None:
+            assert error.kept_as is not None
+            assert error.kept_as.name == "amr-scheduler.db.damaged-20261123T120000Z"
+            assert error.kept_as.read_bytes() == broken
+    with pytest.raises(DatabaseDamaged):
+        Database.open_for_reading(backed_up)
+
+
+def test_restoring_brings_back_the_backup_and_keeps_everything_else(backed_up, clock):
+    garbage(backed_up)
+    with pytest.raises(DatabaseDamaged) as caught:
+        Database.open(backed_up, clock=clock)
+    restore(caught.value.backup, backed_up, clock.now())
+    db = Database.open(backed_up, clock=clock)
+    assert SETTINGS.get(db.read(), "a") == 1
+    assert SETTINGS.restored_at(db.read()) == clock.now()
+    db.close()
+    assert caught.value.kept_as.exists()
+    assert caught.value.backup.exists()
+    assert backed_up.stat().st_mode & 0o777 == 0o600
+
+
+def test_the_installations_id_comes_back_with_the_backup(path, clock):
+    db = Database.open(path, clock=clock)
+    install_id = db.write(SETTINGS.install_id)
+    daily_backup(path, clock.now())
+    db.close()
+    restore(newest_good_backup(path), path, clock.now())
+    db = Database.open(path, clock=clock)
+    assert db.write(SETTINGS.install_id) == install_id
+    db.close()
+
+
+def test_a_sound_database_is_kept_aside_when_a_backup_takes_its_place(backed_up, clock):
+    kept = restore(newest_good_backup(backed_up), backed_up, clock.now())
+    assert kept.name == "amr-scheduler.db.before-restore-20261123T120000Z"
+    aside = sqlite3.connect(kept)
+    assert aside.execute("SELECT value FROM settings WHERE name = 'a'").fetchone()[0] == "2"
+    aside.close()
+
+
+def test_ids_given_after_the_backup_are_not_given_again(path, clock):
+    def add(c):
+        return c.execute("INSERT INTO missions (name, guid) VALUES (hex(randomblob(8)), 'g') RETURNING id").fetchone()[0]
+    db = Database.open(path, clock=clock)
+    db.write(add)
+    daily_backup(path, clock.now())
+    later = db.write(add)
+    db.close()
+    restore(newest_good_backup(path), path, clock.now())
+    db = Database.open(path, clock=clock)
+    assert db.write(add) > later
+    db.close()
+
+
+def test_a_file_that_is_no_backup_is_refused_and_nothing_changes(backed_up, clock, tmp_path):
+    before = backed_up.read_bytes()
+    other = tmp_path / "other.db"
+    garbage(other)
+    for bad in (other, tmp_path / "nowhere.db"):
+        with pytest.raises(DatabaseRefused, match="can't be restored"):
+            restore(bad, backed_up, clock.now())
+    assert backed_up.read_bytes() == before
+    assert sorted(file.name for file in backed_up.parent.iterdir()) == [backed_up.name, BACKUPS]
+
+
+def test_without_a_good_backup_the_sentence_says_so(path, clock):
+    Database.open(path, clock=clock).close()
+    garbage(path)
+    with pytest.raises(DatabaseDamaged, match="no good backup") as caught:
+        Database.open(path, clock=clock)
+    assert caught.value.backup is None
+
+
+@pytest.mark.parametrize("renamed", [False, True])
+def test_a_crash_while_it_was_put_aside_does_not_let_an_empty_one_in(backed_up, clock, renamed, monkeypatch):
+    garbage(backed_up)
+    calls = []
+
+    def crash(*arguments):
+        calls.append(arguments)
+        if len(calls) == (2 if renamed else 1):
+            raise KeyboardInterrupt
+        return real(*arguments)
+    name = "_write_mark" if renamed else "set_aside"
+    real = getattr(__import__("app.database.files", fromlist=[name]), name)
+    monkeypatch.setattr(f"app.database.files.{name}", crash)
+    with pytest.raises(KeyboardInterrupt):
+        Database.open(backed_up, clock=clock)
+    monkeypatch.undo()
+    with pytest.raises(DatabaseDamaged):
+        Database.open(backed_up, clock=clock)
+    assert not backed_up.exists()
+
+
+def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeypatch):
+    garbage(backed_up)
+    with pytest.raises(DatabaseDamaged) as caught:
+        Database.open(backed_up, clock=clock)
+
+    def crash(_path):
+        raise KeyboardInterrupt
+    monkeypatch.setattr("app.database.files.clear_mark", crash)
+    with pytest.raises(KeyboardInterrupt):
+        restore(caught.value.backup, backed_up, clock.now())
+    monkeypatch.undo()
+    db = Database.open(backed_up, clock=clock)
+    assert SETTINGS.get(db.read(), "a") == 1
+    db.close()
+
+
+def test_a_half_made_first_database_is_simply_begun(path, clock):
+    path.parent.mkdir()
+    path.write_bytes(b"")
+    db = Database.open(path, clock=clock)
+    assert SETTINGS.load(db.read()).retry_limit == 10
+    db.close()
+
+
+# ---------------------------------------------------------------------- backups
+def test_one_a_day_and_the_newest_seven_stay(path, clock):
+    db = Database.open(path, clock=clock)
+    for day in range(10):
+        db.write(lambda c, day=day: SETTINGS.put(c, "day", day))
+        assert daily_backup(path, clock.now()) is not None
+        assert daily_backup(path, clock.now()) is None
+        clock.advance(86400)
+    db.close()
+    names = sorted(file.name for file in (path.parent / BACKUPS).iterdir())
+    assert len(names) == KEPT
+    assert (names[0], names[-1]) == ("daily-2026-11-26.db", "daily-2026-12-02.db")
+
+
+def test_a_backup_is_one_private_file_made_beside_a_running_writer(path, clock):
+    db = Database.open(path, clock=clock)
+    db.write(lambda c: SETTINGS.put(c, "a", 1))
+    target = path.parent / BACKUPS / "manual.db"
+    back_up(path, target)
+    assert problem_of(target) is None
+    assert [file.name for file in target.parent.iterdir()] == ["manual.db"]
+    assert target.stat().st_mode & 0o777 == 0o600
+    db.close()
+
+
+def test_the_newest_good_backup_is_found_behind_a_bad_one(backed_up, clock):
+    good = newest_good_backup(backed_up)
+    garbage(backed_up.parent / BACKUPS / "daily-2026-11-24.db")
+    assert newest_good_backup(backed_up) == good

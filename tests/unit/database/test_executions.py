@@ -1,0 +1,224 @@
+"""The ledger's rows: once per occurrence, changed only from where they are expected to stand, pruned without losing an open one."""
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from app.database.executions import PRUNED_AT_ONCE, ExecutionFilter, ExecutionRepository, PageKey
+from app.models import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
+from tests.unit.database.conftest import NOON
+
+EXECUTIONS = ExecutionRepository()
+
+
+def add(db, execution):
+    return db.write(lambda c: EXECUTIONS.add(c, execution))
+
+
+def change(db, execution, expected, **columns):
+    return db.write(lambda c: EXECUTIONS.change(c, execution.id, expected, **columns))
+
+
+def ended(row, state=State.COMPLETED, minutes=0, **values):
+    codes = {State.FAILED: ReasonCode.ROBOT_ABORTED, State.CANCELLED: ReasonCode.USER_CANCELLED, State.SKIPPED: ReasonCode.OVERLAP,
+             State.MISSED: ReasonCode.APP_DOWN}
+    reason = Reason(codes[state]) if state in codes else None
+    return row(state=state, reason=reason, ended_at=NOON + timedelta(minutes=minutes), **values)
+
+
+# ---------------------------------------------------------------------- once
+def test_a_row_comes_back_as_it_was(db, row):
+    full = row(trigger=Trigger.IDLE, parameters={"a": 1}, priority=-3, minimum_battery_percent=30.5, state=State.FAILED,
+               reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12.0, "until": "x"}), wait=Wait.BATTERY, wait_details={"battery": 12.0},
+               hold_until=NOON, attempts=3, queue_floor=7, queue_id=9, cancel_code=ReasonCode.USER_CANCELLED, submitted_at=NOON,
+               started_at=NOON + timedelta(microseconds=1), ended_at=NOON + timedelta(seconds=1), duration_s=1.25, robot_delay_s=0.5,
+               schedule_id=None, schedule="")
+    stored = add(db, full)
+    assert stored == replace(full, id=stored.id)
+    assert EXECUTIONS.get(db.read(), stored.id) == stored == EXECUTIONS.by_token(db.read(), full.token)
+
+
+def test_an_occurrence_is_in_the_ledger_once(db, row):
+    first = add(db, row(planned_at=NOON))
+    again = row(planned_at=NOON)
+    assert db.write(lambda c: EXECUTIONS.add_once(c, again)) is None
+    with pytest.raises(sqlite3.IntegrityError):
+        add(db, again)
+    assert db.write(lambda c: EXECUTIONS.add_once(c, row(planned_at=NOON, schedule_id=2))) is not None
+    assert EXECUTIONS.open_of_schedule(db.read(), 1) == [first]
+
+
+def test_a_token_is_in_the_ledger_once(db, row):
+    first = add(db, row(schedule_id=None))
+    assert db.write(lambda c: EXECUTIONS.add_once(c, row(schedule_id=None, token=first.token))) is None
+
+
+def test_manual_ones_of_the_same_instant_are_all_taken(db, row):
+    for _ in range(2):
+        add(db, row(schedule_id=None, planned_at=NOON, trigger=Trigger.MANUAL))
+    assert len(EXECUTIONS.open_all(db.read())) == 2
+
+
+def test_thousands_at_once_leave_out_what_is_there_already(db, row):
+    there = add(db, row(planned_at=NOON))
+    rows = [row(planned_at=NOON + timedelta(minutes=number), state=State.MISSED) for number in range(3000)]
+    assert db.write(lambda c: EXECUTIONS.add_many(c, rows)) == 2999
+    assert EXECUTIONS.get(db.read(), there.id) == there
+
+
+# ---------------------------------------------------------------------- moves
+def test_a_row_moves_from_an_expected_state_only(db, row):
+    stored = add(db, row())
+    moved = change(db, stored, [State.WAITING], state=State.SUBMITTING, attempts=1)
+    assert moved == replace(stored, state=State.SUBMITTING, attempts=1)
+    assert change(db, stored, [State.WAITING], state=State.FAILED) is None
+    assert EXECUTIONS.get(db.read(), stored.id) == moved
+    assert change(db, stored, [State.WAITING, State.SUBMITTING], queue_id=5).queue_id == 5
+
+
+def test_a_reason_is_set_and_cleared_whole(db, row):
+    stored = add(db, row())
+    reason = Reason(ReasonCode.REFUSED, {"problem": "no"})
+    assert change(db, stored, OPEN_STATES, reason=reason).reason == reason
+    assert change(db, stored, OPEN_STATES, reason=None).reason is None
+
+
+def test_a_column_that_does_not_exist_is_a_mistake_in_the_program(db, row):
+    stored = add(db, row())
+    with pytest.raises(ValueError, match="nonsense"):
+        change(db, stored, OPEN_STATES, nonsense=1)
+
+
+def test_what_waits_of_a_schedule_ends_and_what_runs_goes_on(db, row):
+    waiting, running, other = add(db, row()), add(db, row(state=State.EXECUTING)), add(db, row(schedule_id=2))
+    reason = Reason(ReasonCode.SCHEDULE_CHANGED)
+    assert db.write(lambda c: EXECUTIONS.end_waiting_of_schedule(c, 1, reason, NOON)) == 1
+    c = db.read()
+    assert EXECUTIONS.get(c, waiting.id) == replace(waiting, state=State.CANCELLED, reason=reason, ended_at=NOON)
+    assert (EXECUTIONS.get(c, running.id), EXECUTIONS.get(c, other.id)) == (running, other)
+
+
+def test_what_a_robot_still_had_to_do_ends(db, row):
+    waiting, running, other = add(db, row()), add(db, row(state=State.QUEUED)), add(db, row(robot_id=2))
+    reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": "Aino"})
+    assert db.write(lambda c: EXECUTIONS.end_waiting_of_robot(c, 1, reason, NOON)) == 1
+    assert db.write(lambda c: EXECUTIONS.end_open_of_robot(c, 1, reason, NOON)) == 1
+    c = db.read()
+    assert [EXECUTIONS.get(c, found.id).state for found in (waiting, running, other)] == [State.CANCELLED, State.CANCELLED, State.WAITING]
+
+
+# ---------------------------------------------------------------------- looking
+def test_open_ones_oldest_first(db, row):
+    second, first = add(db, row(planned_at=NOON + timedelta(minutes=2))), add(db, row(planned_at=NOON + timedelta(minutes=1)))
+    other = add(db, row(robot_id=2, schedule_id=2, state=State.EXECUTING, planned_at=NOON + timedelta(minutes=3)))
+    add(db, ended(row))
+    c = db.read()
+    assert EXECUTIONS.open_for(c, 1) == [first, second] == EXECUTIONS.open_of_schedule(c, 1)
+    assert EXECUTIONS.open_all(c) == [first, second, other]
+
+
+def test_the_last_of_a_schedule_and_the_last_idle_one(db, row):
+    assert EXECUTIONS.last_of_schedule(db.read(), 1) is None
+    assert EXECUTIONS.last_idle(db.read(), 1) is None
+    late = add(db, row(planned_at=NOON + timedelta(hours=1)))
+    add(db, ended(row))
+    add(db, row(trigger=Trigger.IDLE, schedule_id=None))
+    idle = add(db, row(trigger=Trigger.IDLE, schedule_id=None))
+    add(db, row(trigger=Trigger.IDLE, schedule_id=None, robot_id=2))
+    assert EXECUTIONS.last_of_schedule(db.read(), 1) == late
+    assert EXECUTIONS.last_idle(db.read(), 1) == idle
+
+
+def test_the_usual_duration_is_the_median_of_the_last_twenty(db, row):
+    assert EXECUTIONS.usual_duration(db.read(), 1, "guid") is None
+    for minutes in range(25):
+        add(db, ended(row, minutes=minutes, duration_s=float(minutes)))
+    add(db, ended(row, State.FAILED, minutes=99, duration_s=9999.0))
+    add(db, ended(row, minutes=99, duration_s=None))
+    assert EXECUTIONS.usual_duration(db.read(), 1, "guid") == 14.5
+    assert EXECUTIONS.usual_duration(db.read(), 1, "other") is None
+
+
+def test_the_newest_ended_ones_of_all_robots(db, row):
+    rows = [add(db, ended(row, minutes=minutes, robot_id=minutes % 2 + 1)) for minutes in (3, 1, 2)]
+    add(db, row())
+    assert EXECUTIONS.last_ended(db.read(), 2) == [rows[0], rows[2]]
+
+
+# ---------------------------------------------------------------------- history
+@pytest.fixture
+def history(db, row):
+    """Twelve rows, two of each planned instant."""
+    rows = []
+    for number in range(12):
+        state = (*ENDED_STATES, State.WAITING)[number % 6]
+        planned = NOON + timedelta(minutes=number // 2)
+        values = {"robot_id": number % 3 + 1, "robot": f"R{number % 3 + 1}", "schedule_id": number, "planned_at": planned,
+                  "trigger": Trigger.MANUAL if number % 4 == 0 else Trigger.SCHEDULED, "mission": "Päivä" if number < 6 else "Home"}
+        rows.append(add(db, ended(row, state, **values) if state is not State.WAITING else row(**values)))
+    return rows
+
+
+def pages(db, wanted, size):
+    found, before = [], None
+    while page := EXECUTIONS.page(db.read(), wanted, before, size):
+        found += page
+        before = PageKey.of(page[-1])
+    return found
+
+
+@pytest.mark.parametrize("size", [1, 3, 5, 12, 13])
+def test_pages_join_to_the_whole_newest_first(db, history, size):
+    assert pages(db, ExecutionFilter(), size) == history[::-1]
+
+
+@pytest.mark.parametrize(("wanted", "keeps"), [
+    (ExecutionFilter(robot_ids=[1, 2]), lambda e: e.robot_id in (1, 2)),
+    (ExecutionFilter(robot_ids=[]), lambda e: False),
+    (ExecutionFilter(mission="Home"), lambda e: e.mission == "Home"),
+    (ExecutionFilter(states=[State.FAILED, State.WAITING]), lambda e: e.state in (State.FAILED, State.WAITING)),
+    (ExecutionFilter(triggers=[Trigger.MANUAL]), lambda e: e.trigger is Trigger.MANUAL),
+    (ExecutionFilter(start=NOON + timedelta(minutes=2), end=NOON + timedelta(minutes=4)),
+     lambda e: timedelta(minutes=2) <= e.planned_at - NOON < timedelta(minutes=4)),
+    (ExecutionFilter(text="PÄIVÄ"), lambda e: e.mission == "Päivä"),
+    (ExecutionFilter(text=" r3 "), lambda e: e.robot == "R3"),
+    (ExecutionFilter(text="%"), lambda e: False),
+    (ExecutionFilter(robot_ids=[1], text="home", states=[State.COMPLETED]),
+     lambda e: e.robot_id == 1 and e.mission == "Home" and e.state is State.COMPLETED)])
+def test_filters_on_pages_counts_and_the_stream(db, history, wanted, keeps):
+    expected = [execution for execution in history if keeps(execution)]
+    assert pages(db, wanted, 2) == expected[::-1]
+    assert EXECUTIONS.count(db.read(), wanted) == len(expected)
+    assert list(EXECUTIONS.stream(db.read(), wanted)) == expected
+
+
+def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
+    first = EXECUTIONS.page(db.read(), ExecutionFilter(), None, 5)
+    add(db, row(planned_at=NOON + timedelta(hours=1), schedule_id=99))
+    assert EXECUTIONS.page(db.read(), ExecutionFilter(), PageKey.of(first[-1]), 5) == history[::-1][5:10]
+
+
+# ---------------------------------------------------------------------- pruning
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(rows=st.lists(st.tuples(st.sampled_from(list(State)), st.integers(0, 5)), max_size=25), limit=st.integers(1, 6))
+def test_the_newest_of_each_kind_stay_and_open_ones_always(db, row, rows, limit):
+    db.write(lambda c: c.execute("DELETE FROM executions"))
+    stored = [add(db, row(state=state, ended_at=None if state.is_open else NOON + timedelta(minutes=minutes))) for state, minutes in rows]
+    db.write(lambda c: EXECUTIONS.prune(c, limit))
+    kept = {execution.id for execution in EXECUTIONS.stream(db.read())}
+    for kind in ((State.COMPLETED, State.FAILED, State.CANCELLED), (State.SKIPPED, State.MISSED)):
+        newest = sorted((e for e in stored if e.state in kind), key=lambda e: (e.ended_at, e.id), reverse=True)[:limit]
+        assert {e.id for e in stored if e.state in kind} & kept == {e.id for e in newest}
+    assert {e.id for e in stored if e.state.is_open} <= kept
+
+
+def test_a_long_history_is_pruned_in_pieces_oldest_first(db, row):
+    rows = [ended(row, minutes=number) for number in range(PRUNED_AT_ONCE + 120)]
+    db.write(lambda c: EXECUTIONS.add_many(c, rows))
+    assert [db.write(lambda c: EXECUTIONS.prune(c, 20)) for _ in range(3)] == [PRUNED_AT_ONCE, 100, 0]
+    assert [e.ended_at for e in EXECUTIONS.stream(db.read())] == [e.ended_at for e in rows[-20:]]

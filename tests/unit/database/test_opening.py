@@ -1,0 +1,147 @@
+"""Opening: settings of the connection, permissions, identity, migrations."""
+from __future__ import annotations
+
+import sqlite3
+import stat
+
+import pytest
+
+from app.database.backups import BACKUPS, problem_of
+from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
+from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.database.settings import SettingsRepository
+
+ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
+
+
+def mode(path) -> int:
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+def pragma(c: sqlite3.Connection, name: str) -> object:
+    return c.execute(f"PRAGMA {name}").fetchone()[0]
+
+
+def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(path, clock):
+    db = Database.open(path, clock=clock)
+    wanted = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "busy_timeout": 5000, "trusted_schema": 0, "cell_size_check": 1,
+              "wal_autocheckpoint": 0, "application_id": APPLICATION_ID, "user_version": len(MIGRATIONS)}
+    assert db.write(lambda c: {name: pragma(c, name) for name in wanted}) == wanted
+    db.close()
+
+
+def test_everything_is_readable_by_its_owner_only(path, clock):
+    db = Database.open(path, clock=clock)
+    db.write(lambda c: SettingsRepository().put(c, "a", 1))
+    db.read()
+    assert mode(path.parent) == 0o700
+    assert {file.name: mode(file) for file in path.parent.iterdir()} == {
+        path.name: 0o600, f"{path.name}-wal": 0o600, f"{path.name}-shm": 0o600}
+    db.close()
+
+
+def test_permissions_that_were_too_open_are_tightened(path, clock):
+    Database.open(path, clock=clock).close()
+    path.parent.chmod(0o755)
+    path.chmod(0o644)
+    Database.open(path, clock=clock).close()
+    assert (mode(path.parent), mode(path)) == (0o700, 0o600)
+
+
+def test_everything_survives_a_restart(path, clock):
+    db = Database.open(path, clock=clock)
+    install_id = db.write(SettingsRepository().install_id)
+    db.write(lambda c: SettingsRepository().save(c, retry_limit=3, working_days=("MO",)))
+    db.close()
+    db = Database.open(path, clock=clock)
+    assert SettingsRepository().load(db.read()).retry_limit == 3
+    assert SettingsRepository().load(db.read()).working_days == ("MO",)
+    assert db.write(SettingsRepository().install_id) == install_id
+    db.close()
+
+
+def test_a_newer_database_is_refused_and_left_alone(path, clock):
+    Database.open(path, clock=clock, migrations=(*MIGRATIONS, ADD_A_TABLE)).close()
+    before = path.read_bytes()
+    with pytest.raises(DatabaseRefused, match="newer version"):
+        Database.open(path, clock=clock)
+    assert path.read_bytes() == before
+
+
+def test_another_programs_database_is_refused_and_left_alone(path, clock):
+    path.parent.mkdir()
+    other = sqlite3.connect(path)
+    other.execute("CREATE TABLE t (a)")
+    other.commit()
+    other.close()
+    before = path.read_bytes()
+    with pytest.raises(DatabaseRefused, match="another program"):
+        Database.open(path, clock=clock)
+    assert path.read_bytes() == before
+
+
+def test_a_place_that_cannot_be_a_directory_is_told(tmp_path, clock):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(DatabaseUnavailable, match="can't be used"):
+        Database.open(tmp_path / "file" / "x.db", clock=clock)
+
+
+# ---------------------------------------------------------------------- migrations
+def test_a_migration_leaves_a_verified_backup_of_what_there_was_before(path, clock):
+    db = Database.open(path, clock=clock)
+    db.write(lambda c: SettingsRepository().put(c, "a", 1))
+    db.close()
+    db = Database.open(path, clock=clock, migrations=(*MIGRATIONS, ADD_A_TABLE))
+    assert pragma(db.read(), "user_version") == len(MIGRATIONS) + 1
+    assert SettingsRepository().get(db.read(), "a") == 1
+    db.close()
+    [backup] = (path.parent / BACKUPS).iterdir()
+    assert problem_of(backup) is None
+    assert (mode(backup), mode(backup.parent)) == (0o600, 0o700)
+    copy = sqlite3.connect(backup)
+    assert pragma(copy, "user_version") == len(MIGRATIONS)
+    copy.close()
+
+
+def test_a_migration_that_fails_changes_nothing(path, clock):
+    Database.open(path, clock=clock).close()
+    with pytest.raises(sqlite3.OperationalError):
+        Database.open(path, clock=clock, migrations=(*MIGRATIONS, f"{ADD_A_TABLE} CREATE TABLE settings (a) STRICT;"))
+    db = Database.open(path, clock=clock)
+    assert pragma(db.read(), "user_version") == len(MIGRATIONS)
+    assert not db.read().execute("SELECT 1 FROM sqlite_schema WHERE name = 'extra'").fetchone()
+    db.close()
+
+
+def test_steps_are_taken_one_after_another(path, clock):
+    Database.open(path, clock=clock).close()
+    steps = (*MIGRATIONS, ADD_A_TABLE, "INSERT INTO extra VALUES (7);")
+    db = Database.open(path, clock=clock, migrations=steps)
+    assert db.read().execute("SELECT id FROM extra").fetchone()[0] == 7
+    db.close()
+    assert len(list((path.parent / BACKUPS).iterdir())) == 2
+
+
+# ---------------------------------------------------------------------- for reading
+def test_an_export_reads_beside_the_running_app_and_cannot_write(path, clock):
+    db = Database.open(path, clock=clock)
+    beside = Database.open_for_reading(path)
+    db.write(lambda c: SettingsRepository().put(c, "a", 1))
+    assert SettingsRepository().get(beside.read(), "a") == 1
+    with pytest.raises(DatabaseUnavailable, match="reading only"):
+        beside.write(lambda c: None)
+    beside.close()
+    db.close()
+
+
+def test_reading_needs_a_database(path):
+    with pytest.raises(DatabaseUnavailable, match="no database"):
+        Database.open_for_reading(path)
+    assert not path.parent.exists()
+
+
+def test_reading_leaves_an_older_database_to_the_app(path, clock, monkeypatch):
+    Database.open(path, clock=clock).close()
+    monkeypatch.setattr("app.database.connection.MIGRATIONS", (*MIGRATIONS, ADD_A_TABLE))
+    with pytest.raises(DatabaseRefused, match="older version"):
+        Database.open_for_reading(path)

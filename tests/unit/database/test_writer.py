@@ -1,0 +1,212 @@
+"""One thread writes; a write is done when ``write`` returns, and undone when it raises."""
+from __future__ import annotations
+
+import sqlite3
+import threading
+
+import pytest
+
+from app.database.connection import Database, DatabaseUnavailable
+from app.database.settings import SettingsRepository
+
+SETTINGS = SettingsRepository()
+
+
+@pytest.fixture(params=[True, False], ids=["thread", "inline"])
+def db(request, path, clock):
+    database = Database.open(path, clock=clock, threaded=request.param, durable=False)
+    yield database
+    database.close()
+
+
+def put(name: str, value: object):
+    return lambda c: SETTINGS.put(c, name, value)
+
+
+def stored(db: Database, name: str) -> object:
+    return SETTINGS.get(db.read(), name)
+
+
+def test_what_was_written_is_there_when_write_returns(db):
+    db.write(put("a", 1))
+    assert stored(db, "a") == 1
+
+
+def test_write_gives_back_what_the_work_returned(db):
+    assert db.write(lambda c: c.execute("SELECT 40 + 2").fetchone()[0]) == 42
+
+
+def test_a_work_that_raises_undoes_all_it_did_and_the_exception_reaches_the_caller(db):
+    def work(c):
+        put("a", 1)(c)
+        raise KeyError("broken")
+    with pytest.raises(KeyError, match="broken"):
+        db.write(work)
+    assert stored(db, "a") is None
+    db.write(put("a", 2))
+    assert stored(db, "a") == 2
+
+
+def test_a_broken_constraint_reaches_the_caller_as_itself(db):
+    with pytest.raises(sqlite3.IntegrityError):
+        db.write(lambda c: c.execute("INSERT INTO idle_rules (robot_id, mission_id, after_minutes) VALUES (7, 7, 7)"))
+
+
+def test_a_write_inside_a_write_is_a_mistake_in_the_program(db):
+    with pytest.raises(RuntimeError):
+        db.write(lambda c: db.write(put("a", 1)))
+    assert stored(db, "a") is None
+
+
+def test_readers_cannot_write(db):
+    with pytest.raises(sqlite3.OperationalError, match="readonly"):
+        db.read().execute("DELETE FROM settings")
+
+
+def test_a_reader_does_not_see_a_write_that_is_not_committed(db):
+    seen = []
+
+    def work(c):
+        put("a", 1)(c)
+        seen.append(stored(db, "a"))
+    db.write(work)
+    assert seen == [None]
+    assert stored(db, "a") == 1
+
+
+def test_the_disk_being_full_is_told_and_nothing_is_half_written(db):
+    pages = db.read().execute("PRAGMA page_count").fetchone()[0]
+    db.write(lambda c: c.execute(f"PRAGMA max_page_count = {pages}").fetchone())
+
+    def work(c):
+        for number in range(1000):
+            put(f"name {number}", "x" * 1000)(c)
+    with pytest.raises(DatabaseUnavailable, match="disk is full"):
+        db.write(work)
+    assert stored(db, "name 0") is None
+    db.write(lambda c: c.execute("PRAGMA max_page_count = 1000000").fetchone())
+    db.write(put("a", 1))
+    assert stored(db, "a") == 1
+
+
+def test_a_read_only_disk_is_told(db):
+    db.write(lambda c: c.execute("PRAGMA query_only = ON"))
+    with pytest.raises(DatabaseUnavailable, match="read-only"):
+        db.write(put("a", 1))
+
+
+def test_a_closed_database_says_so(db):
+    db.close()
+    with pytest.raises(DatabaseUnavailable, match="closed"):
+        db.write(put("a", 1))
+    with pytest.raises(DatabaseUnavailable, match="closed"):
+        db.read()
+
+
+def test_the_write_ahead_log_is_written_back_when_it_has_grown(db):
+    wal = db.path.with_name(db.path.name + "-wal")
+    for number in range(12):
+        db.write(put(f"name {number}", "x" * 500_000))
+    db.write(put("last", 1))
+    assert wal.stat().st_size < 5 << 20
+    assert stored(db, "name 0") == "x" * 500_000
+
+
+def test_a_reader_in_the_middle_keeps_what_it_reads_while_the_log_is_written_back(db):
+    for number in range(50):
+        db.write(put(f"name {number:02}", 1))
+    reading = db.read().execute("SELECT name FROM settings WHERE name LIKE 'name%' ORDER BY name")
+    first = reading.fetchone()
+    for number in range(12):
+        db.write(put(f"name {number:02}", "x" * 500_000))
+    db.write(lambda c: c.execute("DELETE FROM settings WHERE name LIKE 'name%'"))
+    assert [row["name"] for row in [first, *reading]] == [f"name {number:02}" for number in range(50)]
+
+
+# ---------------------------------------------------------------------- many at once
+@pytest.fixture
+def busy(path, clock):
+    """A database whose writer can be held up, so that works pile up behind it."""
+    database = Database.open(path, clock=clock, durable=False)
+    yield database
+    database.close()
+
+
+def pile_up(db: Database, works) -> list[object]:
+    """Hand in all works while the writer is held up; what each returned or raised, in their order."""
+    holding, release = threading.Event(), threading.Event()
+    outcomes: list[object] = [None] * len(works)
+
+    def hold(c):
+        holding.set()
+        release.wait(10)
+
+    def hand_in(number, work):
+        try:
+            outcomes[number] = db.write(work)
+        except Exception as error:
+            outcomes[number] = error
+    threads = [threading.Thread(target=db.write, args=(hold,))]
+    threads[0].start()
+    assert holding.wait(10)
+    waiting = db._writer._tasks.qsize
+    for number, work in enumerate(works):
+        threads.append(threading.Thread(target=hand_in, args=(number, work)))
+        threads[-1].start()
+        while waiting() <= number:
+            threading.Event().wait(0.001)
+    release.set()
+    for thread in threads:
+        thread.join(10)
+    return outcomes
+
+
+def test_works_that_wait_together_share_one_transaction(busy):
+    count = "SELECT count(*) FROM settings WHERE name LIKE 'name%'"
+
+    def work(number):
+        def run(c):
+            put(f"name {number}", number)(c)
+            return c.execute(count).fetchone()[0], busy.read().execute(count).fetchone()[0]
+        return run
+    outcomes = pile_up(busy, [work(number) for number in range(50)])
+    assert outcomes == [(number + 1, 0) for number in range(50)]       # each sees those before it, nobody else sees any yet
+    assert busy.read().execute(count).fetchone()[0] == 50
+
+
+def test_one_that_raises_undoes_only_itself(busy):
+    def broken(c):
+        put("broken", 1)(c)
+        raise KeyError("broken")
+    works = [put("a", 1), broken, put("b", 2)]
+    outcomes = pile_up(busy, works)
+    assert [type(outcome) for outcome in outcomes] == [type(None), KeyError, type(None)]
+    assert (stored(busy, "a"), stored(busy, "broken"), stored(busy, "b")) == (1, None, 2)
+
+
+def test_when_the_shared_transaction_is_lost_every_one_of_it_fails(busy):
+    outcomes = pile_up(busy, [put("a", 1), lambda c: c.execute("ROLLBACK"), put("b", 2)])
+    assert all(isinstance(outcome, sqlite3.Error) for outcome in outcomes)
+    assert (stored(busy, "a"), stored(busy, "b")) == (None, None)
+    busy.write(put("a", 3))
+    assert stored(busy, "a") == 3
+
+
+def test_closing_finishes_what_waits(busy, path, clock):
+    outcomes = pile_up(busy, [put("a", 1)])
+    closer = threading.Thread(target=busy.close)
+    closer.start()
+    closer.join(10)
+    assert not closer.is_alive()
+    again = Database.open(path, clock=clock, threaded=False)
+    assert (outcomes, stored(again, "a")) == ([None], 1)
+    again.close()
+
+
+def test_two_hundred_threads_at_once_all_get_through(busy):
+    threads = [threading.Thread(target=busy.write, args=(put(f"name {number}", number),)) for number in range(200)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(30)
+    assert busy.read().execute("SELECT count(*) FROM settings WHERE name LIKE 'name%'").fetchone()[0] == 200
