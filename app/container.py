@@ -70,7 +70,7 @@ class Container:
         self.snapshots = Snapshots(self.changes)
         self.alarms = Alarms(db, repositories.alarms, clock, self.changes)
         self.holds = Holds(db, repositories.holds, clock, self.changes)
-        self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes)
+        self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes, self.alarms)
         self.history = History(db, repositories.executions)
         self.catalogue = Catalogue(db, clock, self.changes)
         self.kpis = Kpis(db, clock)
@@ -78,7 +78,7 @@ class Container:
                          executions=repositories.executions, settings=repositories.settings, clock=clock)
         self.planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
                                missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
-                               alarms=self.alarms, changes=self.changes, hold_late_starts=with_window)
+                               alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
         self.scheduler = Scheduler(db, settings=repositories.settings, clock=clock, planner=self.planner, ledger=self.ledger,
                                    holds=self.holds, alarms=self.alarms, downtime=self.downtime,
                                    clock_offsets=lambda: self.loop.clock_offsets())

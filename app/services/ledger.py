@@ -14,6 +14,7 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.settings import SettingsRepository
 from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Wait
+from app.services.alarms import Alarms
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock
 from app.services.reasons import sentence
@@ -22,15 +23,21 @@ log = logging.getLogger("app.executions")
 
 
 class Ledger:
-    def __init__(self, db: Database, executions: ExecutionRepository, settings: SettingsRepository, clock: Clock, changes: Changes) -> None:
-        self._db, self._executions, self._settings, self._clock, self._changes = db, executions, settings, clock, changes
+    def __init__(self, db: Database, executions: ExecutionRepository, settings: SettingsRepository, clock: Clock, changes: Changes,
+                 alarms: Alarms) -> None:
+        self._db, self._executions, self._settings = db, executions, settings
+        self._clock, self._changes, self._alarms = clock, changes, alarms
 
     # ------------------------------------------------------------------ reading
     def get(self, execution_id: int) -> Execution | None:
         return self._executions.get(self._db.read(), execution_id)
 
-    def open_for(self, robot_id: int) -> list[Execution]:
-        return self._executions.open_for(self._db.read(), robot_id)
+    def open_for(self, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
+        return self._executions.open_for(self._db.read(), robot_id, states)
+
+    def has_sent(self, robot_id: int) -> bool:
+        """Whether anything of ours is with this robot, or may be."""
+        return self._executions.has_sent(self._db.read(), robot_id)
 
     def by_token(self, token: str) -> Execution | None:
         return self._executions.by_token(self._db.read(), token)
@@ -96,7 +103,17 @@ class Ledger:
 
     # ------------------------------------------------------------------ inside
     def _end(self, execution: Execution, expected: Sequence[State], **columns: Any) -> Execution | None:
-        return self._change(execution, expected, ended_at=self._clock.now(), **columns)
+        ended = self._change(execution, expected, ended_at=self._clock.now(), **columns)
+        if ended:
+            self.alarm_for(ended)
+        return ended
+
+    def alarm_for(self, ended: Execution) -> None:
+        """A failed or skipped execution is told; the same of one schedule is one line that counts."""
+        code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
+        if code and ended.reason:
+            about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot}"
+            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, reason=sentence(ended.reason, ended.timezone))
 
     def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
         changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))

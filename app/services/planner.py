@@ -21,6 +21,7 @@ from app.services.calendar import WorkingCalendar
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock
 from app.services.downtime import Downtime, Gap
+from app.services.ledger import Ledger
 from app.services.recurrence import next_occurrence, occurrences
 
 log = logging.getLogger(__name__)
@@ -32,6 +33,7 @@ AT_ONCE = 500                # schedules per transaction, so that a burst never 
 class Fallen:
     """What one look at the plan brought."""
     robot_ids: set[int] = field(default_factory=set)      # with something to send
+    skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
     late_starts: int = 0
 
@@ -39,10 +41,10 @@ class Fallen:
 class Planner:
     def __init__(self, db: Database, *, schedules: ScheduleRepository, executions: ExecutionRepository, robots: RobotRepository,
                  missions: MissionRepository, settings: SettingsRepository, clock: Clock, downtime: Downtime, alarms: Alarms,
-                 changes: Changes, hold_late_starts: bool) -> None:
+                 ledger: Ledger, changes: Changes, hold_late_starts: bool) -> None:
         self._db, self._schedules, self._executions = db, schedules, executions
         self._robots, self._missions, self._settings = robots, missions, settings
-        self._clock, self._downtime, self._alarms, self._changes = clock, downtime, alarms, changes
+        self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
         self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
 
     def next_due(self) -> datetime | None:
@@ -61,7 +63,9 @@ class Planner:
                 break
         if fallen.missed:
             self._alarms.raise_("executions_missed", "plan", count=fallen.missed)
-        if fallen.robot_ids or fallen.missed:
+        for execution in fallen.skipped:
+            self._ledger.alarm_for(execution)
+        if fallen.robot_ids or fallen.missed or fallen.skipped:
             self._changes.publish(Topic.EXECUTIONS)
             self._changes.publish(Topic.SCHEDULES)
         return fallen
@@ -100,7 +104,9 @@ class Planner:
             fallen.late_starts += late
             fallen.robot_ids.add(schedule.robot_id)
         for row in rows:
-            if self._executions.add_once(c, row) is None:
+            if added := self._executions.add_once(c, row):
+                fallen.skipped += [added] if added.state is State.SKIPPED else []
+            else:
                 log.info("The occurrence %s of %r is in the ledger already", row.planned_at, schedule.name)
         following = next_occurrence(schedule, max(now, latest), calendar)
         self._schedules.advance(c, schedule.id, following)

@@ -8,6 +8,7 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 from zoneinfo import ZoneInfo, available_timezones
@@ -84,7 +85,9 @@ def timezone(value: object, field: str = "timezone") -> str:
     return value
 
 
+@lru_cache(maxsize=1024)
 def _is_zone(value: str) -> bool:
+    """Kept, because asking for all zones reads hundreds of files: an import of ten thousand schedules would take minutes."""
     try:
         return value in available_timezones() and bool(ZoneInfo(value))
     except (ValueError, OSError):
