@@ -175,7 +175,7 @@ class DateDialog(FormDialog):
 
     def turn(self, months: int) -> None:
         """Show the month that many months away, within the years a date can have."""
-        index = min(max(self.year * 12 + self.month - 1 + months, 12), 9999 * 12 - 1)
+        index = min(max(self.year * 12 + self.month - 1 + months, 12), 9999 * 12 + 11)
         self.year, self.month = index // 12, index % 12 + 1
 
     def show_today(self) -> None:

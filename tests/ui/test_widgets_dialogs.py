@@ -1,0 +1,348 @@
+"""Dialogs: ways in and out, what they hand over, and that nothing of them stays behind."""
+from __future__ import annotations
+
+import gc
+import weakref
+from datetime import date, time
+
+import pytest
+from kivy.core.window import Window
+from kivy.lang import Builder
+
+from app.screens.overlays import Dialogs
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog, FormDialog, Menu
+from app.widgets.pickers import DateDialog, DayCell, TimeDialog, TimeEntry, TimePart
+from app.widgets.rows import OptionRow
+from app.widgets.text import Txt
+
+ESCAPE, BACKSPACE, ENTER = 27, 8, 13
+
+
+@pytest.fixture
+def dialogs(ui) -> Dialogs:
+    return Dialogs(animate=False)
+
+
+def press(ui, word: str) -> None:
+    ui.tap(ui.find(CommandButton, text=word))
+
+
+# ---------------------------------------------------------------------- confirm
+def test_yes_is_said_once_and_closes(ui, dialogs):
+    said: list[str] = []
+    dialogs.confirm("Clear the queue?", "3 missions", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no"))
+    ui.advance()
+    press(ui, "Clear")
+    ui.advance(.3)
+    assert said == ["yes"]
+    assert dialogs.top is None
+    assert Window.children == []
+
+
+@pytest.mark.parametrize("way_out", ["button", "escape"])
+def test_every_other_way_out_is_a_no(ui, dialogs, way_out):
+    said: list[str] = []
+    dialogs.confirm("Clear the queue?", "3 missions", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no"))
+    ui.advance()
+    if way_out == "button":
+        press(ui, "Cancel")
+    else:
+        ui.key(ESCAPE)
+    ui.advance(.3)
+    assert said == ["no"]
+
+
+def test_a_tap_beside_a_question_does_not_answer_it(ui, dialogs):
+    said: list[str] = []
+    dialogs.confirm("Clear?", "", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no"))
+    ui.advance()
+    ui.tap_at(5, 5)
+    assert said == []
+    assert isinstance(dialogs.top, ConfirmDialog)
+
+
+def test_escape_closes_the_topmost_only(ui, dialogs):
+    dialogs.choose("Robot", [{"key": 1, "text": "Aino"}], lambda key: None)
+    dialogs.confirm("Sure?", "", "Yes", lambda: None)
+    ui.advance()
+    ui.key(ESCAPE)
+    assert isinstance(dialogs.top, ChoiceDialog)
+    ui.key(ESCAPE)
+    assert dialogs.top is None
+
+
+def test_what_lies_behind_a_dialog_cannot_be_pressed(ui, dialogs):
+    button = ui.show(CommandButton(text="Pause"), (200, 64))
+    taps: list[int] = []
+    button.bind(on_release=lambda *_: taps.append(1))
+    dialogs.confirm("Sure?", "", "Yes", lambda: None)
+    ui.advance()
+    ui.tap(button)
+    assert taps == []
+
+
+# ---------------------------------------------------------------------- choose
+MISSIONS = [{"key": n, "text": f"Mission {n}", "note": "on Aino only" if n == 7 else ""} for n in range(30)]
+
+
+def test_choosing_hands_over_the_key_and_closes(ui, dialogs):
+    chosen: list[int] = []
+    dialogs.choose("Mission", MISSIONS, chosen.append, selected=2)
+    ui.advance(.2)
+    assert ui.find(OptionRow, key=2).selected
+    ui.tap(ui.find(Txt, text="Mission 3"))
+    ui.advance(.3)
+    assert chosen == [3]
+    assert dialogs.top is None
+
+
+def test_search_narrows_by_all_words_in_text_and_note(ui, dialogs):
+    dialog = dialogs.choose("Mission", MISSIONS, lambda key: None)
+    ui.advance(.2)
+    dialog.query = "AINO miss"
+    ui.advance(.2)
+    assert [row.text for row in ui.find_all(OptionRow)] == ["Mission 7"]
+    dialog.query = "nothing like it"
+    ui.advance(.2)
+    assert "Nothing found" in ui.texts()
+
+
+def test_a_tap_beside_a_list_closes_it_without_a_choice(ui, dialogs):
+    chosen: list[int] = []
+    dialogs.choose("Mission", MISSIONS[:3], chosen.append)
+    ui.advance(.2)
+    ui.tap_at(5, 5)
+    ui.advance(.3)
+    assert dialogs.top is None
+    assert chosen == []
+
+
+def test_ticks_are_confirmed_in_the_options_order(ui, dialogs):
+    chosen: list[list[int]] = []
+    dialogs.choose_many("Missions", MISSIONS[:4], "Add", chosen.append, selected=[2])
+    ui.advance(.2)
+    for word in ("Mission 3", "Mission 0", "Mission 2"):
+        ui.tap(ui.find(Txt, text=word))
+    press(ui, "Add")
+    assert chosen == [[0, 3]]
+
+
+# ---------------------------------------------------------------------- time
+@pytest.mark.parametrize(("digits", "time_of_day"), [
+    ("0630", (6, 30)), ("745", (7, 45)), ("2359", (23, 59)), ("27", (2, 7)), ("1299", (9, 9)), ("3", (3, 0)), ("00", (0, 0))])
+def test_digits_make_a_time(digits, time_of_day):
+    entry = TimeEntry(0, 0)
+    for digit in digits:
+        entry.digit(int(digit))
+    assert (entry.hour, entry.minute) == time_of_day
+
+
+def test_steps_go_round_the_clock():
+    entry = TimeEntry(23, 58)
+    entry.nudge("hour", 1)
+    entry.nudge("minute", 1)
+    assert (entry.hour, entry.minute) == (0, 0)
+    entry.nudge("minute", -1)
+    entry.nudge("hour", -1)
+    assert (entry.hour, entry.minute) == (23, 55)
+    entry = TimeEntry(6, 32)
+    entry.nudge("minute", -1)
+    assert entry.minute == 30
+
+
+def test_erasing_goes_back():
+    entry = TimeEntry(6, 30)
+    entry.select("minute")
+    entry.erase()
+    assert (entry.hour, entry.minute, entry.part) == (6, 0, "minute")
+    entry.erase()
+    assert (entry.hour, entry.part) == (0, "hour")
+
+
+def test_a_time_by_the_keypad(ui, dialogs):
+    picked: list[time] = []
+    dialogs.pick_time("Time", time(12, 0), picked.append)
+    ui.advance()
+    for key in "0645":
+        press(ui, key)
+    press(ui, "Set")
+    assert picked == [time(6, 45)]
+
+
+def test_a_time_by_steps_and_keyboard(ui, dialogs):
+    picked: list[time] = []
+    dialogs.pick_time("Time", time(6, 30), picked.append)
+    ui.advance()
+    hour, minute = ui.find_all(TimePart)
+    assert (hour.text, minute.text) == ("06", "30")
+    plus = [b for b in ui.find_all(CommandButton) if b.icon == "plus"]
+    ui.tap(plus[0])
+    ui.tap(plus[1])
+    assert (hour.text, minute.text) == ("07", "35")
+    ui.tap(minute)
+    ui.key(ord("0"), "0")
+    ui.key(ord("5"), "5")
+    ui.key(ENTER)
+    assert picked == [time(7, 5)]
+    assert dialogs.top is None
+
+
+def test_a_closed_time_dialog_takes_no_more_keys(ui, dialogs):
+    picked: list[time] = []
+    dialog = dialogs.pick_time("Time", None, picked.append)
+    ui.advance()
+    ui.key(ESCAPE)
+    ui.key(ord("5"), "5")
+    ui.key(ENTER)
+    assert picked == []
+    assert dialog.hour == 0
+
+
+# ---------------------------------------------------------------------- date
+def pick_date(dialogs, picked, **limits):
+    return dialogs.pick_date("First day", date(2026, 11, 23), picked.append, today=date(2026, 11, 20), **limits)
+
+
+def test_a_day_of_another_month(ui, dialogs):
+    picked: list[date] = []
+    dialog = pick_date(dialogs, picked)
+    ui.advance()
+    assert dialog.month_title == "November 2026"
+    dialog.turn(1)
+    dialog.turn(1)
+    ui.advance()
+    assert dialog.month_title == "January 2027"
+    ui.tap(ui.find(DayCell, text="31"))
+    press(ui, "Set")
+    assert picked == [date(2027, 1, 31)]
+
+
+def test_the_grid_begins_on_monday_and_knows_leap_days(ui, dialogs):
+    dialog = pick_date(dialogs, [])
+    dialog.year, dialog.month = 2028, 2
+    ui.advance()
+    cells = [cell.text for cell in reversed(dialog.ids.days.children)]
+    assert cells[:7] == ["", "1", "2", "3", "4", "5", "6"]          # 1 February 2028 is a Tuesday
+    assert [text for text in cells if text][-1] == "29"
+
+
+def test_days_out_of_bounds_cannot_be_chosen(ui, dialogs):
+    dialog = pick_date(dialogs, [], first=date(2026, 11, 20), last=date(2026, 11, 27))
+    ui.advance()
+    ui.tap(ui.find(DayCell, text="19"))
+    ui.tap(ui.find(DayCell, text="28"))
+    assert dialog.chosen == date(2026, 11, 23)
+    ui.tap(ui.find(DayCell, text="27"))
+    assert dialog.chosen == date(2026, 11, 27)
+
+
+def test_today_is_one_tap_away_where_it_may_be_chosen(ui, dialogs):
+    dialog = pick_date(dialogs, [])
+    dialog.turn(12)
+    ui.advance()
+    press(ui, "Today")
+    assert dialog.chosen == date(2026, 11, 20)
+    assert dialog.month_title == "November 2026"
+    dialog.first = date(2026, 12, 1)
+    press(ui, "Today")
+    assert dialog.chosen == date(2026, 12, 1)
+
+
+def test_years_end_where_dates_end(ui, dialogs):
+    dialog = pick_date(dialogs, [])
+    dialog.year, dialog.month = 9999, 12
+    dialog.turn(1)
+    assert (dialog.year, dialog.month) == (9999, 12)
+
+
+# ---------------------------------------------------------------------- menu
+def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
+    button = ui.show(CommandButton(text="More"), (200, 64))
+    for x, y in ((0, 736), (1080, 0), (600, 400)):
+        button.pos = x, y
+        ui.advance()
+        menu = dialogs.menu(button, [{"key": "run", "text": "Run now"}, {"key": "delete", "text": "Delete"}], lambda key: None)
+        ui.advance()
+        assert menu.x >= 0
+        assert menu.right <= Window.width
+        assert menu.y >= 0
+        assert menu.top <= Window.height
+        assert menu.top <= button.y or menu.y >= button.top
+        menu.dismiss(animation=False)
+        ui.advance()
+
+
+def test_a_menu_hands_over_its_key(ui, dialogs):
+    button = ui.show(CommandButton(text="More"), (200, 64))
+    chosen: list[str] = []
+    dialogs.menu(button, [{"key": "run", "text": "Run now"}, {"key": "delete", "text": "Delete", "disabled": True}], chosen.append)
+    ui.advance()
+    ui.tap(ui.find(Txt, text="Delete"))
+    assert chosen == []
+    ui.tap(ui.find(Txt, text="Run now"))
+    assert chosen == ["run"]
+    assert dialogs.top is None
+
+
+# ---------------------------------------------------------------------- size and memory
+class TallDialog(FormDialog):
+    pass
+
+
+def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui):
+    Builder.load_string("""
+<TallDialog>:
+    title: "Tall"
+    DialogActions:
+        CommandButton:
+            text: "Close"
+""", filename="tall-dialog")
+    try:
+        dialog = TallDialog()
+        for _n in range(3):
+            dialog.add_widget(CommandButton(text="x"))
+        dialog.open(animation=False)
+        ui.advance()
+        low = dialog.height
+        assert low < 500
+        for _n in range(30):
+            dialog.add_widget(CommandButton(text="x"))
+        ui.advance()
+        assert dialog.height == Window.height - 32
+        assert dialog.ids.page.content_height > dialog.ids.page.height
+        close = ui.find(CommandButton, text="Close")
+        assert close.to_window(*close.pos)[1] > 0            # its buttons stay in sight
+    finally:
+        Builder.unload_file("tall-dialog")
+
+
+def kinds() -> dict:
+    return {
+        "confirm": lambda: ConfirmDialog(title="Sure?", confirm="Yes", decline="No"),
+        "choice": lambda: ChoiceDialog(title="Mission", options=MISSIONS),
+        "time": lambda: TimeDialog(time(6, 30)),
+        "date": lambda: DateDialog(today=date(2026, 11, 20)),
+        "menu": lambda: Menu(items=[{"key": 1, "text": "Run"}]),
+    }
+
+
+@pytest.mark.parametrize("kind", list(kinds()))
+def test_closed_dialogs_are_freed(ui, kind):
+    references = []
+    for _n in range(4):
+        dialog = kinds()[kind]()
+        if isinstance(dialog, Dialog):
+            dialog.open(animation=False)
+        else:
+            anchor = ui.show(CommandButton(text="More"), (200, 64))
+            dialog.open_at(anchor, animation=False)
+        ui.advance()
+        dialog.dismiss(animation=False)
+        references.append(weakref.ref(dialog))
+        del dialog
+    for _n in range(5):                      # a dialog goes in stages: what kv bound to its children keeps it until they are gone
+        ui.advance()
+        gc.collect()
+    alive = sum(reference() is not None for reference in references)
+    assert alive <= (kind == "choice")       # kivy itself keeps the TextInput made last, and with it its dialog, until the next one

@@ -1,0 +1,81 @@
+"""Snackbars: said, undone, queued."""
+from __future__ import annotations
+
+import pytest
+from kivy.core.window import Window
+
+from app.widgets.buttons import CommandButton
+from app.widgets.snackbar import Snackbars
+
+
+@pytest.fixture
+def bars(ui):
+    bars = Snackbars()
+    yield bars
+    bars.clear()
+
+
+def test_a_message_comes_and_goes(ui, bars):
+    bars.show("Saved")
+    ui.advance(.3)
+    assert "Saved" in ui.texts()
+    ui.advance(4)
+    assert bars.texts == []
+    assert Window.children == []
+
+
+def test_undo_lasts_eight_seconds_and_runs_once(ui, bars):
+    calls: list[str] = []
+    bars.undo("Schedule deleted", "Undo", lambda: calls.append("undo"), lambda: calls.append("ended"))
+    ui.advance(7.5)
+    ui.tap_text("Undo")
+    assert calls == ["undo"]
+    ui.advance(10)
+    assert calls == ["undo"]
+    assert "Schedule deleted" not in ui.texts()
+
+
+def test_nobody_undid_it(ui, bars):
+    calls: list[str] = []
+    bars.undo("Robot deleted", "Undo", lambda: calls.append("undo"), lambda: calls.append("ended"))
+    ui.advance(8.2)
+    assert calls == ["ended"]
+
+
+def test_each_of_two_deletions_keeps_its_own_undo(ui, bars):
+    undone: list[str] = []
+    bars.undo("Deleted A", "Undo A", lambda: undone.append("A"))
+    ui.advance(1)
+    bars.undo("Deleted B", "Undo B", lambda: undone.append("B"))
+    ui.advance(1)
+    ui.tap_text("Undo A")
+    ui.tap_text("Undo B")
+    assert undone == ["A", "B"]
+
+
+def test_more_than_three_wait_their_turn(ui, bars):
+    for n in range(5):
+        bars.show(f"Message {n}")
+    ui.advance(.3)
+    assert bars.texts == ["Message 0", "Message 1", "Message 2"]
+    ui.advance(4)
+    assert bars.texts == ["Message 3", "Message 4"]
+
+
+def test_what_lies_beside_a_message_can_still_be_pressed(ui, bars):
+    button = ui.show(CommandButton(text="Pause"), (200, 64))
+    taps: list[int] = []
+    button.bind(on_release=lambda *_: taps.append(1))
+    bars.show("Saved")
+    ui.advance(.3)
+    ui.tap(button)
+    assert taps == [1]
+
+
+def test_clearing_tells_that_nobody_undid_anything(ui, bars):
+    calls: list[str] = []
+    for n in range(5):
+        bars.undo(f"Deleted {n}", "Undo", lambda: calls.append("undo"), lambda: calls.append("ended"))
+    bars.clear()
+    assert calls == ["ended"] * 5
+    assert bars.texts == []
