@@ -13,6 +13,7 @@ from mir_sim.state import StateId
 if TYPE_CHECKING:
     from mir_sim.robot import SimulatedRobot
 
+PLANNING = 2.0                # s of thinking before the robot sets off, also when it is there already
 DOCKING_SPEED = 0.25          # m/s on the last metres to a marker
 DOCKING_DISTANCE = 1.5        # m that are driven at that speed
 SHOWN_DOCKED = 3.0            # s for which a robot that has reached its charger says Docked
@@ -74,17 +75,17 @@ class MoveStep(Step):
     def begin(self, robot: SimulatedRobot) -> None:
         start = robot.pose
         self.trip = Trip(start, world.route(start, self.goal.x, self.goal.y), self.goal.orientation)
-        self.duration = self.trip.duration
+        self.duration = PLANNING + self.trip.duration
 
     @property
     def length(self) -> float:
         return self.trip.length
 
-    def motion(self, elapsed: float) -> Motion | None:
-        return self.trip.at(elapsed)
+    def motion(self, elapsed: float) -> Motion:
+        return self.trip.at(max(0.0, elapsed - PLANNING))
 
     def text(self, robot: SimulatedRobot, elapsed: float) -> str:
-        left = self.length - self.trip.at(elapsed).travelled
+        left = self.length - self.motion(elapsed).travelled
         return f"Moving to '{self.label}' ({left:.1f} meters to goal)"
 
     def battery_rate(self) -> float:
@@ -106,19 +107,24 @@ class DockStep(MoveStep):
         entry = (goal.x, goal.y + side)
         self.trip = Trip(start, world.route(start, *entry))
         self.approach = Trip(self.trip.goal, [(goal.x, goal.y)], goal.orientation, cruise=DOCKING_SPEED)
-        self.duration = self.trip.duration + self.approach.duration
+        self.duration = PLANNING + self.trip.duration + self.approach.duration
 
-    def motion(self, elapsed: float) -> Motion | None:
-        if elapsed < self.trip.duration:
-            return self.trip.at(elapsed)
-        near = self.approach.at(elapsed - self.trip.duration)
+    def _docking(self, elapsed: float) -> float:
+        """Seconds since the robot began to creep; negative on the way there."""
+        return elapsed - PLANNING - self.trip.duration
+
+    def motion(self, elapsed: float) -> Motion:
+        creeping = self._docking(elapsed)
+        if creeping < 0:
+            return super().motion(elapsed)
+        near = self.approach.at(creeping)
         return Motion(near.pose, near.linear, near.angular, self.trip.length + near.travelled)
 
     def state(self, elapsed: float) -> StateId:
-        return StateId.EXECUTING if elapsed < self.trip.duration else StateId.DOCKING
+        return StateId.EXECUTING if self._docking(elapsed) < 0 else StateId.DOCKING
 
     def text(self, robot: SimulatedRobot, elapsed: float) -> str:
-        return super().text(robot, elapsed) if elapsed < self.trip.duration else f"Docking to '{self.label}'"
+        return super().text(robot, elapsed) if self._docking(elapsed) < 0 else f"Docking to '{self.label}'"
 
 
 class ChargeStep(Step):

@@ -1,0 +1,74 @@
+"""Asking a simulated robot without a network, at simulated times of the test's choosing."""
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from hashlib import sha256
+from typing import Any
+
+import mir_sim
+from mir_sim import MISSIONS, Exchange, Request, Response, SimulatedRobot
+from mir_sim.control import apply
+
+GUIDS = {mission.name: mission.guid for mission in MISSIONS}
+
+
+def credentials(user: str = "distributor", password: str = "distributor") -> str:
+    return "Basic " + b64encode(f"{user}:{sha256(password.encode()).hexdigest()}".encode()).decode()
+
+
+HEADERS = {"Authorization": credentials(), "Content-Type": "application/json"}
+
+
+class Asker:
+    """A robot and a client of it. ``pass_time`` lets the robot live."""
+
+    def __init__(self, **options: Any) -> None:
+        self.robot = SimulatedRobot("Aino", **{"seed": 1, "battery": 80.0, **options})
+
+    def pass_time(self, seconds: float) -> None:
+        self.robot.advance_to(self.robot.now + seconds)
+
+    def request(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Request:
+        content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
+        return Request.of(method, f"/api/v2.0.0{path}", HEADERS if headers is None else headers, content)
+
+    def send(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
+        return mir_sim.handle(self.robot, self.request(method, path, body, headers))
+
+    def exchange(self, method: str, path: str, body: Any = None) -> Exchange:
+        return mir_sim.exchange(self.robot, self.request(method, path, body))
+
+    def get(self, path: str) -> Any:
+        response = self.send("GET", path)
+        assert response.status == 200, response.body
+        return response.json()
+
+    def put_status(self, **fields: Any) -> Any:
+        response = self.send("PUT", "/status", fields)
+        assert response.status == 200, response.body
+        return response.json()
+
+    def status(self) -> Any:
+        return self.get("/status")
+
+    def order(self, mission: str = "Deliver", **fields: Any) -> int:
+        response = self.send("POST", "/mission_queue", {"mission_id": GUIDS[mission], **fields})
+        assert response.status == 201, response.body
+        return int(response.json()["id"])
+
+    def item(self, number: int) -> Any:
+        return self.get(f"/mission_queue/{number}")
+
+    def state_of(self, number: int) -> str:
+        return str(self.item(number)["state"])
+
+    def control(self, **wishes: Any) -> None:
+        apply(self.robot, wishes)
+
+    def pass_until(self, condition: Any, most: float = 3600.0) -> None:
+        """Let the robot live until something is so, looking every half second."""
+        ends = self.robot.now + most
+        while not condition():
+            assert self.robot.now < ends
+            self.pass_time(0.5)

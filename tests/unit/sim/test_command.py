@@ -1,0 +1,72 @@
+"""``python -m mir_sim`` as an integrator types it."""
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import requests
+
+BOUND = 20.0
+
+
+def start(*arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen([sys.executable, "-m", "mir_sim", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_it_says_when_each_robot_is_ready_and_stops_cleanly(ending: signal.Signals) -> None:
+    process = start("--port", "0", "--robots", "2", "--time-scale", "50", "--seed", "7", "--software", "2.14.7", "--history", "5")
+    try:
+        assert process.stdout is not None
+        lines = [process.stdout.readline().split() for _ in range(2)]
+        assert [(word, name) for word, name, _ in lines] == [("ready", "Aino"), ("ready", "Veikko")]
+        for _, name, url in lines:
+            response = requests.get(f"{url}/api/v2.0.0/status", timeout=5)
+            assert (response.json()["robot_name"], response.headers["Robot-Version"]) == (name, "2.14.7")
+            assert len(requests.get(f"{url}/sim", timeout=5).json()["queue"]) == 5
+        held = requests.post(f"{lines[0][2]}/sim", json={"fault": {"kind": "hang"}}, timeout=5)
+        assert held.status_code == 200
+        with pytest.raises(requests.ReadTimeout):
+            requests.get(f"{lines[0][2]}/api/v2.0.0/status", timeout=0.2)
+        process.send_signal(ending)
+        _, stderr = process.communicate(timeout=BOUND)
+        assert (process.returncode, stderr) == (0, "")
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_ports_follow_each_other() -> None:
+    for first in range(47_310, 47_400, 3):
+        process = start("--port", str(first), "--robots", "3")
+        assert process.stdout is not None
+        lines = [process.stdout.readline().split() for _ in range(3)]
+        process.terminate()
+        process.communicate(timeout=BOUND)
+        if lines[0]:                  # else somebody else has one of these ports
+            break
+    assert [line[2] for line in lines] == [f"http://127.0.0.1:{first + number}" for number in range(3)]
+
+
+@pytest.mark.parametrize(("arguments", "says"), [
+    (["--time-scale", "0"], "--time-scale"), (["--time-scale", "1001"], "--time-scale"), (["--time-scale", "nan"], "--time-scale"),
+    (["--robots", "0"], "--robots"), (["--robots", "many"], "--robots"), (["--port", "65536"], "--port"),
+    (["--port", "65535", "--robots", "3"], "65535"), (["--software", "9.9"], "--software"), (["--chaos", "2"], "--chaos"),
+    (["--timezone", "Mars/Crater"], "Mars/Crater"), (["--speed", "1"], "--speed"),
+    (["--host", "no-such-host.invalid"], "no-such-host.invalid"), (["--history", "-1"], "--history"), (["--seed", "x"], "--seed")])
+def test_wrong_options_are_one_line_and_exit_2(arguments: list[str], says: str) -> None:
+    began = time.monotonic()
+    done = subprocess.run([sys.executable, "-m", "mir_sim", *arguments], capture_output=True, text=True, timeout=BOUND, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    assert says in done.stderr
+    assert time.monotonic() - began < BOUND
+
+
+def test_help_names_every_option() -> None:
+    text = subprocess.run([sys.executable, "-m", "mir_sim", "--help"], capture_output=True, text=True, timeout=BOUND, check=True).stdout
+    for option in ("--host", "--port", "--robots", "--time-scale", "--seed", "--software", "--chaos", "--history", "--clock-offset"):
+        assert option in text

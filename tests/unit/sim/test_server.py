@@ -1,0 +1,212 @@
+"""The HTTP shell: real sockets, real faults, many threads."""
+from __future__ import annotations
+
+import http.client
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from email.utils import parsedate_to_datetime
+from typing import Any
+
+import pytest
+import requests
+
+import mir_sim
+from mir_sim import Fleet, FleetRobot
+from tests.unit.sim.asking import GUIDS, HEADERS
+
+BOUND = 20.0      # s; only to end a test that would wait for ever
+
+
+@pytest.fixture
+def fleet() -> Iterator[Fleet]:
+    with mir_sim.serve(robots=2, time_scale=100) as served:
+        yield served
+
+
+@pytest.fixture
+def aino(fleet: Fleet) -> FleetRobot:
+    return fleet.robots[0]
+
+
+def ask(robot: FleetRobot, method: str, path: str, body: Any = None, timeout: float = 5.0) -> requests.Response:
+    return requests.request(method, f"{robot.url}/api/v2.0.0{path}", json=body, headers=HEADERS, timeout=timeout)
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    ends = time.monotonic() + BOUND
+    while not condition():
+        assert time.monotonic() < ends
+        time.sleep(0.005)
+
+
+def raw(robot: FleetRobot, data: bytes) -> bytes:
+    """Whatever comes back until the robot closes the connection."""
+    with socket.create_connection(("127.0.0.1", robot.port), timeout=5) as connection:
+        connection.sendall(data)
+        answer = b""
+        while more := connection.recv(65536):
+            answer += more
+    return answer
+
+
+def test_robots_have_friendly_names_and_ports_of_their_own(fleet: Fleet) -> None:
+    assert [robot.name for robot in fleet.robots] == ["Aino", "Veikko"]
+    assert [ask(robot, "GET", "/status").json()["robot_name"] for robot in fleet.robots] == ["Aino", "Veikko"]
+    assert mir_sim.fleet.robot_name(12) == "Aino-2"
+
+
+def test_a_mission_runs_over_http(aino: FleetRobot) -> None:
+    number = ask(aino, "POST", "/mission_queue", {"mission_id": GUIDS["Deliver"], "description": "t"}).json()["id"]
+    wait_until(lambda: ask(aino, "GET", f"/mission_queue/{number}").json()["state"] == "Done")
+
+
+def test_a_connection_is_kept_and_every_body_is_drained(aino: FleetRobot) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", aino.port, timeout=5)
+    for method, path, body in (("POST", "/missions", b"x" * 100_000), ("PUT", "/status", b"state_id=3"),
+                               ("DELETE", "/mission_queue", b"{}"), ("GET", "/status", None)):
+        connection.request(method, f"/api/v2.0.0{path}", body, {"Authorization": HEADERS["Authorization"]})
+        response = connection.getresponse()
+        content = response.read()
+        assert (response.version, response.getheader("Connection")) == (11, "keep-alive")
+        assert response.status == 204 or int(response.getheader("Content-Length")) == len(content)
+    assert response.status == 200
+
+
+def test_chunked_bodies_and_expectations(aino: FleetRobot) -> None:
+    head = ("POST /api/v2.0.0/mission_queue HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+            f"Authorization: {HEADERS['Authorization']}\r\n")
+    body = json.dumps({"mission_id": GUIDS["Home"]}).encode()
+    chunked = (head + "Connection: close\r\nTransfer-Encoding: chunked\r\n\r\n").encode() + b"%x\r\n%b\r\n0\r\n\r\n" % (len(body), body)
+    assert raw(aino, chunked).startswith(b"HTTP/1.1 201 Created")
+    expecting = (head + f"Connection: close\r\nExpect: 100-continue\r\nContent-Length: {len(body)}\r\n\r\n").encode() + body
+    assert raw(aino, expecting).startswith(b"HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 201 Created")
+
+
+@pytest.mark.parametrize("data", [
+    b"hello\r\n\r\n", b"GET /\r\n\r\n", b"GET / HTTP/1.1\r\nno colon\r\n\r\n",
+    b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 20_000 + b"\r\n",
+    b"POST / HTTP/1.1\r\nContent-Length: much\r\n\r\n", b"POST / HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
+    b"POST / HTTP/1.1\r\nContent-Length: 99999999999\r\n\r\n", b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n"])
+def test_what_is_no_request_is_answered_and_closed(aino: FleetRobot, data: bytes) -> None:
+    assert raw(aino, data).startswith(b"HTTP/1.1 400 ")
+    assert ask(aino, "GET", "/status").status_code == 200
+
+
+def test_http_1_0_is_closed_after_the_answer(aino: FleetRobot) -> None:
+    assert b"Connection: close" in raw(aino, b"GET /api/v2.0.0/status HTTP/1.0\r\n\r\n")
+
+
+def test_the_date_is_the_robots_and_does_not_race_with_the_time_scale() -> None:
+    with mir_sim.serve(robots=1, time_scale=1000, clock_offset=-3600) as fleet:
+        date = parsedate_to_datetime(ask(fleet.robots[0], "GET", "/status").headers["Date"])
+        assert abs(date.timestamp() - time.time() + 3600) < 10
+
+
+# ---------------------------------------------------------------------- faults
+def test_a_closed_connection(aino: FleetRobot) -> None:
+    for kind in ("drop_request", "drop_response"):
+        aino.control({"fault": {"kind": kind}})
+        with pytest.raises(requests.ConnectionError):
+            ask(aino, "GET", "/status")
+
+
+def test_a_held_request_is_never_answered(aino: FleetRobot) -> None:
+    aino.control({"fault": {"kind": "hang"}})
+    with pytest.raises(requests.ReadTimeout):
+        ask(aino, "POST", "/mission_queue", {"mission_id": GUIDS["Home"]}, timeout=0.3)
+    assert ask(aino, "GET", "/mission_queue").json() == []
+
+
+def test_a_delayed_answer_comes_after_the_deed_and_a_late_one_with_it(aino: FleetRobot) -> None:
+    for kind, by_then in (("delay", 1), ("late", 0)):
+        aino.control({"fault": {"kind": kind, "path": "/mission_queue", "seconds": 1.0}})
+        before = len(aino.model.queue)
+        with pytest.raises(requests.ReadTimeout):
+            ask(aino, "POST", "/mission_queue", {"mission_id": GUIDS["Home"]}, timeout=0.3)
+        assert len(aino.model.queue) == before + by_then
+        wait_until(lambda before=before: len(aino.model.queue) == before + 1)
+
+
+def test_half_a_body_ends_with_the_connection(aino: FleetRobot) -> None:
+    aino.control({"fault": {"kind": "truncate"}})
+    with pytest.raises((requests.exceptions.ChunkedEncodingError, requests.ConnectionError)):
+        ask(aino, "GET", "/status")
+
+
+def test_a_rebooting_robot_refuses_connections_and_comes_back_on_its_port(aino: FleetRobot) -> None:
+    kept = requests.Session()
+    assert kept.get(f"{aino.url}/api/v2.0.0/status", timeout=5).status_code == 200
+    port, began = aino.port, time.monotonic()
+    aino.control({"reboot_seconds": 0.6})
+
+    def refused() -> bool:
+        try:
+            ask(aino, "GET", "/status")
+        except requests.ConnectionError:
+            return True
+        return False
+    wait_until(refused)
+    wait_until(lambda: not refused())
+    assert aino.port == port
+    assert time.monotonic() - began > 0.6
+
+
+# ---------------------------------------------------------------------- control
+def test_control_needs_no_credentials_and_shows_the_truth(aino: FleetRobot) -> None:
+    state = requests.post(f"{aino.url}/sim", json={"battery": 12.5, "emergency_stop": True}, timeout=5).json()
+    assert (state["name"], state["battery"], state["state_id"], state["queue"], state["faults"]) == ("Aino", 12.5, 10, [], [])
+    assert ask(aino, "GET", "/status").json()["battery_percentage"] == -1.0
+    assert requests.get(f"{aino.url}/sim/", timeout=5).json()["state_id"] == 10
+    refused = requests.post(f"{aino.url}/sim", json={"battery": "x"}, timeout=5)
+    assert (refused.status_code, refused.json()["error_human"]) == (400, "battery must be a number from 0 to 100.")
+    assert requests.post(f"{aino.url}/sim", data="{", timeout=5).status_code == 400
+    assert requests.delete(f"{aino.url}/sim", timeout=5).status_code == 405
+
+
+def test_faults_do_not_touch_control(aino: FleetRobot) -> None:
+    aino.control({"fault": {"kind": "hang", "count": None}})
+    assert requests.get(f"{aino.url}/sim", timeout=5).json()["faults"][0]["kind"] == "hang"
+
+
+def test_the_live_picture_shows_where_the_robot_is(aino: FleetRobot) -> None:
+    first = requests.get(f"{aino.url}/sim/map.png", timeout=5)
+    assert (first.headers["Content-Type"], first.content[:4]) == ("image/png", b"\x89PNG")
+    ask(aino, "PUT", "/status", {"position": {"x": 20.0, "y": 12.0, "orientation": 0.0}})
+    assert requests.get(f"{aino.url}/sim/map.png", timeout=5).content != first.content
+
+
+# ---------------------------------------------------------------------- many at once
+def test_orders_from_many_threads_are_all_there_once(aino: FleetRobot) -> None:
+    numbers: list[int] = []
+
+    def work(worker: int) -> None:
+        for turn in range(10):
+            body = {"mission_id": GUIDS["Home"], "description": f"{worker}-{turn}"}
+            numbers.append(ask(aino, "POST", "/mission_queue", body).json()["id"])
+            aino.state()
+    threads = [threading.Thread(target=work, args=(worker,)) for worker in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(numbers) == list(range(1, 61))
+    assert len({item.description for item in aino.model.queue}) == 60
+
+
+def test_fleets_do_not_know_each_other_and_leave_nothing_behind() -> None:
+    before = threading.active_count()
+    with mir_sim.serve(robots=1) as one, mir_sim.serve(robots=1) as other:
+        one.robots[0].control({"battery": 10})
+        assert other.robots[0].state()["battery"] > 10
+        port = one.robots[0].port
+    assert threading.active_count() == before
+    with pytest.raises(OSError, match=r".*"):
+        socket.create_connection(("127.0.0.1", port), timeout=1)
+
+
+def test_a_taken_port_is_an_error_and_no_port_stays_open(fleet: Fleet) -> None:
+    with pytest.raises(OSError, match=r".*"), mir_sim.serve(robots=1, port=fleet.robots[0].port):
+        pass
