@@ -1,0 +1,188 @@
+"""Catalogues: read, compiled, extracted, checked; the language switched while others listen. No kivy."""
+from __future__ import annotations
+
+import gettext
+import io
+import subprocess
+import sys
+
+import pytest
+
+from app.i18n import CatalogueError, Translator, compile_mo, languages, po_entries, read_po, translation
+from tests import catalogues
+
+FINNISH = r'''
+msgid ""
+msgstr ""
+"Content-Type: text/plain; charset=UTF-8\n"
+"Plural-Forms: nplurals=2; plural=(n != 1);\n"
+
+# a comment of the translator
+#: app/screens/home.py
+msgid "Save"
+msgstr "Tallenna"
+
+#, python-brace-format
+msgid "{n} robot"
+msgid_plural "{n} robots"
+msgstr[0] "{n} robotti"
+msgstr[1] "{n} robottia"
+
+msgctxt "run"
+msgid "Failed"
+msgstr "Epäonnistui"
+
+msgid ""
+"A text on "
+"two lines: \"quoted\"\n"
+msgstr "Kaksi riviä: \"lainattu\"\n"
+
+#, fuzzy
+msgid "Guessed"
+msgstr "Arvattu"
+
+msgid "Not yet"
+msgstr ""
+
+#~ msgid "Gone"
+#~ msgstr "Poissa"
+'''
+
+
+@pytest.fixture
+def locale_dir(tmp_path):
+    folder = tmp_path / "locale" / "fi" / "LC_MESSAGES"
+    folder.mkdir(parents=True)
+    (folder / "amr.po").write_text(FINNISH, encoding="utf-8")
+    return tmp_path / "locale"
+
+
+def test_a_po_file_is_read(locale_dir):
+    messages = read_po(locale_dir / "fi" / "LC_MESSAGES" / "amr.po")
+    assert messages["Save"] == ["Tallenna"]
+    assert messages["{n} robot\0{n} robots"] == ["{n} robotti", "{n} robottia"]
+    assert messages["run\x04Failed"] == ["Epäonnistui"]
+    assert messages['A text on two lines: "quoted"\n'] == ['Kaksi riviä: "lainattu"\n']
+    assert not {"Guessed", "Not yet", "Gone"} & messages.keys()
+
+
+def test_gettext_itself_reads_what_was_compiled(locale_dir):
+    texts = gettext.GNUTranslations(io.BytesIO(compile_mo(read_po(locale_dir / "fi" / "LC_MESSAGES" / "amr.po"))))
+    assert texts.gettext("Save") == "Tallenna"
+    assert texts.ngettext("{n} robot", "{n} robots", 1) == "{n} robotti"
+    assert texts.ngettext("{n} robot", "{n} robots", 3) == "{n} robottia"
+    assert texts.pgettext("run", "Failed") == "Epäonnistui"
+    assert texts.gettext("Not yet") == "Not yet"
+
+
+@pytest.mark.parametrize(("text", "words"), [("msgid Save\n", "not a quoted text"), ('msgstuff "x"\n', "expected msgid")])
+def test_a_broken_po_file_says_where(tmp_path, text, words):
+    path = tmp_path / "amr.po"
+    path.write_text('msgid "ok"\nmsgstr "ok"\n\n' + text, encoding="utf-8")
+    with pytest.raises(CatalogueError, match=rf"amr\.po:4: {words}"):
+        list(po_entries(path))
+
+
+def test_compiled_files_serve_where_there_is_no_source(locale_dir, tmp_path):
+    catalogues.compile_all(tmp_path / "packed", locale_dir)
+    assert translation("fi", tmp_path / "packed").gettext("Save") == "Tallenna"
+    assert languages(tmp_path / "packed") == ["en", "fi"]
+
+
+def test_the_language_is_switched_for_all_who_listen(locale_dir):
+    translator = Translator()
+    heard: list[str] = []
+    stop = translator.subscribe(lambda: heard.append(translator.gettext("Save")))
+    translator.use("fi", locale_dir)
+    translator.use("en", locale_dir)
+    stop()
+    translator.use("fi", locale_dir)
+    assert heard == ["Tallenna", "Save"]
+    assert translator.ngettext("{n} robot", "{n} robots", 2) == "{n} robottia"
+    assert translator.pgettext("run", "Failed") == "Epäonnistui"
+
+
+def test_an_unknown_language_speaks_english(locale_dir):
+    translator = Translator()
+    translator.use("xx", locale_dir)
+    assert translator.gettext("Save") == "Save"
+    assert languages(locale_dir) == ["en", "fi"]
+
+
+def test_nothing_stays_nothing(locale_dir):
+    translator = Translator()
+    translator.use("fi", locale_dir)
+    assert translator.gettext("") == ""      # gettext itself would answer with the header
+
+
+# ---------------------------------------------------------------------- extraction
+@pytest.fixture
+def code(tmp_path):
+    (tmp_path / "app").mkdir()
+    (tmp_path / "kv").mkdir()
+    (tmp_path / "app" / "home.py").write_text('''
+"""Not a text."""
+from app.i18n import N_, _, ngettext, pgettext
+WORDS = {1: N_("Later")}
+def f(n, word):
+    return _("Save"), ngettext("{n} robot", "{n} robots", n), pgettext("run", "Failed"), _(word), _(WORDS[1].lower())
+'''.replace(", _(WORDS[1].lower())", ""), encoding="utf-8")
+    (tmp_path / "app" / "reasons.py").write_text('''
+"""Why it ended."""
+TABLE = {"low": (("battery",), "Battery {battery} %"), "up": ((), "Went UP")}
+def tell(code, translate):
+    raise KeyError("Unknown code")
+''', encoding="utf-8")
+    (tmp_path / "kv" / "home.kv").write_text('''
+<Home>:
+    Title:
+        text: tr._("Home (all)") if root.x else tr._("Save")
+    Note:
+        text: tr.n_("{n} run", "{n} runs", root.n).format(n=root.n) + tr.p_("trigger", "Idle")
+''', encoding="utf-8")
+    return tmp_path
+
+
+def test_texts_are_found_in_python_and_kv(code):
+    texts = catalogues.texts_of_code(code)
+    assert set(texts) == {"Later", "Save", "{n} robot\0{n} robots", "run\x04Failed", "Battery {battery} %", "Went UP", "Home (all)",
+                          "{n} run\0{n} runs", "trigger\x04Idle"}
+    assert texts["Save"].places == ["app/home.py:6", "kv/home.kv:4"]
+
+
+def test_a_text_put_together_at_run_time_is_refused(code):
+    (code / "app" / "bad.py").write_text('from app.i18n import _\nx = _("a" + "b")\n', encoding="utf-8")
+    with pytest.raises(catalogues.NotConstant, match=r"bad\.py:2"):
+        catalogues.texts_of_code(code)
+
+
+def test_extracting_keeps_translations_and_drops_what_is_gone(code, locale_dir):
+    catalogues.extract(locale_dir, code)
+    messages = read_po(locale_dir / "fi" / "LC_MESSAGES" / "amr.po")
+    assert messages["Save"] == ["Tallenna"]
+    assert messages["{n} robot\0{n} robots"] == ["{n} robotti", "{n} robottia"]
+    assert messages["run\x04Failed"] == ["Epäonnistui"]
+    assert not any("quoted" in key for key in messages)
+    assert 'msgid "Home (all)"' in (locale_dir / "amr.pot").read_text(encoding="utf-8")
+    first = (locale_dir / "fi" / "LC_MESSAGES" / "amr.po").read_text(encoding="utf-8")
+    catalogues.extract(locale_dir, code)
+    assert (locale_dir / "fi" / "LC_MESSAGES" / "amr.po").read_text(encoding="utf-8") == first
+
+
+def test_the_check_finds_what_is_missing_unused_or_filled_differently(code, locale_dir):
+    path = locale_dir / "fi" / "LC_MESSAGES" / "amr.po"
+    path.write_text(FINNISH + '\nmsgid "Battery {battery} %"\nmsgstr "Akku {akku} %"\n', encoding="utf-8")
+    found = catalogues.problems(locale_dir, code)
+    assert any("missing 'Home (all)' (kv/home.kv:4)" in line for line in found)
+    assert any("unused" in line and "two lines" in line for line in found)
+    assert any("other placeholders in 'Akku {akku} %'" in line for line in found)
+    assert not any("'Save'" in line for line in found)
+
+
+def test_the_apps_own_texts_can_all_be_extracted():
+    assert len(catalogues.texts_of_code()) > 100
+
+
+def test_the_language_needs_no_kivy():
+    program = "import sys, app.i18n, app.screens.formats; sys.exit(any(name.startswith('kivy') for name in sys.modules))"
+    assert subprocess.run([sys.executable, "-c", program], check=False, cwd=catalogues.ROOT).returncode == 0
