@@ -152,6 +152,7 @@ class Navigator(EventDispatcher):
         self._body = body
         self._builders = dict(builders)
         self._screens: dict[str, Widget] = {}
+        self._shown: Widget | None = None
 
     def go(self, name: str, **intent: Any) -> Widget:
         """Show the screen ``name``. Raises KeyError for an unknown one."""
@@ -161,6 +162,7 @@ class Navigator(EventDispatcher):
             self._body.clear_widgets()
             self._body.add_widget(screen)
         self.current = name
+        self._shown = screen
         self._tell(screen, "shown", intent)
         return screen
 
@@ -190,8 +192,9 @@ class Navigator(EventDispatcher):
         self.current = ""
 
     def _hide(self) -> None:
-        if self.current in self._screens:
-            self._tell(self._screens[self.current], "hidden", {})
+        if self._shown is not None:
+            self._tell(self._shown, "hidden", {})
+            self._shown = None
 
     @staticmethod
     def _tell(screen: Widget, name: str, intent: dict[str, Any]) -> None:

@@ -1,0 +1,91 @@
+"""kv follows the language, and lets go of it."""
+from __future__ import annotations
+
+import gc
+import weakref
+
+import pytest
+from kivy.lang import Builder
+
+from app.i18n import Translator
+from app.widgets.text import Txt
+from app.widgets.tr import KvTranslator, tr
+
+KV = """
+BoxLayout:
+    count: 3
+    Note:
+        text: tr._("Save")
+    Note:
+        text: "{} · {}".format(tr.n_("{n} robot", "{n} robots", root.count).format(n=root.count), tr.p_("run", "Failed"))
+"""
+FINNISH = '''msgid ""
+msgstr "Content-Type: text/plain; charset=UTF-8\\nPlural-Forms: nplurals=2; plural=(n != 1);\\n"
+
+msgid "Save"
+msgstr "Tallenna"
+
+msgid "{n} robot"
+msgid_plural "{n} robots"
+msgstr[0] "{n} robotti"
+msgstr[1] "{n} robottia"
+
+msgctxt "run"
+msgid "Failed"
+msgstr "Epäonnistui"
+'''
+
+
+@pytest.fixture
+def finnish(tmp_path):
+    folder = tmp_path / "fi" / "LC_MESSAGES"
+    folder.mkdir(parents=True)
+    (folder / "amr.po").write_text(FINNISH, encoding="utf-8")
+    from app.i18n import translator
+    return lambda: translator.use("fi", tmp_path)
+
+
+def test_texts_change_at_once(ui, finnish):
+    ui.show(Builder.load_string(KV))
+    assert ui.texts() == ["Save", "3 robots · Failed"]
+    finnish()
+    ui.advance()
+    assert ui.texts() == ["Tallenna", "3 robottia · Epäonnistui"]
+
+
+def test_a_text_with_a_count_follows_both(ui, finnish):
+    root = ui.show(Builder.load_string(KV))
+    finnish()
+    root.count = 1
+    ui.advance()
+    assert "1 robotti · Epäonnistui" in ui.texts()
+
+
+def test_widgets_that_are_gone_are_forgotten(ui):
+    for _n in range(5):                      # what earlier tests left
+        gc.collect()
+    before = tr.bound
+    roots = [Builder.load_string(KV) for _n in range(5)]
+    assert tr.bound > before
+    references = [weakref.ref(root) for root in roots]
+    del roots
+    for _n in range(5):
+        ui.advance()
+        gc.collect()
+    assert [reference() for reference in references] == [None] * 5
+    assert tr.bound == before
+
+
+def test_unbinding_by_hand(ui):
+    translator = KvTranslator(Translator())
+    calls: list[tuple] = []
+    translator.fbind("_", calls.append, 1)
+    translator.funbind("_", calls.append, 1)
+    assert translator.bound == 0
+
+
+def test_python_texts_of_a_label_do_not_need_kv(ui, finnish):
+    from app.i18n import _
+    finnish()
+    label = ui.show(Txt(text=_("Save"), fit=True))
+    assert label.text == "Tallenna"

@@ -1,0 +1,300 @@
+"""What screens stand on: results of threads on the UI thread, view models that let go, one screen at a time."""
+from __future__ import annotations
+
+import threading
+from itertools import pairwise
+
+import pytest
+from kivy.base import EventLoop
+from kivy.properties import NumericProperty
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.label import Label
+
+from app.i18n import translator
+from app.screens.base import Background, Navigator, ScreenBase, UiBus, ViewModel
+
+
+class RobotRead:
+    def __init__(self, robot: int, battery: int):
+        self.robot, self.battery = robot, battery
+
+
+class SlowRead(RobotRead):
+    pass
+
+
+@pytest.fixture
+def bus(ui) -> UiBus:
+    return UiBus(per_frame=50)
+
+
+@pytest.fixture
+def background(bus):
+    background = Background(bus, workers=2)
+    yield background
+    background.close()
+
+
+# ---------------------------------------------------------------------- bus
+def test_events_of_many_threads_arrive_in_order_on_the_ui_thread(ui, bus):
+    seen: dict[int, list[int]] = {n: [] for n in range(4)}
+    threads: set[int] = set()
+
+    def arrived(event):
+        seen[event.robot].append(event.battery)
+        threads.add(threading.get_ident())
+
+    bus.subscribe(RobotRead, arrived)
+    workers = [threading.Thread(target=lambda n=n: [bus.publish(RobotRead(n, i)) for i in range(500)]) for n in range(4)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    ui.wait(lambda: sum(map(len, seen.values())) == 2000)
+    assert all(values == list(range(500)) for values in seen.values())
+    assert threads == {threading.get_ident()}
+
+
+def test_a_frame_handles_only_so_many(ui, bus):
+    seen: list[int] = []
+    bus.subscribe(RobotRead, lambda event: seen.append(event.battery))
+    for n in range(120):
+        bus.publish(RobotRead(1, n))
+    sizes = []
+    for _n in range(4):
+        EventLoop.idle()
+        sizes.append(len(seen))
+    assert sizes[0] <= 50
+    assert all(later - earlier <= 50 for earlier, later in pairwise(sizes))
+    ui.wait(lambda: len(seen) == 120)
+
+
+def test_of_events_with_one_key_the_newest_survives(ui, bus):
+    seen: list[tuple[int, int]] = []
+    bus.subscribe(RobotRead, lambda event: seen.append((event.robot, event.battery)))
+    for battery in range(100):
+        for robot in (1, 2):
+            bus.publish(RobotRead(robot, battery), key=robot)
+    ui.advance()
+    assert seen == [(1, 99), (2, 99)]
+    bus.publish(RobotRead(1, 5), key=1)
+    ui.advance()
+    assert seen[2:] == [(1, 5)]
+
+
+def test_who_subscribed_to_a_class_hears_of_its_kinds(ui, bus):
+    seen: list[str] = []
+    bus.subscribe(RobotRead, lambda event: seen.append(type(event).__name__))
+    stop = bus.subscribe(SlowRead, lambda event: seen.append("slow"))
+    bus.publish(SlowRead(1, 1))
+    ui.advance()
+    stop()
+    bus.publish(SlowRead(1, 1))
+    ui.advance()
+    assert seen == ["slow", "SlowRead", "SlowRead"]
+
+
+def test_a_broken_handler_stops_nobody_else(ui, bus, caplog):
+    seen: list[int] = []
+    bus.subscribe(RobotRead, lambda event: 1 / 0)
+    bus.subscribe(RobotRead, lambda event: seen.append(event.battery))
+    bus.publish(RobotRead(1, 7))
+    ui.advance()
+    assert seen == [7]
+    assert "ZeroDivisionError" in caplog.text
+
+
+# ---------------------------------------------------------------------- background
+def test_work_runs_elsewhere_and_its_result_comes_home(ui, background):
+    worked: list[int] = []
+    done: list[tuple[int, int]] = []
+
+    def work():
+        worked.append(threading.get_ident())
+        return 42
+
+    background.run(work, lambda result: done.append((result, threading.get_ident())))
+    ui.wait(lambda: background.idle)
+    assert done == [(42, threading.get_ident())]
+    assert worked[0] != threading.get_ident()
+
+
+def test_a_failure_comes_home_too(ui, background):
+    failures: list[BaseException] = []
+    background.run(lambda: 1 / 0, failed=failures.append)
+    ui.wait(lambda: background.idle)
+    assert isinstance(failures[0], ZeroDivisionError)
+
+
+def test_a_failure_nobody_asked_for_is_told_and_logged(ui, bus, caplog):
+    told: list[BaseException] = []
+    background = Background(bus, unexpected=told.append)
+    background.run(lambda: {}["missing"])
+    ui.wait(lambda: background.idle)
+    background.close()
+    assert isinstance(told[0], KeyError)
+    assert "work in the background failed" in caplog.text
+
+
+def test_newer_work_with_the_same_key_supersedes_older(ui, background):
+    gate = threading.Event()
+    done: list[str] = []
+
+    def slow():
+        gate.wait(10)
+        return "old"
+
+    background.run(slow, done.append, key="search")
+    background.run(lambda: "new", done.append, key="search")
+    ui.wait(lambda: done == ["new"])
+    gate.set()
+    ui.wait(lambda: background.idle)
+    assert done == ["new"]
+
+
+def test_cancelled_work_delivers_nothing(ui, background):
+    gate = threading.Event()
+    done: list[object] = []
+    job = background.run(lambda: gate.wait(10), done.append)
+    job.cancel()
+    gate.set()
+    ui.wait(lambda: background.idle)
+    assert done == []
+    assert job.finished
+
+
+# ---------------------------------------------------------------------- view models and screens
+class Model(ViewModel):
+    ticks = NumericProperty(0)
+
+    def __init__(self, bus: UiBus):
+        super().__init__()
+        self._bus = bus
+        self.heard: list[int] = []
+        self.calls: list[object] = []
+
+    def opened(self, **intent):
+        self.calls.append(("opened", intent))
+        self.keep(self._bus.subscribe(RobotRead, lambda event: self.heard.append(event.battery)))
+        self.every(1, self._tick)
+
+    def closed(self):
+        self.calls.append("closed")
+
+    def retranslated(self):
+        self.calls.append("retranslated")
+
+    def _tick(self):
+        self.ticks += 1
+
+
+def test_a_view_model_listens_and_ticks_only_while_shown(ui, bus):
+    model = Model(bus)
+    bus.publish(RobotRead(1, 1))
+    ui.advance()
+    model.open(section="robots")
+    bus.publish(RobotRead(1, 2))
+    ui.advance(3.1)
+    model.close()
+    bus.publish(RobotRead(1, 3))
+    ui.advance(3)
+    assert model.heard == [2]
+    assert model.ticks == 3
+    assert model.calls == [("opened", {"section": "robots"}), "closed"]
+
+
+def test_a_view_model_hears_of_the_language_while_shown(ui, bus):
+    model = Model(bus)
+    translator.use("en")
+    model.open()
+    translator.use("en")
+    model.close()
+    translator.use("en")
+    assert model.calls.count("retranslated") == 1
+
+
+def test_opening_twice_subscribes_once(ui, bus):
+    model = Model(bus)
+    model.open()
+    model.open(section="data")
+    bus.publish(RobotRead(1, 9))
+    ui.advance()
+    assert model.heard == [9]
+
+
+def test_a_screen_knows_how_it_is_held(ui):
+    screen = ui.show(ScreenBase(), (800, 600))
+    assert not screen.portrait
+    screen.size = 600, 800
+    assert screen.portrait
+
+
+class Page(Label):
+    def __init__(self, name: str, log: list):
+        super().__init__(text=name)
+        self._log = log
+
+    def shown(self, **intent):
+        self._log.append(("shown", self.text, intent))
+
+    def hidden(self):
+        self._log.append(("hidden", self.text))
+
+
+@pytest.fixture
+def log() -> list:
+    return []
+
+
+@pytest.fixture
+def navigator(ui, log) -> Navigator:
+    body = ui.show(BoxLayout())
+    return Navigator(body, {"home": lambda: Page("home", log), "logs": lambda: Page("logs", log), "plain": lambda: Label(text="plain")})
+
+
+def test_screens_are_built_on_their_first_visit_and_kept(ui, navigator, log):
+    navigator.go("home")
+    assert navigator.built == ["home"]
+    home = navigator.screen("home")
+    navigator.go("logs", execution_id=7)
+    navigator.go("home")
+    assert navigator.screen("home") is home
+    assert log == [("shown", "home", {}), ("hidden", "home"), ("shown", "logs", {"execution_id": 7}), ("hidden", "logs"),
+                   ("shown", "home", {})]
+    ui.advance()
+    assert ui.texts() == ["home"]
+
+
+def test_going_where_one_is_brings_the_new_wish(navigator, log):
+    navigator.go("logs")
+    navigator.go("logs", execution_id=9)
+    assert log[-2:] == [("hidden", "logs"), ("shown", "logs", {"execution_id": 9})]
+
+
+def test_a_screen_may_be_any_widget(ui, navigator):
+    navigator.go("plain")
+    ui.advance()
+    assert navigator.current == "plain"
+    assert ui.texts() == ["plain"]
+
+
+def test_an_unknown_screen_leaves_the_present_one(navigator, log):
+    navigator.go("home")
+    with pytest.raises(KeyError):
+        navigator.go("nowhere")
+    assert navigator.current == "home"
+    assert log == [("shown", "home", {})]
+
+
+def test_rebuilding_makes_new_screens(navigator, log):
+    navigator.go("home")
+    home = navigator.screen("home")
+    navigator.rebuild()
+    assert navigator.screen("home") is not home
+    assert log == [("shown", "home", {}), ("hidden", "home"), ("shown", "home", {})]
+
+
+def test_closing_tells_the_present_screen(navigator, log):
+    navigator.go("home")
+    navigator.close()
+    assert log[-1] == ("hidden", "home")
