@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from app.database.values import from_json, marks, to_instant, to_json, to_optional_instant, to_text
-from app.models import Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Wait
 
 _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
@@ -119,9 +119,14 @@ class ExecutionRepository:
     def by_token(self, c: sqlite3.Connection, token: str) -> Execution | None:
         return self._one(c, "WHERE token = ?", token)
 
-    def open_for(self, c: sqlite3.Connection, robot_id: int) -> list[Execution]:
-        """Open ones of a robot, oldest first."""
-        return self._list(c, f"WHERE robot_id = ? AND {_OPEN} ORDER BY planned_at, id", robot_id)
+    def open_for(self, c: sqlite3.Connection, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
+        """Open ones of a robot, or those of them in some states, oldest first."""
+        return self._list(c, f"WHERE robot_id = ? AND {_OPEN} AND state IN ({marks(states)}) ORDER BY planned_at, id", robot_id, *states)
+
+    def has_sent(self, c: sqlite3.Connection, robot_id: int) -> bool:
+        """Whether anything open of a robot is with it, or may be."""
+        found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
+        return found is not None
 
     def open_all(self, c: sqlite3.Connection) -> list[Execution]:
         """Open ones of all robots, oldest first."""

@@ -60,21 +60,22 @@ class Dispatcher:
 
     def run(self, only: int | None = None) -> float:
         """Do what can be done now; returns the seconds until it wants to be called again (inf: when something changes)."""
-        executions = [e for e in self._ledger.open_for(self._robot.id) if only in (None, e.id)]
+        executions = self._to_be_sent(only)
         self._memory.forget_all_but({e.id for e in executions})
-        for execution in decisions.in_dispatch_order(e for e in executions if e.state in (State.WAITING, State.SUBMITTING)):
+        for execution in decisions.in_dispatch_order(executions):
             if execution.state is State.SUBMITTING:
                 self._look_for(execution)
             else:
                 self._consider(execution)
-        return self._next_call(only)
+        return self._next_call(only) if executions else math.inf
+
+    def _to_be_sent(self, only: int | None) -> list[Execution]:
+        return [e for e in self._ledger.open_for(self._robot.id, (State.WAITING, State.SUBMITTING)) if only in (None, e.id)]
 
     def _next_call(self, only: int | None) -> float:
         waits = [math.inf]
         now, mono = self._clock.now(), self._clock.monotonic()
-        for execution in self._ledger.open_for(self._robot.id):
-            if only not in (None, execution.id) or execution.state not in (State.WAITING, State.SUBMITTING):
-                continue
+        for execution in self._to_be_sent(only):
             until = self._memory.not_before.get(execution.id, mono) - mono
             if execution.state is State.WAITING:
                 until = min(until, (execution.closes_at - now).total_seconds())

@@ -18,7 +18,7 @@ from app.database.missions import MissionRepository
 from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.models import Connection, Robot, Settings, State, Trigger
+from app.models import Connection, Robot, Settings, Trigger
 from app.services.activity import activity_of
 from app.services.alarms import Alarms
 from app.services.clock import Clock
@@ -83,14 +83,18 @@ class Lane:
     # ------------------------------------------------------------------ the steps
     def step(self, poll: bool) -> float:
         """One round: a whole poll when asked (or at first), else what is live or due. Returns the seconds until the next is wanted."""
+        was_live = self._wants_live()
         if poll or not self.polled:
             self._poll()
-        elif self._s.clock.monotonic() >= self._next_live and self._wants_live():
+        elif was_live and self._s.clock.monotonic() >= self._next_live:
             self._look(whole=False)
         wake = self._dispatcher.run()
-        if self._wants_live():
-            wake = min(wake, max(0.0, self._next_live - self._s.clock.monotonic()))
-        return wake
+        if not self._wants_live():
+            return wake
+        now = self._s.clock.monotonic()
+        if not was_live:                # just sent: a look at once would only hold up what others have to send
+            self._next_live = max(self._next_live, now + LIVE_EVERY)
+        return min(wake, max(0.0, self._next_live - now))
 
     def dispatch_only(self, execution_id: int) -> float:
         """Only this execution: a one-shot command sends nothing else."""
@@ -101,7 +105,7 @@ class Lane:
         self.client.close()
 
     def _wants_live(self) -> bool:
-        return self.robot.enabled and (self.watched or any(e.state is not State.WAITING for e in self._s.ledger.open_for(self.robot.id)))
+        return self.robot.enabled and (self.watched or self._s.ledger.has_sent(self.robot.id))
 
     def _poll(self) -> None:
         """One cycle of this robot: status, queue, tracking, idle automation. Dispatch follows in ``step``."""

@@ -42,6 +42,10 @@ class _LaneThread:
             self._something_new = True
             self._wake.notify()
 
+    @property
+    def is_current(self) -> bool:
+        return threading.current_thread() is self._thread
+
     def stop(self) -> None:
         with self._wake:
             self._stopping = True
@@ -161,7 +165,7 @@ class PollLoop:
         elif topic in (Topic.EXECUTIONS, Topic.HOLDS):
             with self._lock:
                 for key, thread in self._lanes.items():
-                    if about in (None, key):
+                    if about in (None, key) and not thread.is_current:     # a lane knows what it has just done itself
                         thread.kick()
 
     # ------------------------------------------------------------------ the scheduler thread

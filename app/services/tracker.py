@@ -24,8 +24,8 @@ class Tracker:
 
     def follow(self) -> None:
         """Ask for every queued or executing item by its id."""
-        for execution in self._ledger.open_for(self._robot.id):
-            if execution.state in (State.QUEUED, State.EXECUTING) and execution.queue_id is not None:
+        for execution in self._ledger.open_for(self._robot.id, (State.QUEUED, State.EXECUTING)):
+            if execution.queue_id is not None:
                 self._follow(execution, execution.queue_id)
 
     def _follow(self, execution: Execution, queue_id: int) -> None:
