@@ -107,8 +107,8 @@ class PromptOption(Row, CommandButton):
         self.act("choose")
 
 
-class PromptSlot(Part):
-    """Where the robot's question stands as long as it has one."""
+class Slot(Part):
+    """Where the robot's question stands as long as it has one, and else what ``otherwise`` says."""
     prompt = ObjectProperty(NOTHING.prompt)
     otherwise: type[Widget] | None = None
 
@@ -128,8 +128,12 @@ class PromptSlot(Part):
             child.vm = self.vm
 
 
-class BelowTiles(PromptSlot):
-    """The same in the room that is left in the lying card, where else the robot's words stand."""
+class PromptSlot(Slot):
+    """In the upright card: the question or nothing."""
+
+
+class BelowTiles(Slot):
+    """In the lying card: the question or the robot's words."""
     otherwise = RobotSays
 
 

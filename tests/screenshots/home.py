@@ -61,7 +61,7 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, worries: Worr
     frame.date, frame.clock, frame.robot, frame.link, frame.link_icon, frame.link_tone = (
         bar.date, bar.clock, bar.robot, bar.link, bar.icon, bar.tone)
     if worries is not None:
-        view = banner(worries, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW)
+        view = banner(worries, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW, on_screen=1)
         frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
         frame.alarm_others, frame.alarm_action = view.others, view.action
     studio.show(frame)
