@@ -49,10 +49,19 @@ class Driver:
 
     # ------------------------------------------------------------------ time
     def advance(self, seconds: float = 0.) -> None:
-        """Run the frames of ``seconds``, at least three, so that layouts settle."""
-        for _n in range(max(3, round(seconds / FRAME))):
-            self._time.now += FRAME
-            EventLoop.idle()
+        """Run the frames of ``seconds``, at least three, so that layouts settle. Only the last is drawn: nobody sees the others, and in
+        software each costs as much as all the rest of a frame."""
+        frames = max(3, round(seconds / FRAME))
+        window = EventLoop.window
+        window.on_draw = window.on_flip = lambda *_args: None
+        try:
+            for _n in range(frames - 1):
+                self._time.now += FRAME
+                EventLoop.idle()
+        finally:
+            del window.on_draw, window.on_flip
+        self._time.now += FRAME
+        EventLoop.idle()
 
     def wait(self, condition: Callable[[], object], seconds: float = 10.) -> None:
         """Run frames until ``condition()`` holds that another thread brings about; AssertionError after ``seconds`` of wall time."""
