@@ -12,6 +12,7 @@ from app.database.values import marks
 
 ENDED = ("completed", "failed", "cancelled", "skipped", "missed")
 EARLIEST, LATEST = "", "~"           # before and after every instant as text
+NOBODY = (-1,)                       # INDEXED BY can't be met with an empty list
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class RobotSum:
 class KpiRepository:
     def by_robot(self, c: sqlite3.Connection, span: Span) -> list[RobotSum]:
         """One sum per robot and state."""
-        robots = span.robot_ids if span.robot_ids is not None else self._robots(c)
+        robots = (span.robot_ids if span.robot_ids is not None else self._robots(c)) or NOBODY
         rows = c.execute(f"""SELECT robot_id, state, count(*), count(duration_s), total(duration_s)
                              FROM executions INDEXED BY executions_by_robot
                              WHERE robot_id IN ({marks(robots)}) AND state IN ({marks(ENDED)}) AND ended_at >= ? AND ended_at < ?
@@ -106,7 +107,7 @@ class KpiRepository:
     def observed(self, c: sqlite3.Connection, first_day: str, last_day: str,
                  robot_ids: Sequence[int] | None) -> dict[tuple[int, str], float]:
         """Seconds by (robot, activity) over these days, both included."""
-        robots, values = ("", []) if robot_ids is None else (f"AND robot_id IN ({marks(robot_ids)})", list(robot_ids))
+        robots, values = self._of_robots(Span(robot_ids=robot_ids))
         rows = c.execute(f"""SELECT robot_id, activity, sum(seconds) FROM observed WHERE day BETWEEN ? AND ? {robots}
                              GROUP BY robot_id, activity""", (first_day, last_day, *values))
         return {(row[0], row[1]): row[2] for row in rows}
@@ -115,4 +116,5 @@ class KpiRepository:
     def _of_robots(span: Span) -> tuple[str, list[int]]:
         if span.robot_ids is None:
             return "", []
-        return f"AND robot_id IN ({marks(span.robot_ids)})", list(span.robot_ids)
+        robots = span.robot_ids or NOBODY
+        return f"AND robot_id IN ({marks(robots)})", list(robots)
