@@ -5,6 +5,7 @@ import logging
 import logging.handlers
 import os
 import sys
+import threading
 import traceback
 from pathlib import Path
 from types import TracebackType
@@ -44,6 +45,7 @@ def start(directory: Path, *, stderr: bool) -> None:
         console.setFormatter(_OneLine())
         root.addHandler(console)
     sys.excepthook = _crashed
+    threading.excepthook = lambda crash: _crashed(crash.exc_type, crash.exc_value or crash.exc_type(), crash.exc_traceback)
 
 
 def _crashed(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:

@@ -54,6 +54,7 @@ def alarm_sentence(alarm: Alarm, translate: Any = lambda text: text) -> str:
 class Alarms:
     def __init__(self, db: Database, repository: AlarmRepository, clock: Clock, changes: Changes) -> None:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
+        self._database: Alarm | None = None       # the one alarm that can't be stored
 
     def raise_(self, code: str, key: str, **details: Any) -> None:
         """Open an alarm, or count one more on the standing one of the same code and key."""
@@ -69,6 +70,24 @@ class Alarms:
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
 
+    def database_fails(self, problem: str) -> None:
+        """Nothing can be written just now, so nothing is sent, and this alarm itself lives in memory until ``database_works``."""
+        if self._database is None:
+            now = self._clock.now()
+            self._database = Alarm("database", "database", SENTENCES["database"][0], now, {"problem": problem}, last_at=now)
+            log.error("alarm: %s", alarm_sentence(self._database))
+            self._changes.publish(Topic.ALARMS)
+
+    def database_works(self) -> None:
+        if self._database is not None:
+            self._database = None
+            log.warning("The database can be written again")
+            self._changes.publish(Topic.ALARMS)
+
+    @property
+    def is_database_failing(self) -> bool:
+        return self._database is not None
+
     def acknowledge(self, alarm_id: int, note: str = "") -> None:
         self._db.write(lambda c: self._repository.acknowledge(c, alarm_id, self._clock.now(), note))
         self._changes.publish(Topic.ALARMS)
@@ -81,6 +100,7 @@ class Alarms:
         """Not yet cleared *and* acknowledged, most serious and newest first; shelved ones last."""
         now = self._clock.now()
         order = list(Priority)
-        return sorted(self._repository.standing(self._db.read()),
+        unwritable = [self._database] if self._database else []
+        return sorted([*unwritable, *self._repository.standing(self._db.read())],
                       key=lambda a: (bool(a.shelved_until and a.shelved_until > now), order.index(a.priority),
                                      a.cleared_at is not None, -(a.last_at or a.raised_at).timestamp()))

@@ -101,8 +101,10 @@ class Lane:
         return self._dispatcher.run(only=execution_id)
 
     def close(self) -> None:
-        self._write_observed()
-        self.client.close()
+        try:
+            self._write_observed()
+        finally:
+            self.client.close()
 
     def _wants_live(self) -> bool:
         return self.robot.enabled and (self.watched or self._s.ledger.has_sent(self.robot.id))

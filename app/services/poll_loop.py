@@ -5,6 +5,7 @@ two intervals, the scheduler thread does.
 """
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
 import threading
@@ -28,8 +29,8 @@ AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes 
 class _LaneThread:
     """One robot's lane on its thread."""
 
-    def __init__(self, lane: Lane) -> None:
-        self.lane = lane
+    def __init__(self, lane: Lane, database_fails: Callable[[str], None]) -> None:
+        self.lane, self._database_fails = lane, database_fails
         self._wake = threading.Condition()
         self._poll_wanted = self._something_new = self._stopping = False
         self._thread = threading.Thread(target=self._run, name=f"lane-{lane.robot.name}", daemon=True)
@@ -62,8 +63,9 @@ class _LaneThread:
                 poll, self._poll_wanted, self._something_new = self._poll_wanted, False, False
             try:
                 wait = self.lane.step(poll)
-            except DatabaseUnavailable as error:
-                log.error("%s", error)       # no durable intent, no POST
+            except DatabaseUnavailable as error:      # no durable intent, no POST
+                if not self._stopping:
+                    self._database_fails(error.text)
                 wait = AFTER_A_CRASH
             except Exception:                # one robot's trouble must not end its lane, nor touch any other
                 log.exception("The lane of %r met an unexpected error and goes on", self.lane.robot.name)
@@ -71,7 +73,8 @@ class _LaneThread:
             with self._wake:
                 if not (self._stopping or self._something_new):
                     self._wake.wait(None if math.isinf(wait) else wait)
-        self.lane.close()
+        with contextlib.suppress(DatabaseUnavailable):        # a request outlived the stop: at most a minute of observed time is lost
+            self.lane.close()
 
 
 class PollLoop:
@@ -175,9 +178,8 @@ class PollLoop:
             try:
                 self._round(first_look)
                 wait = self._scheduler.seconds_to_next()
-                self._alarms.clear("database", "database")
             except DatabaseUnavailable as error:
-                log.error("%s", error)
+                self._alarms.database_fails(error.text)
                 wait = LONGEST_WAIT
             except Exception:                # the heart must not stop for anything
                 log.exception("The scheduler met an unexpected error and goes on")
@@ -186,7 +188,8 @@ class PollLoop:
                 if not (self._woken or self._stopping):
                     self._wake.wait(wait)
                 self._woken = False
-        self._scheduler.stop()
+        with contextlib.suppress(DatabaseUnavailable):
+            self._scheduler.stop()
 
     def _round(self, first_look: float) -> None:
         if self._robots_changed:
@@ -194,8 +197,13 @@ class PollLoop:
         if not self.is_ready and self._clock.monotonic() - first_look < FIRST_POLL_WITHIN:
             self._quickly()
             return
+        database_failed = self._alarms.is_database_failing
+        if database_failed:
+            self._scheduler.probe()          # raises as long as it does
         for robot_id in self._scheduler.tick().robot_ids:
             self.kick(robot_id)
+        if database_failed:
+            self._alarms.database_works()
         for chore in self._chores:
             chore()
         due = self._poll_interval() * (2 if self._window_drives else 1)
@@ -222,7 +230,7 @@ class PollLoop:
                 else:
                     lane = self._make_lane(robot)
                     lane.watched = key == self._watched
-                    self._lanes[key] = _LaneThread(lane)
+                    self._lanes[key] = _LaneThread(lane, self._alarms.database_fails)
 
 
 def _settings_of(robot: Robot) -> tuple[object, ...]:

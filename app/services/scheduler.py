@@ -59,6 +59,10 @@ class Scheduler:
             self._ledger.prune()
         return self._planner.fall_due()
 
+    def probe(self) -> None:
+        """Write something of no meaning. Raises DatabaseUnavailable as long as nothing can be written."""
+        self._db.write(lambda c: self._settings.put(c, "probed_at", self._clock.now().isoformat()))
+
     def seconds_to_next(self, longest: float = LONGEST_WAIT) -> float:
         """How long the caller may wait before the next tick."""
         due = self._planner.next_due()
