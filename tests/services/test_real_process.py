@@ -1,0 +1,274 @@
+"""The app as a real process: what the contract says about commands, signals, locks and damage, and SIGKILL at random moments."""
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import json
+import re
+import signal
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import mir_sim
+from app.services.mir.credentials import Token
+from tests.support.crash_drill import drill
+from tests.support.process import (
+    configuration_of,
+    import_configuration,
+    is_one_line,
+    once_now,
+    run,
+    running,
+    wait_for,
+    write_configuration,
+)
+
+DATABASE = "amr-scheduler.db"
+STOPS_WITHIN = 8.0           # s; the contract says 5, the rest is this machine's
+
+
+@pytest.fixture
+def data(tmp_path) -> Path:
+    return tmp_path / "data"
+
+
+@pytest.fixture
+def fleet() -> Iterator[mir_sim.Fleet]:
+    with mir_sim.serve(robots=1) as fleet:
+        yield fleet
+
+
+@pytest.fixture
+def robot(fleet) -> mir_sim.FleetRobot:
+    return fleet.robots[0]
+
+
+@pytest.fixture
+def site(data, fleet) -> Path:
+    """A data directory that knows the robot and its missions; polls every second, so that "within one poll" is soon."""
+    import_configuration(data, configuration_of(fleet, poll_interval_seconds=1, unknown_outcome_quiet_seconds=5))
+    return data
+
+
+def queue_of(robot) -> list[dict]:
+    return robot.state()["queue"]
+
+
+# ---------------------------------------------------------------------- killed
+def test_nothing_is_doubled_or_lost_when_the_app_is_killed_at_random_moments(data):
+    verdict = drill(data, seed=1, kills=6, occurrences=45)
+    assert verdict.is_good, verdict
+
+
+# ---------------------------------------------------------------------- start and stop
+@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGINT])
+def test_headless_says_ready_once_and_ends_with_0(site, by):
+    with running(site) as app:
+        assert app.stop(by) == 0
+        assert app._stdout.empty()
+        assert not app.said("Traceback")
+
+
+def test_a_robot_that_hangs_holds_up_neither_ready_nor_the_end(site, robot):
+    robot.control({"fault": {"kind": "hang", "count": None}})
+    with running(site) as app:
+        app.process.send_signal(signal.SIGTERM)
+        assert app.process.wait(STOPS_WITHIN) == 0
+
+
+def test_a_second_process_on_the_same_data_refuses_and_names_the_first(site):
+    with running(site) as app:
+        second = run(site, "--headless")
+        assert second.returncode == 2
+        assert is_one_line(second.stderr), second.stderr
+        assert str(app.process.pid) in second.stderr
+        assert app.process.poll() is None
+
+
+def test_the_lock_of_a_killed_process_is_free(site):
+    with running(site) as app:
+        app.kill()
+    with running(site) as app:
+        assert app.stop() == 0
+
+
+# ---------------------------------------------------------------------- run now
+def test_run_now_waits_until_the_robot_has_it_and_prints_the_queue_id(site, robot):
+    done = run(site, "--run-now", robot.name, "Go to position", "--parameter", "Position=a1c4e006-5d0f-11ef-93c1-0001297b6e20")
+    assert (done.returncode, done.stderr) == (0, "")
+    item, = queue_of(robot)
+    assert done.stdout == f"{item['id']}\n"
+    assert [p["value"] for p in item["parameters"]] == ["a1c4e006-5d0f-11ef-93c1-0001297b6e20"]
+
+
+def test_run_now_beside_a_running_app_is_handed_to_it(site, robot):
+    with running(site):
+        done = run(site, "--run-now", robot.name, "Home")
+        assert (done.returncode, done.stderr) == (0, "")
+        item, = queue_of(robot)
+        assert done.stdout == f"{item['id']}\n"
+        wait_for(lambda: "queued" in (log := run(site, "--export-log", "-").stdout) or "executing" in log or "completed" in log)
+
+
+def test_an_answer_lost_on_the_radio_does_not_make_run_now_send_twice(site, robot):
+    robot.control({"fault": {"kind": "drop_response", "method": "POST", "path": "/mission_queue"}})
+    done = run(site, "--run-now", robot.name, "Home")
+    assert done.returncode == 0
+    assert [f"{item['id']}\n" for item in queue_of(robot)] == [done.stdout]
+
+
+@pytest.mark.parametrize(("wanted", "code", "words"), [
+    (("Nobody", "Home"), 2, "no robot"),
+    (("ROBOT", "Fly"), 2, "no mission"),
+    (("ROBOT", "Unknown to the robot"), 1, "mission"),
+])
+def test_run_now_says_why_it_did_not_run(site, robot, wanted, code, words):
+    import_configuration(site, {"format": "amr-scheduler/1", "missions": [{"name": "Unknown to the robot", "guid": "0" * 8 + "-1"}]})
+    done = run(site, "--run-now", *[word.replace("ROBOT", robot.name) for word in wanted])
+    assert (done.returncode, done.stdout) == (code, "")
+    assert is_one_line(done.stderr)
+    assert words in done.stderr
+    assert queue_of(robot) == []
+
+
+def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
+    import_configuration(data, configuration_of(fleet, retry_limit=0))
+    fleet.stop()
+    done = run(data, "--run-now", robot.name, "Home")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert is_one_line(done.stderr)
+    row, = csv.DictReader(io.StringIO(run(data, "--export-log", "-").stdout))
+    assert (row["state"], row["reason_code"], row["attempts"]) == ("failed", "retry_limit", "1")
+
+
+# ---------------------------------------------------------------------- import and export beside the app
+def test_an_import_beside_a_running_app_is_taken_up_at_once_and_only_once(site, robot):
+    schedules = {"format": "amr-scheduler/1", "schedules": [once_now(robot.name, "Home", "Now")]}
+    with running(site):
+        assert "Now added" in import_configuration(site, schedules).stdout
+        wait_for(lambda: len(queue_of(robot)) == 1, what="the robot has it")
+        assert import_configuration(site, schedules).stdout == "nothing changed\n"
+        wrong = run(site, "--import-config", write_configuration(site.with_name("wrong.json"), {"format": "amr-scheduler/2"}))
+        assert wrong.returncode == 2
+        assert is_one_line(wrong.stderr)
+    with running(site):
+        assert len(queue_of(robot)) == 1
+
+
+def test_exports_beside_a_running_app(site, robot, tmp_path):
+    with running(site):
+        exported = run(site, "--export-config", "-")
+        assert exported.returncode == 0
+        assert json.loads(exported.stdout)["robots"][0]["name"] == robot.name
+        assert run(site, "--export-config", tmp_path / "out.json").returncode == 0
+        assert run(site, "--import-config", tmp_path / "out.json").stdout == "nothing changed\n"
+        assert run(site, "--export-log", tmp_path / "log.csv").returncode == 0
+        assert (tmp_path / "log.csv").read_bytes().startswith(b"id,trigger,schedule,robot,mission,")
+
+
+# ---------------------------------------------------------------------- damage
+def test_a_damaged_database_is_kept_aside_and_cured_by_its_backup_alone(site, robot):
+    with running(site):
+        wait_for(lambda: list((site / "backups").glob("*.db")), what="the daily backup")
+    database = site / DATABASE
+    damaged = bytearray(database.read_bytes())
+    damaged[100:8192] = b"\x55" * 8092
+    database.write_bytes(damaged)
+
+    first = run(site, "--headless")
+    assert first.returncode == 2
+    assert is_one_line(first.stderr), first.stderr
+    backup, = (site / "backups").glob("*.db")
+    assert f"--restore-backup {backup}" in first.stderr
+    kept, = site.glob(f"{DATABASE}.damaged-*")
+    assert kept.read_bytes() == damaged
+    for later in (("--headless",), ("--run-now", robot.name, "Home"), ("--export-log", "-"), ("--export-config", "-")):
+        refused = run(site, *later)
+        assert (refused.returncode, refused.stdout) == (2, ""), later
+        assert f"--restore-backup {backup}" in refused.stderr
+    assert not database.exists()
+
+    assert run(site, "--restore-backup", backup).returncode == 0
+    with running(site):
+        assert run(site, "--run-now", robot.name, "Home").returncode == 0
+    assert kept.exists()
+
+
+def test_what_is_no_backup_is_not_restored(site, tmp_path):
+    before = (site / DATABASE).read_bytes()
+    (tmp_path / "text.db").write_text("hello")
+    for backup in (tmp_path / "text.db", tmp_path / "none.db"):
+        done = run(site, "--restore-backup", backup)
+        assert done.returncode == 2
+        assert is_one_line(done.stderr)
+    assert (site / DATABASE).read_bytes() == before
+    with running(site):
+        assert run(site, "--restore-backup", site / DATABASE).returncode == 2
+
+
+# ---------------------------------------------------------------------- usage
+@pytest.mark.parametrize("arguments", [
+    ("--headles",), ("--frobnicate",), ("--run-now", "R1"), ("--import-config",), ("--parameter", "a=b"),
+    ("--run-now", "R1", "M", "--parameter", "novalue"), ("--headless", "--export-log", "-"), ("--headless", "--kiosk"),
+    ("--import-config", "a.json", "--export-config", "-"), ("--import-config", "/nowhere/at/all.json"),
+    ("--export-log", "/nowhere/at/all.csv"), ("--export-config", "/nowhere/at/all.json"), ("stray",),
+])
+def test_wrong_usage_is_one_line_and_2(data, arguments):
+    done = run(data, *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert is_one_line(done.stderr), done.stderr
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"[]", b"{", b'{"format": 1}', b'{"format": "amr-scheduler/1", "robotz": []}',
+                                     b"[" * 100_000, b'{"format": "amr-scheduler/1", "settings": {"poll_interval_seconds": NaN}}'])
+def test_a_configuration_that_can_t_be_read_is_one_line_and_2(data, tmp_path, content):
+    (tmp_path / "c.json").write_bytes(content)
+    done = run(data, "--import-config", tmp_path / "c.json")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert is_one_line(done.stderr), done.stderr
+
+
+# ---------------------------------------------------------------------- the data directory
+def test_everything_in_the_data_directory_is_its_owner_s_alone(site, robot):
+    with running(site):
+        run(site, "--run-now", robot.name, "Home")
+        found = {path: stat.S_IMODE(path.lstat().st_mode) for path in (site, *site.rglob("*"))}
+    assert {path: oct(mode) for path, mode in found.items() if mode != (0o700 if path.is_dir() else 0o600)} == {}
+
+
+def test_a_directory_of_others_is_refused_and_left_as_it_was(tmp_path):
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "thesis.txt").write_text("mine")
+    tmp_path.chmod(0o755)
+    done = run(tmp_path, "--headless")
+    assert done.returncode == 2
+    assert is_one_line(done.stderr)
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["logs", "thesis.txt"]
+    assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o755
+
+
+def test_secrets_are_in_the_database_and_its_backups_only(data, fleet, robot):
+    """The password nowhere at all; the token made of it nowhere else."""
+    password = "canary-Zx81-password"
+    configuration = configuration_of(fleet, poll_interval_seconds=1)
+    configuration["robots"][0]["password"] = password
+    path = write_configuration(data.with_name("configuration.json"), configuration)
+    said = []
+    with running(data) as app:
+        for arguments in (("--import-config", path), ("--run-now", robot.name, "Home"), ("--export-config", "-"), ("--export-log", "-")):
+            done = run(data, *arguments)
+            said.append(done.stdout + done.stderr)
+        wait_for(lambda: app.said("unauthorized"), what="the robot refuses the password")
+        assert app.stop() == 0
+        said.append("\n".join(app.stderr))
+    token = Token.derive("distributor", password).header.removeprefix("Basic ")
+    digest = re.search(rb"[0-9a-f]{64}", base64.b64decode(token)).group().decode()
+    for secret in (password, token, digest):
+        assert not [text for text in said if secret in text]
+        holders = {file.name for file in data.rglob("*") if file.is_file() and secret.encode() in file.read_bytes()}
+        assert {name for name in holders if not re.fullmatch(r"(amr-scheduler|daily-.*)\.db(-wal|-shm)?", name)} == set()
+        assert secret != password or not holders
