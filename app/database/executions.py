@@ -90,7 +90,7 @@ class ExecutionRepository:
         return self._end(c, f"robot_id = ? AND {_OPEN}", robot_id, reason, now)
 
     def _end_waiting(self, c: sqlite3.Connection, column: str, value: int, reason: Reason, now: datetime) -> int:
-        return self._end(c, f"{column} = ? AND state = 'waiting'", value, reason, now)
+        return self._end(c, f"{column} = ? AND {_OPEN} AND state = 'waiting'", value, reason, now)
 
     @staticmethod
     def _end(c: sqlite3.Connection, where: str, value: int, reason: Reason, now: datetime) -> int:
@@ -105,11 +105,12 @@ class ExecutionRepository:
 
     @staticmethod
     def _prune(c: sqlite3.Connection, kind: str, limit: int) -> int:
-        oldest_kept = c.execute(f"SELECT ended_at, id FROM executions WHERE {kind} ORDER BY ended_at DESC, id DESC LIMIT 1 OFFSET ?",
+        ended = f"ended_at IS NOT NULL AND {kind}"
+        oldest_kept = c.execute(f"SELECT ended_at, id FROM executions WHERE {ended} ORDER BY ended_at DESC, id DESC LIMIT 1 OFFSET ?",
                                 (limit - 1,)).fetchone()
         if oldest_kept is None:
             return 0
-        return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE {kind} AND (ended_at, id) < (?, ?)
+        return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE {ended} AND (ended_at, id) < (?, ?)
                              ORDER BY ended_at, id LIMIT ?)""", (*oldest_kept, PRUNED_AT_ONCE)).rowcount
 
     # ------------------------------------------------------------------ reading
@@ -130,11 +131,12 @@ class ExecutionRepository:
 
     def open_all(self, c: sqlite3.Connection) -> list[Execution]:
         """Open ones of all robots, oldest first."""
-        return self._list(c, f"WHERE {_OPEN} ORDER BY planned_at, id")
+        return self._list(c, f"INDEXED BY executions_open WHERE {_OPEN} ORDER BY planned_at, id")
 
     def open_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
         """Open ones of a schedule, oldest first."""
-        return self._list(c, f"WHERE schedule_id = ? AND {_OPEN} ORDER BY planned_at, id", schedule_id)
+        where = f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {_OPEN}"
+        return self._list(c, f"{where} ORDER BY planned_at, id", schedule_id)
 
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
         """The one with the latest planned instant."""

@@ -101,11 +101,13 @@ CREATE TABLE executions (
     robot_delay_s           REAL,
     UNIQUE (schedule_id, planned_at)
 ) STRICT;
-CREATE INDEX executions_open ON executions (robot_id, state) WHERE state IN ('waiting', 'submitting', 'queued', 'executing');
+CREATE INDEX executions_open ON executions (robot_id) WHERE state IN ('waiting', 'submitting', 'queued', 'executing');
+CREATE INDEX executions_open_of_schedule ON executions (schedule_id) WHERE state IN ('waiting', 'submitting', 'queued', 'executing');
+CREATE INDEX executions_idle ON executions (robot_id, id) WHERE trigger = 'idle';
 CREATE INDEX executions_planned ON executions (planned_at, id);
 CREATE INDEX executions_by_mission ON executions (robot_id, mission_guid, ended_at) WHERE state = 'completed';
 -- the ground of the KPIs: each answers its question from the index alone
-CREATE INDEX executions_by_day ON executions (ended_at, robot_id, state, duration_s) WHERE ended_at IS NOT NULL;
+CREATE INDEX executions_by_day ON executions (ended_at, id, robot_id, state, duration_s) WHERE ended_at IS NOT NULL;
 CREATE INDEX executions_by_robot ON executions (robot_id, state, ended_at, duration_s) WHERE ended_at IS NOT NULL;
 CREATE INDEX executions_by_outcome ON executions (state, reason_code, ended_at, robot_id)
     WHERE ended_at IS NOT NULL AND trigger = 'scheduled';

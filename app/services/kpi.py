@@ -21,7 +21,7 @@ from app.services.calendar import WorkingCalendar
 from app.services.clock import Clock
 
 DAY, MOMENT = timedelta(days=1), timedelta(microseconds=1)
-DELAYS_OF = 10_000           # newest runs that the percentiles of delays rest on
+DELAYS_OF = 5_000            # newest runs that the percentiles of delays rest on
 RAN = (State.COMPLETED, State.FAILED, State.CANCELLED)
 _AT_THE_ROBOT = (ReasonCode.ROBOT_ABORTED, ReasonCode.VANISHED)              # ended there, so it did run
 _MAY_HAVE_RUN = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)        # ran if the robot had accepted it
@@ -121,7 +121,7 @@ class Adherence:
 
 @dataclass(frozen=True)
 class Delays:
-    """From the planned instant to the start on the robot, in seconds, over the newest ``count`` runs (at most 10,000)."""
+    """From the planned instant to the start on the robot, in seconds, over the newest ``count`` runs (at most 5,000)."""
     count: int
     p50_s: float | None
     p90_s: float | None

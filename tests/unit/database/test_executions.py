@@ -222,3 +222,31 @@ def test_a_long_history_is_pruned_in_pieces_oldest_first(db, row):
     db.write(lambda c: EXECUTIONS.add_many(c, rows))
     assert [db.write(lambda c: EXECUTIONS.prune(c, 20)) for _ in range(3)] == [PRUNED_AT_ONCE, 100, 0]
     assert [e.ended_at for e in EXECUTIONS.stream(db.read())] == [e.ended_at for e in rows[-20:]]
+
+
+# ---------------------------------------------------------------------- cost
+SMALL = ("executions_open", "executions_open_of_schedule", "executions_idle")      # indexes that hold few rows however long the history
+
+
+@pytest.mark.parametrize("ask", [
+    lambda c: EXECUTIONS.get(c, 1), lambda c: EXECUTIONS.by_token(c, "t"), lambda c: EXECUTIONS.open_for(c, 1), EXECUTIONS.open_all,
+    lambda c: EXECUTIONS.open_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1), lambda c: EXECUTIONS.last_idle(c, 1),
+    lambda c: EXECUTIONS.usual_duration(c, 1, "guid"), lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.prune(c, 5),
+    lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
+    lambda c: EXECUTIONS.end_waiting_of_schedule(c, 1, Reason(ReasonCode.SCHEDULE_CHANGED), NOON),
+    lambda c: EXECUTIONS.end_waiting_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON),
+    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(15))
+def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
+    add(db, ended(row))
+    asked = []
+
+    def work(c):
+        c.set_trace_callback(asked.append)
+        ask(c)
+        c.set_trace_callback(None)
+        return [plan["detail"] for sql in asked for plan in c.execute(f"EXPLAIN QUERY PLAN {sql}")]
+    plans = [detail for detail in db.write(work) if "executions" in detail]
+    assert plans
+    for detail in plans:
+        assert detail.startswith("SEARCH") or detail.split()[-1] in SMALL, detail
+        assert "schedule_id=?" not in detail or "open_of_schedule" in detail or "LIMIT 1" in asked[0], detail
