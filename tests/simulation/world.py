@@ -1,20 +1,22 @@
 """Hours of operation in seconds: the real services, simulated robots, and everything that can go wrong drawn by one seed.
 
 The app is killed between any two steps (before a commit, after it, before a request leaves, after the robot has it), requests meet
-every fate of ``tests.support.network``, robots reboot and go silent, the wall clock is moved. The oracle never looks into the app's code: it knows the
-plan by counting minutes, and what ran by the robots' own histories.
+every fate of ``tests.support.network``, robots reboot and go silent, the wall clock is moved. The oracle never looks into the app's code:
+it knows the plan by counting minutes, and what ran by the robots' own histories.
 """
 from __future__ import annotations
 
 import random
-from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.models import OPEN_STATES, Overlap, Schedule, State
+from app.services.mir.errors import RobotError
 from tests.support.network import Network
 from tests.support.site import Site
 
@@ -26,11 +28,27 @@ class Crash(BaseException):
     """The app is gone. Not an Exception, so that nothing in the app can catch it."""
 
 
+class ShakyWriter:
+    """The database's writer, in front of and behind which the app may die."""
+
+    def __init__(self, writer: Any, interrupt: Callable[[str], None]) -> None:
+        self._writer, self._interrupt = writer, interrupt
+
+    def run(self, work: Callable[[Any], Any]) -> Any:
+        self._interrupt("before commit")
+        result = self._writer.run(work)
+        self._interrupt("after commit")
+        return result
+
+    def close(self) -> None:
+        self._writer.close()
+
+
 @dataclass(frozen=True)
 class Profile:
     """How rough the world is."""
     robots: int = 5
-    every_minutes: int = 10                # one schedule per robot and this interval
+    every_minutes: int = 3                # one schedule per robot and this interval
     poll_interval: int = 120
     fault_rate: float = 0.03
     crash_rate: float = 0.004              # per step at which the app can die
@@ -66,12 +84,13 @@ class World:
         self.rng = random.Random(f"world/{seed}")
         self.profile, self.findings = profile, Findings()
         network = Network(rate=profile.fault_rate, seed=seed)
-        self.site = Site(directory, robots=profile.robots, now=START, network=network, timezone=ZONE, robot_speed=8.0)
+        self.site = Site(directory, robots=profile.robots, now=START, network=network, timezone=ZONE, robot_speed=16.0)
         self.wall_shift = 0.0
         self._furnish()
         network.interrupt = self._maybe_crash
-        self._seen_items: dict[str, int] = defaultdict(int)
         self._armed = True
+        self.site.switched_on = self._make_shaky
+        self._make_shaky()
         self._plan_trouble()
 
     # ------------------------------------------------------------------ the plan
@@ -149,17 +168,19 @@ class World:
         open_ones = container.history.open()
         robot = self.rng.choice(container.repositories.robots.all(container.db.read()))
         try:
-            match self.rng.randrange(4):
+            match self.rng.randrange(8):
                 case 0 if open_ones:
                     container.operator.cancel_execution(self.rng.choice(open_ones).id)
                 case 1:
                     container.operator.clear_queue(robot.id)
                 case 2:
                     container.operator.run_now(robot.id, container.repositories.missions.all(container.db.read())[0].id)
-        except Exception as error:
-            from app.services.mir.errors import RobotError
-            if not isinstance(error, RobotError):
-                raise
+        except RobotError:
+            pass                                              # told to the operator, who may press again
+
+    def _make_shaky(self) -> None:
+        db = self.site.container.db
+        db._writer = ShakyWriter(db._writer, self._maybe_crash)
 
     def _maybe_crash(self, where: str) -> None:
         self.findings.steps += 1

@@ -1,0 +1,118 @@
+"""Days of operation with faults and crashes at every step, and the proof that such a run would find a bug if there were one."""
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.database import schema
+from app.services import dispatcher, ledger, planner
+from app.services.mir.errors import Delivery
+from tests.simulation.world import Profile, World
+
+HOURS, SEEDS = 20, "1-10"
+ROUGH = Profile(crash_rate=0.02, fault_rate=0.08)
+
+
+def test_weeks_of_faults_and_crashes_double_nothing_and_lose_nothing(capsys):
+    """In processes of their own, so that both cores work. The lines say what was met; a seed can be run again alone."""
+    done = subprocess.run([sys.executable, "-m", "tests.simulation", "--hours", str(HOURS), "--seeds", SEEDS], cwd=Path(__file__).parents[2],
+                          capture_output=True, text=True, check=False)
+    with capsys.disabled():
+        print("\n" + done.stdout + done.stderr)
+    assert done.returncode == 0
+    occurrences, faults, crashes = (sum(map(int, re.findall(rf"(\d+) {word}", done.stdout)))
+                                    for word in ("occurrences", "faults", "app crashes"))
+    assert occurrences >= 20_000
+    assert faults >= 2_000
+    assert crashes >= 500
+
+
+# ---------------------------------------------------------------- planted bugs: each must be found
+def violations(tmp_path, hours=8.0, profile=ROUGH, seed=1):
+    return World(tmp_path, seed, profile).run(hours).violations
+
+
+def test_without_a_planted_bug_the_rough_world_is_clean(tmp_path):
+    assert violations(tmp_path) == []
+
+
+def test_a_blind_retry_is_found(tmp_path, monkeypatch):
+    """The thesis's algorithm: whatever failed is sent again."""
+    original = dispatcher.Dispatcher._not_accepted
+
+    def blind(self, intent, error, settings):
+        if error.delivery is Delivery.UNKNOWN:
+            self._attempt_failed(intent, error.text, settings)
+        else:
+            original(self, intent, error, settings)
+    monkeypatch.setattr(dispatcher.Dispatcher, "_not_accepted", blind)
+    assert any("items with one token" in problem for problem in violations(tmp_path))
+
+
+def test_an_intent_that_is_not_committed_is_found(tmp_path, monkeypatch):
+    """The POST leaves before its row says so: a crash in between forgets it."""
+    def begin(self, execution, queue_floor):
+        self._begun = {**getattr(self, "_begun", {}), execution.id: execution}
+        return replace(execution, state=ledger.State.SUBMITTING, attempts=execution.attempts + 1, queue_floor=queue_floor)
+
+    def accepted(self, execution, queue_id):
+        return self._change(execution, (ledger.State.WAITING,), state=ledger.State.QUEUED, queue_id=queue_id, attempts=execution.attempts,
+                            submitted_at=self._clock.now())
+    monkeypatch.setattr(ledger.Ledger, "begin_attempt", begin)
+    monkeypatch.setattr(ledger.Ledger, "accepted", accepted)
+    assert any("items with one token" in problem for problem in violations(tmp_path))
+
+
+def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
+    """Row and advance in two transactions, which the unique key forgives: without it a crash in between makes two rows."""
+    advance, pending = planner.ScheduleRepository.advance, []
+    monkeypatch.setattr(planner.ScheduleRepository, "advance", lambda self, c, *args: pending.append(args))
+    fall_due = planner.Planner._take_due
+
+    def split(self, c, now, fallen):
+        pending.clear()
+        fall_due(self, c, now, fallen)
+    write = planner.Database.write
+
+    def write_then_advance(self, work):
+        result = write(self, work)
+        while pending:
+            args = pending.pop()
+            write(self, lambda c, args=args: advance(planner.ScheduleRepository(), c, *args))
+        return result
+    monkeypatch.setattr(planner.Planner, "_take_due", split)
+    monkeypatch.setattr(planner.Database, "write", write_then_advance)
+    (tmp_path / "with").mkdir()
+    assert violations(tmp_path / "with") == []
+    without = schema.MIGRATIONS[0].replace("UNIQUE (schedule_id, planned_at)", "CHECK (1)")
+    without = re.sub(r"(token +TEXT NOT NULL) UNIQUE", r"\1", without)
+    open_database = planner.Database.open.__func__
+    monkeypatch.setattr(open_database, "__kwdefaults__", {**open_database.__kwdefaults__, "migrations": (without,)})
+    (tmp_path / "without").mkdir()
+    assert any("2 rows" in problem or "one token" in problem for problem in violations(tmp_path / "without"))
+
+
+def test_a_fold_that_runs_twice_is_found(tmp_path, monkeypatch):
+    """The hour that comes twice in the first night: APScheduler, Temporal and croniter run it twice."""
+    original = planner.next_occurrence
+
+    def twice(schedule, after, calendar):
+        found = original(schedule, after, calendar)
+        if schedule.recurrence == "FREQ=DAILY" and after.date().isoformat() == "2026-10-25" and after.hour == 0:
+            return after.replace(hour=1, minute=30, second=0, microsecond=0)
+        return found
+    monkeypatch.setattr(planner, "next_occurrence", twice)
+    assert any("never planned" in problem for problem in violations(tmp_path, hours=16.0))
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+def test_the_same_seed_tells_the_same_story(tmp_path, seed):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    first, again = (World(tmp_path / name, seed, ROUGH).run(2.0) for name in "ab")
+    assert first == again
