@@ -20,8 +20,8 @@ ROUGH = Profile(crash_rate=0.02, fault_rate=0.08)
 
 def test_weeks_of_faults_and_crashes_double_nothing_and_lose_nothing(capsys):
     """In processes of their own, so that both cores work. The lines say what was met; a seed can be run again alone."""
-    done = subprocess.run([sys.executable, "-m", "tests.simulation", "--hours", str(HOURS), "--seeds", SEEDS], cwd=Path(__file__).parents[2],
-                          capture_output=True, text=True, check=False)
+    command = [sys.executable, "-m", "tests.simulation", "--hours", str(HOURS), "--seeds", SEEDS]
+    done = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=False)
     with capsys.disabled():
         print("\n" + done.stdout + done.stderr)
     assert done.returncode == 0
