@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from datetime import datetime
 from statistics import median
 from types import MappingProxyType
@@ -56,8 +56,8 @@ class ExecutionRepository:
 
     def add_once(self, c: sqlite3.Connection, execution: Execution) -> Execution | None:
         """The same, but None when the occurrence or the token is in the ledger already."""
-        row = c.execute(f"{_INSERT} ON CONFLICT DO NOTHING RETURNING *", _row_of(execution)).fetchone()
-        return row and execution_of(row)
+        cursor = c.execute(f"{_INSERT} ON CONFLICT DO NOTHING", _row_of(execution))
+        return replace(execution, id=cursor.lastrowid or 0) if cursor.rowcount else None
 
     def add_many(self, c: sqlite3.Connection, executions: Iterable[Execution]) -> int:
         """Thousands at once, those in the ledger already passed over; returns how many were new."""

@@ -190,6 +190,15 @@ class ThreadedWriter:
                     writing.checkpoint_when_due()
         finally:
             writing.close()
+            self._refuse_the_rest()
+
+    def _refuse_the_rest(self) -> None:
+        """Nobody waits for ever, should this thread have come to an end nobody asked for."""
+        with self._closing:
+            self._closed = True
+            while not self._tasks.empty():
+                if task := self._tasks.get():
+                    task[1].set_exception(DatabaseUnavailable(f"{self._path} is closed"))
 
     def _next_tasks(self) -> list[_Task]:
         """Wait for one and take along what else waits; empty at the end."""

@@ -47,10 +47,7 @@ class Edit:
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self._executions, self._settings, self._holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
-
-    @property
-    def settings(self) -> Settings:
-        return self._settings.load(self.c)
+        self.settings = self._settings.load(self.c)
 
     # ------------------------------------------------------------------ settings
     def change_settings(self, **changes: Any) -> Settings:
@@ -58,9 +55,10 @@ class Edit:
         before = self.settings
         changes = {name: value for name, value in validation.settings(changes).items()
                    if value != getattr(before, name) or not self._settings.is_stored(self.c, name)}
-        after = self._settings.save(self.c, **changes) if changes else before
         if changes:
+            self.settings = self._settings.save(self.c, **changes)
             self.topics.add(Topic.SETTINGS)
+        after = self.settings
         if after.working_days != before.working_days:
             self._plan_anew(after)
         return after

@@ -20,14 +20,13 @@ from app.services.mir.credentials import normalise_fingerprint
 from app.services.recurrence import Recurrence, check_has_instants
 
 LONGEST_NAME = 80
-LONGEST_TEXT = 1000                          # of a parameter
 YEARS = range(1970, 2200)
 WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
     "poll_interval_seconds": (1, 3600),
     "retry_limit": (0, 20),
     "start_window_minutes": (0, 1440),
     "unknown_outcome_quiet_seconds": (5, 600),
-    "history_limit": (1, 2**31 - 1),
+    "history_limit": (1, 2**63 - 1),
     "after_minutes": (5, 30),
     "priority": (-2**31, 2**31 - 1),
 })
@@ -197,7 +196,7 @@ def parameters(value: object, field: str = "parameters") -> dict[str, Any]:
     for key, item in value.items():
         name(key, field)
         is_plain = item is None or isinstance(item, str | bool | int) or (isinstance(item, float) and math.isfinite(item))
-        if not is_plain or (isinstance(item, str) and (len(item) > LONGEST_TEXT or not _is_encodable(item))):
+        if not is_plain or (isinstance(item, str) and not _is_encodable(item)):
             raise InvalidInput(field, "the value of {name} has to be a text, a number, true, false or null", name=shown(key))
     return dict(value)
 

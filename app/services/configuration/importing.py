@@ -182,4 +182,4 @@ def _check_no_doubles(document: Document) -> None:
 def _shown(value: object) -> str:
     if value is None:
         return "none"
-    return " ".join(value) if isinstance(value, tuple) else str(value)
+    return " ".join(value) if isinstance(value, tuple) else f"{value:g}" if isinstance(value, float) else str(value)
