@@ -5,6 +5,7 @@ import argparse
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.screenshots.registry import SIZES, THEMES
@@ -28,12 +29,14 @@ def main() -> int:
         failed = take_pictures(out, SIZES[sizes[0]], options.names, themes)
         sys.stdout.flush()
         os._exit(bool(failed))               # SDL's own clean-up has nothing to do and may hang without a display
-    codes = []
-    for size in sizes:                       # kivy has one window, of one size, per process
-        command = [sys.executable, "-m", "tests.screenshots", str(out), *options.names, "--in-this-process", "--size", size]
-        command += [word for theme in themes for word in ("--theme", theme)]
-        codes.append(subprocess.run(command, check=False, cwd=Path(__file__).parents[2]).returncode)
-    return max(codes)
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:        # kivy has one window, of one size, per process
+        return max(pool.map(lambda size: _in_a_process(out, size, options.names, themes), sizes))
+
+
+def _in_a_process(out: Path, size: str, names: list[str], themes: list[str]) -> int:
+    command = [sys.executable, "-m", "tests.screenshots", str(out), *names, "--in-this-process", "--size", size]
+    command += [word for theme in themes for word in ("--theme", theme)]
+    return subprocess.run(command, check=False, cwd=Path(__file__).parents[2]).returncode
 
 
 if __name__ == "__main__":

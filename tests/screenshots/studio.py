@@ -1,6 +1,7 @@
 """The process that takes pictures: one window size, real GL without a display, virtual time."""
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import sys
@@ -10,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tests.screenshots.registry import Size
+from tests.screenshots.registry import Picture, Size
 
 
 def open_window(size: Size) -> None:
@@ -82,31 +83,38 @@ def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[
     """Take all pictures of ``size`` (``names`` empty = all), print what the checks find; returns how many failed."""
     open_window(size)
     from tests.screenshots.registry import PICTURES, find_pictures
-    from tests.ui import checks
 
     studio = Studio(size)
     broken = find_pictures()
     for problem in broken:
         traceback.print_exception(problem)
     failed = len(broken)
-    wanted = [p for p in PICTURES.values() if (not names or p.name in names) and size in p.sizes]
-    for theme in themes:
-        studio.use(theme)
-        for item in wanted:
-            if theme not in item.themes:
-                continue
-            label = f"{item.name}-{size.name}-{theme}"
-            try:
-                widget = item.build(studio)
-                studio.driver.advance(.4)
-                studio.take(out / f"{label}.png")
-                for line in checks.problems(widget if widget is not None else studio.shown):
-                    print(f"{label}: {line}")
-                print("wrote", out / f"{label}.png", flush=True)
-            except Exception:
-                failed += 1
-                traceback.print_exc()
-                print(f"{label}: not taken", file=sys.stderr, flush=True)
-            finally:
-                studio.clear()
+    for item in PICTURES.values():
+        if size in item.sizes and (not names or item.name in names):
+            failed += not _take_in_themes(studio, item, out, [theme for theme in themes if theme in item.themes])
     return failed
+
+
+def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[str]) -> bool:
+    """Build ``item`` once and switch its theme live, as the app does; False when that raised."""
+    from tests.ui import checks
+
+    label = f"{item.name}-{studio.size.name}"
+    try:
+        for n, theme in enumerate(themes):
+            studio.use(theme)
+            if n == 0:
+                widget = item.build(studio)
+            studio.driver.advance(.4)
+            studio.take(out / f"{label}-{theme}.png")
+            for line in checks.problems(widget if widget is not None else studio.shown):
+                print(f"{label}-{theme}: {line}")
+            print("wrote", out / f"{label}-{theme}.png", flush=True)
+    except Exception:
+        traceback.print_exc()
+        print(f"{label}: not taken", file=sys.stderr, flush=True)
+        return False
+    finally:
+        studio.clear()
+        gc.collect()                         # widgets of pictures before would be recoloured with every switch
+    return True
