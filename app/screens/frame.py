@@ -12,6 +12,7 @@ from app.models import Robot, RobotSnapshot, Settings
 from app.screens.frame_alarms import AlarmsDialog, LateStartsDialog
 from app.screens.frame_view import Act, BannerView, Worries, banner, late_starts, robot_option, top_bar
 from app.screens.shell import Shell
+from app.services.changes import Topic
 from app.widgets.frame import Frame
 
 NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
@@ -67,7 +68,7 @@ class FrameController:
         frame = self._frame
         frame.bind(on_go=self._go, on_pick_robot=self._pick_robot, on_solve=self._press_banner, on_list_alarms=self._show_alarms)
         self._shell.navigator.bind(current=self._went)
-        self._release = [self._container.changes.subscribe(lambda _topic, _about: self._refresh()),
+        self._release = [self._container.changes.subscribe(self._heard),
                          translator.subscribe(self._retranslated), Clock.schedule_interval(lambda _dt: self._show(), 1).cancel]
         self._retranslated()
         self._read()
@@ -77,6 +78,11 @@ class FrameController:
             release()
         self._release = []
         self._refresh.cancel()
+
+    def _heard(self, topic: Topic, _about: int | None) -> None:
+        """On the publisher's thread. Snapshots are looked at every second anyway."""
+        if topic is not Topic.SNAPSHOT:
+            self._refresh()
 
     def _retranslated(self) -> None:
         self._frame.items = [(name, screen_word(name), icon, selected) for name, icon, selected in NAVIGATION]

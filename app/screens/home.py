@@ -18,6 +18,7 @@ from app.screens.home_facts import HomeFacts, read
 from app.screens.home_view import present
 from app.screens.parameters_view import Problems, fields_of, values_of
 from app.screens.shell import Shell
+from app.services.changes import Topic
 from app.services.mir.errors import Rejected
 from app.services.mir.types import MissionParameter
 from app.services.robot_missions import RobotMissions
@@ -46,15 +47,23 @@ class HomeViewModel(HomeState, ViewModel):
         self._cancelling: set[int] = set()
         self._rest_until = 0.0
         self._reading = self._stale = False
+        self._all_anew = True                                 # more than what the robots do has changed
         self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
 
     # ------------------------------------------------------------------ reading
     def opened(self, robot_id: int | None = None) -> None:
-        self.keep(self._container.changes.subscribe(lambda _topic, _about: self._refresh()))
+        self.keep(self._container.changes.subscribe(self._heard))
+        self._all_anew = True
         self.every(1, self._show)
         self._read()
         if robot_id is not None:
             self.select_robot(robot_id)
+
+    def _heard(self, topic: Topic, _about: int | None) -> None:
+        """On the publisher's thread."""
+        if topic is not Topic.SNAPSHOT:
+            self._all_anew = True
+        self._refresh()
 
     def closed(self) -> None:
         self._refresh.cancel()
@@ -70,8 +79,10 @@ class HomeViewModel(HomeState, ViewModel):
             self._stale = True
             return
         self._reading, self._stale = True, False
+        known = None if self._all_anew else self._facts
+        self._all_anew = False
         seen = dict(self._seen_running)
-        self._shell.background.run(lambda: read(self._container, self._robot_missions, seen), self._take, self._not_read)
+        self._shell.background.run(lambda: read(self._container, self._robot_missions, seen, known), self._take, self._not_read)
 
     def _take(self, facts: HomeFacts) -> None:
         self._reading = False
@@ -87,7 +98,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._show()
 
     def _not_read(self, problem: BaseException) -> None:
-        self._reading = False
+        self._reading, self._all_anew = False, True
         self._shell.say_problem(problem)
 
     def _note_running(self) -> None:

@@ -57,6 +57,12 @@ class HomeFacts:
         """Ours behind an item of the selected robot's queue: by its number or, before that is written down, by the token it carries."""
         return next((e for e in self.open_here if e.queue_id == item.id or (e.queue_id is None and e.token == item.description)), None)
 
+    @property
+    def not_in_queue(self) -> tuple[Execution, ...]:
+        """Ours that the queue, as it was last read, doesn't hold: waiting here, just handed over, or about to be seen as ended."""
+        there = {ours.id for item in self.snapshot.queue if (ours := self.execution_of(item))}
+        return tuple(e for e in self.open_here if e.id not in there)
+
     def name_of(self, item: QueueItem) -> str:
         """The mission of an item, as the people here call it, else as the robot does."""
         return self._known_name(item) or item.mission_id or "–"
@@ -71,19 +77,29 @@ class HomeFacts:
         return next((m.name for m in self.missions if m.guid == item.mission_id), self.names.get(item.mission_id or ""))
 
 
-def read(container: Container, robot_missions: RobotMissions, seen_running: Mapping[int, datetime]) -> HomeFacts:
-    """Read everything. Called off the UI thread: it asks the database, never a robot."""
-    repositories, db = container.repositories, container.db.read()
-    robots = tuple(repositories.robots.all(db))
-    facts = HomeFacts(
-        settings=container.settings(), robots=robots, snapshots={robot.id: container.snapshots.get(robot.id) for robot in robots},
-        open=tuple(container.history.open()), planned=tuple(container.plan.next(NEXT_PLANNED)),
-        finished=tuple(container.history.last_finished(LAST_FINISHED)), seen_running=seen_running)
+def read(container: Container, robot_missions: RobotMissions, seen_running: Mapping[int, datetime],
+         known: HomeFacts | None = None) -> HomeFacts:
+    """Read everything, or with ``known`` only what the robots do: the plan and the history are then as they were.
+
+    Called off the UI thread: it asks the database, never a robot.
+    """
+    facts = known or _read_plan(container)
+    facts = replace(facts, seen_running=seen_running,
+                    snapshots={robot.id: container.snapshots.get(robot.id) for robot in facts.robots})
     robot = facts.robot
     if robot is None:
         return facts
-    missions = sorted(repositories.missions.available_on(db, robot.id), key=lambda m: (not m.favourite, m.name.casefold()))
     guids = {item.mission_id for item in facts.snapshot.queue if item.mission_id} | {e.mission_guid for e in facts.open_here}
     usual = {guid: container.history.usual_duration(robot.id, guid) for guid in guids}
-    return replace(facts, missions=tuple(missions), names=robot_missions.names(robot.id),
-                   usual_s={guid: seconds for guid, seconds in usual.items() if seconds})
+    return replace(facts, names=robot_missions.names(robot.id), usual_s={guid: seconds for guid, seconds in usual.items() if seconds})
+
+
+def _read_plan(container: Container) -> HomeFacts:
+    repositories, db = container.repositories, container.db.read()
+    facts = HomeFacts(
+        settings=container.settings(), robots=tuple(repositories.robots.all(db)), open=tuple(container.history.open()),
+        planned=tuple(container.plan.next(NEXT_PLANNED)), finished=tuple(container.history.last_finished(LAST_FINISHED)))
+    if facts.robot is None:
+        return facts
+    missions = repositories.missions.available_on(db, facts.robot.id)
+    return replace(facts, missions=tuple(sorted(missions, key=lambda m: (not m.favourite, m.name.casefold()))))

@@ -30,9 +30,13 @@ def queue_rows(facts: HomeFacts, now: datetime) -> list[Row]:
                      **(_running(facts, item, ours, held, old) if item.state is QueueState.EXECUTING
                         else _pending(facts, item, ours, number)),
                      **_cancelling(ours, item.id in facts.cancelling)})
-    on_the_robot = {row["key"] for row in rows}
-    rows += [{"key": ("execution", e.id), "mission": e.mission, **_waiting(facts, e, now), **_cancelling(e, False)}
-             for e in facts.open_here if ("execution", e.id) not in on_the_robot and e.state in (State.WAITING, State.SUBMITTING)]
+    for e in facts.not_in_queue:
+        if e.state in (State.WAITING, State.SUBMITTING):
+            words = _waiting(facts, e, now)
+        else:                                # the robot has it, but its queue was read before that; the row stays where it is
+            number += 1
+            words = {"number": str(number), "origin": _since(facts, e)}
+        rows.append({"key": ("execution", e.id), "mission": e.mission, **words, **_cancelling(e, False)})
     return rows
 
 
@@ -53,14 +57,18 @@ def _running(facts: HomeFacts, item: QueueItem, ours: Execution | None, held: bo
 
 
 def _pending(facts: HomeFacts, item: QueueItem, ours: Execution | None, number: int) -> Row:
-    source = source_of(item, ours)
     if ours:
-        since = formats.clock_time(ours.submitted_at or ours.created_at, facts.settings.timezone)
-        return {"number": str(number), "origin": _("{source} · since {time}").format(source=source, time=since)}
+        return {"number": str(number), "origin": _since(facts, ours)}
+    source = source_of(item, ours)
     if item.ordered is None:
         return {"number": str(number), "origin": source}
     by_robot = formats.wall_time(item.ordered)       # the robot's clock, which may be another one than ours
     return {"number": str(number), "origin": _("{source} · {time} by its clock").format(source=source, time=by_robot)}
+
+
+def _since(facts: HomeFacts, execution: Execution) -> str:
+    since = formats.clock_time(execution.submitted_at or execution.created_at, facts.settings.timezone)
+    return _("{source} · since {time}").format(source=trigger_words(execution), time=since)
 
 
 def source_of(item: QueueItem, ours: Execution | None) -> str:

@@ -220,7 +220,7 @@ def controls(facts: HomeFacts, robot: Robot) -> ControlsView:
     state = status.state if status else RobotState.UNKNOWN
     off = not robot.enabled or state in (RobotState.STARTING, RobotState.SHUTTING_DOWN)
     resumes = state in (RobotState.PAUSE, *STOPPED)
-    count = len(facts.snapshot.queue) + sum(1 for e in facts.open_here if e.queue_id is None)
+    count = len(facts.snapshot.queue) + len(facts.not_in_queue)
     return ControlsView(
         pauses=not resumes, pause=_("Resume") if resumes else _("Pause"), pause_icon="play" if resumes else "pause",
         pause_style="outlined" if state in STOPPED else "tonal", pause_off=off or state in STOPPED,

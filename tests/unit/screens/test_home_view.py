@@ -237,6 +237,12 @@ def test_a_submission_of_ours_is_known_by_its_token_before_its_number_is_written
     assert rows[0]["origin"].startswith("Kits")
 
 
+def test_a_row_stays_while_the_robot_has_taken_it_but_its_queue_was_not_read_yet():
+    taken = execution(5, AINO, KITS.name, State.QUEUED, guid=KITS.guid, schedule="Kits", queue_id=111, submitted_at=NOW)
+    row, = queue_rows(replace(with_aino(READY, ()), open=(taken,)), NOW)
+    assert (row["key"], row["number"], row["origin"]) == (("execution", 5), "1", "Kits · since 14:38")
+
+
 def test_what_is_being_cancelled_cannot_be_cancelled_again():
     asked = replace(RUNNING, cancel_code=ReasonCode.USER_CANCELLED)
     facts = replace(FACTS, open=(asked,), cancelling=frozenset({103}))
