@@ -101,7 +101,7 @@ CREATE TABLE executions (
     robot_delay_s           REAL,
     UNIQUE (schedule_id, planned_at)
 ) STRICT;
-CREATE INDEX executions_open ON executions (robot_id) WHERE state IN ('waiting', 'submitting', 'queued', 'executing');
+CREATE INDEX executions_open ON executions (robot_id, state) WHERE state IN ('waiting', 'submitting', 'queued', 'executing');
 CREATE INDEX executions_open_of_schedule ON executions (schedule_id) WHERE state IN ('waiting', 'submitting', 'queued', 'executing');
 CREATE INDEX executions_idle ON executions (robot_id, id) WHERE trigger = 'idle';
 CREATE INDEX executions_planned ON executions (planned_at, id);

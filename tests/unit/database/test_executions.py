@@ -120,6 +120,9 @@ def test_open_ones_oldest_first(db, row):
     c = db.read()
     assert EXECUTIONS.open_for(c, 1) == [first, second] == EXECUTIONS.open_of_schedule(c, 1)
     assert EXECUTIONS.open_all(c) == [first, second, other]
+    assert EXECUTIONS.open_for(c, 2, [State.EXECUTING, State.QUEUED]) == [other]
+    assert EXECUTIONS.open_for(c, 2, [State.WAITING]) == []
+    assert (EXECUTIONS.has_sent(c, 1), EXECUTIONS.has_sent(c, 2)) == (False, True)
 
 
 def test_the_last_of_a_schedule_and_the_last_idle_one(db, row):
@@ -230,12 +233,13 @@ SMALL = ("executions_open", "executions_open_of_schedule", "executions_idle")   
 
 @pytest.mark.parametrize("ask", [
     lambda c: EXECUTIONS.get(c, 1), lambda c: EXECUTIONS.by_token(c, "t"), lambda c: EXECUTIONS.open_for(c, 1), EXECUTIONS.open_all,
+    lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
     lambda c: EXECUTIONS.open_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1), lambda c: EXECUTIONS.last_idle(c, 1),
     lambda c: EXECUTIONS.usual_duration(c, 1, "guid"), lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.prune(c, 5),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     lambda c: EXECUTIONS.end_waiting_of_schedule(c, 1, Reason(ReasonCode.SCHEDULE_CHANGED), NOON),
     lambda c: EXECUTIONS.end_waiting_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON),
-    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(15))
+    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(17))
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))
     asked = []
