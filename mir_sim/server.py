@@ -102,7 +102,10 @@ class Station:
             return False
         cut = result.fate is Fate.CUT
         close = cut or request.headers.get("connection", "").lower() == "close"
-        writer.write(encode(result.response, date=self._date(), close=close, length=result.full_length if cut else None))
+        response, length = result.response, result.full_length if cut else None
+        if request.method == "HEAD":     # the head of the answer alone, or the client would take the body for the next answer
+            response, length = Response(response.status, response.headers), len(response.body)
+        writer.write(encode(response, date=self._date(), close=close, length=length))
         await writer.drain()
         return not close
 

@@ -47,11 +47,12 @@ class Life(RuleBasedStateMachine):
     def cancel(self, number: int) -> None:
         item = self.asker.robot.queue.get(number)
         ended = item is not None and item.state in ENDED
-        before = item.full() if item is not None else None
+        before, run = item.full() if item is not None else None, self.asker.robot.run
         answer = self.asker.exchange("DELETE", f"/mission_queue/{number}")
         if item is not None and answer.fate is Fate.ANSWERED and answer.response is not None and answer.response.status == 204:
             assert item.state == "Aborted" or ended
             assert not ended or item.full() == before
+            assert self.asker.robot.run is run or (run is not None and run.item is item)
 
     @rule()
     def cancel_all(self) -> None:

@@ -140,8 +140,11 @@ def test_cancelling_an_ended_item_changes_nothing(aino: Asker) -> None:
     number = aino.order("Home")
     aino.pass_time(60)
     before = aino.item(number)
+    running = aino.order()
+    aino.pass_time(5)
     assert aino.send("DELETE", f"/mission_queue/{number}").status == 204
     assert aino.item(number) == before
+    assert aino.state_of(running) == "Executing"
 
 
 @pytest.mark.parametrize("key", ["99", "0", "-1", "x", "9" * 30])

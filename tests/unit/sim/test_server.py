@@ -75,6 +75,15 @@ def test_a_connection_is_kept_and_every_body_is_drained(aino: FleetRobot) -> Non
     assert response.status == 200
 
 
+def test_a_head_request_is_answered_without_a_body(aino: FleetRobot) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", aino.port, timeout=5)
+    for method in ("HEAD", "GET"):
+        connection.request(method, "/api/v2.0.0/status")
+        response = connection.getresponse()
+        assert bool(response.read()) == (method == "GET")
+    assert response.status == 200
+
+
 def test_chunked_bodies_and_expectations(aino: FleetRobot) -> None:
     head = ("POST /api/v2.0.0/mission_queue HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
             f"Authorization: {HEADERS['Authorization']}\r\n")
