@@ -8,7 +8,7 @@ from math import ceil
 from kivy.clock import Clock
 from kivy.core.text import Label as CoreLabel
 from kivy.graphics import Color, Line, Mesh, PopMatrix, PushMatrix, Rectangle, Rotate, SmoothLine
-from kivy.metrics import dp, sp
+from kivy.metrics import Metrics, dp, sp
 from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
 from kivy.uix.widget import Widget
 from kivymd.icon_definitions import md_icons
@@ -34,10 +34,11 @@ class Chart(Widget):
         super().__init__(**kwargs)
         for name in ("pos", "size", *self.watch):
             self.fbind(name, self._trigger)
-        tk.bind(theme=self._theme_changed)
+        tk.bind(theme=self._look_changed)
+        Metrics.bind(fontscale=self._look_changed)
         self._trigger()
 
-    def _theme_changed(self, *_):
+    def _look_changed(self, *_):
         self._trigger()
 
     def _redraw(self, *_):

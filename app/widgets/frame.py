@@ -1,5 +1,5 @@
 """The frame that is always there: top bar, banner when needed, body, bottom navigation. Built once; screens change in its ``body``."""
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, OptionProperty, StringProperty
 
 from app.widgets.surfaces import Surface, Tap, TonedSurface
 from app.widgets.tokens import TONES
@@ -8,7 +8,7 @@ from app.widgets.tokens import TONES
 class TopBar(TonedSurface):
     """Name of the screen, date and time, and the selected robot with its connection; a tap on it fires ``on_pick_robot``.
 
-    ``narrow`` (portrait and small windows) leaves the date out.
+    The date stays out where it finds no room (``narrow``); long names of robots wrap.
     """
     title = StringProperty()
     date = StringProperty()
@@ -17,7 +17,6 @@ class TopBar(TonedSurface):
     link = StringProperty()
     icon = StringProperty()
     narrow = BooleanProperty(False)
-    date_width = NumericProperty(0)
 
     __events__ = ("on_pick_robot",)
 

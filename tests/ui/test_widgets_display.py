@@ -224,3 +224,22 @@ def test_the_checks_see_a_small_target_and_a_clipped_text(ui):
 
 def test_the_window_of_the_tests_leaves_the_environment_alone():
     assert not (COMMON.keys() | MOCK.keys()) & os.environ.keys()
+
+
+@pytest.mark.parametrize("width", [800, 1024, 1280])
+def test_the_bar_has_room_for_long_names(ui, width):
+    bar = TopBar(title="Scheduler", date="Wed 30 Sep 2026", clock="14:38", robot="Kuljetusrobotti hallin 2 eteläpäässä, pakkaamon puolella",
+                 link="Not seen since 14:02", icon="wifi-off", tone="attention")
+    ui.show(bar, (width, 64))
+    ui.advance()
+    assert checks.problems(bar) == []
+
+
+def test_the_date_gives_way_where_there_is_no_room(ui):
+    bar = TopBar(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · 2 s ago", icon="wifi")
+    ui.show(bar, (800, 64))
+    ui.advance()
+    assert "Fri 20 Nov 2026" in ui.texts()
+    bar.width = 560
+    ui.advance()
+    assert "Fri 20 Nov 2026" not in ui.texts()
