@@ -32,6 +32,7 @@ ESCAPE = 27                              # also Android's back button
 
 class Overlay(ModalView):
     """A modal view that Esc closes even where a tap beside it does not (``auto_dismiss`` False, as forms have it)."""
+    dims = BooleanProperty(True)             # what lies behind it
 
     def _handle_keyboard(self, _window, key, *_):
         if key == ESCAPE:

@@ -10,6 +10,9 @@ from app.widgets.pickers import DateDialog, TimeDialog
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.gallery_pages import PAGES
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, PORTRAIT, SMALL, picture
+from tests.screenshots.samples import NAV
+
+__all__ = ["NAV"]                          # for pictures that show the frame too
 
 EVERY_SIZE = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
 
