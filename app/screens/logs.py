@@ -7,7 +7,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 
 from app.container import Container
 from app.i18n import _, ngettext
@@ -41,6 +41,7 @@ class LogsViewModel(ViewModel):
     utilisation_note = StringProperty()
     days = ListProperty()
     rows = ListProperty()
+    told = ObjectProperty(None, allownone=True)       # id of the run whose story is told
     found = StringProperty()
     outcome_chip = StringProperty()
     mission_chip = StringProperty()
@@ -59,7 +60,6 @@ class LogsViewModel(ViewModel):
         self._chosen = Chosen()
         self._facts = LogsFacts()
         self._figures: Figures | None = None
-        self._opened: int | None = None                       # whose story is told
         self._reading = self._stale = self._loading_more = False
         self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
         self._search_soon = Clock.create_trigger(lambda _dt: self._choose(text=self.query), AFTER_TYPING)
@@ -145,7 +145,7 @@ class LogsViewModel(ViewModel):
             return
         zone = ZoneInfo(self._container.settings().timezone)
         period = logs_facts.period_with(execution.planned_at, self._container.clock.now(), zone)
-        self._opened = execution.id
+        self.told = execution.id
         self._choose(Chosen(period=period))
 
     # ------------------------------------------------------------------ showing
@@ -173,7 +173,7 @@ class LogsViewModel(ViewModel):
 
     def _show_rows(self) -> None:
         facts, now = self._facts, self._container.clock.now()
-        self.rows = [logs_view.row(execution, now, facts.zone, facts.usual_s, execution.id == self._opened, self.narrow)
+        self.rows = [logs_view.row(execution, now, facts.zone, facts.usual_s, execution.id == self.told, self.narrow)
                      for execution in facts.rows]
 
     # ------------------------------------------------------------------ the filters
@@ -226,7 +226,7 @@ class LogsViewModel(ViewModel):
     # ------------------------------------------------------------------ the rows
     def toggle(self, execution_id: int) -> None:
         """Tell the story of a run, or no more."""
-        self._opened = None if self._opened == execution_id else execution_id
+        self.told = None if self.told == execution_id else execution_id
         self._show_rows()
 
     def export(self) -> None:

@@ -14,13 +14,15 @@ from app.services.reasons import sentence
 
 Row = dict[str, Any]
 
+MOST_POINTS = 10             # of a card's small history
 FEW = 30                     # cases, below which a share is told with how far it can be trusted
 
 
 # ---------------------------------------------------------------------- the cards
 def cards(figures: Figures) -> list[Row]:
     """Five, each with the number of rows it rests on and its history."""
-    return [_success(figures), _duration(figures), _per_day(figures), _utilisation(figures), _adherence(figures)]
+    found = [_success(figures), _duration(figures), _per_day(figures), _utilisation(figures), _adherence(figures)]
+    return [{**card, "history": calm(card["history"])} for card in found]
 
 
 def _success(figures: Figures) -> Row:
@@ -83,6 +85,14 @@ def _span(seconds: float | None) -> str:
 def with_unit(value: str, unit: str) -> str:
     """Markup of a figure with its unit set smaller behind it, as ``app.widgets.display.with_unit`` writes it, without kivy."""
     return f"{value}[size=18sp][font=Roboto] {unit}[/font][/size]"
+
+
+def calm(history: Sequence[float | None]) -> list[float | None]:
+    """At most MOST_POINTS of it: means of days side by side, so that the small line shows where things go and not every day."""
+    size = -(-len(history) // MOST_POINTS) or 1
+    groups = [history[max(0, end - size):end] for end in range(len(history), 0, -size)]
+    known = [[value for value in group if value is not None] for group in reversed(groups)]
+    return [sum(values) / len(values) if values else None for values in known]
 
 
 def _ratio(part: int, whole: int) -> float | None:

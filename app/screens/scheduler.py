@@ -12,7 +12,7 @@ from app.i18n import _
 from app.models import Execution, Schedule
 from app.screens import scheduler_view as words
 from app.screens.base import ScreenBase, ViewModel
-from app.screens.scheduler_cards import FormCard, SchedulesCard, UpcomingCard  # noqa: F401  (kv's Factory learns them)
+from app.screens.scheduler_cards import SchedulerEmpty
 from app.screens.scheduler_facts import SchedulerFacts, read
 from app.screens.scheduler_form import FormModel
 from app.screens.scheduler_view import TimelineView
@@ -166,6 +166,9 @@ class SchedulerViewModel(ViewModel):
             "run": self.run_now, "skip": self.skip_next, "duplicate": self.form.duplicate, "delete": self.delete}
         self._shell.dialogs.menu(anchor, items, lambda key: calls[key](schedule))
 
+    def add_robot(self) -> None:
+        self._shell.go("settings", section="robots", add=True)
+
     def run_now(self, schedule: Schedule) -> None:
         """With the schedule's own parameters, whatever its constraints are."""
         self._act(schedule.id, lambda: self._container.operator.run_now(schedule.robot_id, schedule.mission_id, schedule.parameters),
@@ -213,15 +216,22 @@ class SchedulerScreen(ScreenBase):
     def __init__(self, container: Container, shell: Shell, **kwargs: Any) -> None:
         load_kv("scheduler")
         super().__init__(vm=SchedulerViewModel(container, shell), **kwargs)
-        self.vm.fbind("mode", self._choose_parts)
-        self._lower = self.ids.lower.__self__
-        self._choose_parts()
+        self._page, self._lower = self.ids.page.__self__, self.ids.lower.__self__
+        self._empty = SchedulerEmpty()
+        self._empty.bind(on_release=lambda _empty: self.vm.add_robot())
+        for name in ("mode", "has_robots"):
+            self.vm.fbind(name, self._choose_parts)
         self.fbind("portrait", self._tell_width)
+        self._choose_parts()
 
     def _tell_width(self, *_: Any) -> None:
         self.vm.narrow = self.portrait
 
     def _choose_parts(self, *_: Any) -> None:
+        wanted = self._page if self.vm.has_robots else self._empty
+        if wanted not in self.children:
+            self.clear_widgets()
+            self.add_widget(wanted)
         column, lower = self.ids.column, self._lower
         if (self.vm.mode == "hours") != (lower.parent is not None):
             column.remove_widget(lower) if lower.parent is not None else column.add_widget(lower)

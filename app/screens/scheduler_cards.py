@@ -10,8 +10,8 @@ from kivy.uix.boxlayout import BoxLayout
 from app.screens.scheduler_draft import Kind
 from app.screens.scheduler_form_view import FormView
 from app.screens.scheduler_view import TimelineView
-from app.widgets import plan_rows, weekdays  # noqa: F401  (kv's Factory learns them)
-from app.widgets.display import SectionCard
+from app.widgets import pages, plan_rows, weekdays  # noqa: F401  (kv's Factory learns them)
+from app.widgets.display import EmptyState, SectionCard
 from app.widgets.lists import Row
 
 
@@ -22,6 +22,10 @@ class UpcomingCard(SectionCard):
     days = ListProperty()
     narrow = BooleanProperty(False)
     wanted = NumericProperty(0)          # height at which all robots up to four are seen
+
+
+class SchedulerEmpty(EmptyState):
+    """There is no robot to plan for."""
 
 
 class SchedulesCard(SectionCard):

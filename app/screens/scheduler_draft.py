@@ -62,6 +62,7 @@ class Draft:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     name: str = ""
     base: Schedule | None = None
+    origin: Schedule | None = None           # where its times come from: the base, or what it is a copy of
 
     @property
     def is_new(self) -> bool:
@@ -94,7 +95,7 @@ class Draft:
     def between(self) -> Between | None:
         """The part of the day of "every …". Raises InvalidInput when its end is not after its beginning."""
         if self.kind is Kind.OTHER:
-            return self.base.between if self.base else None
+            return self.origin.between if self.origin else None
         if self.kind is not Kind.EVERY or self.all_day:
             return None
         if self.until_time <= self.at:
@@ -108,9 +109,11 @@ class Draft:
         if self.robot_id is None:
             raise InvalidInput("robot", "Choose a robot")
         base = self.base or Schedule(self.name, self.robot_id, self.mission_id, self.start, self.timezone)
-        rule = {"start": self.start, "timezone": self.timezone, "recurrence": self.recurrence, "between": self.between}
-        if self.base is not None and self._times() == Draft.of(self.base)._times():
-            rule = {}                    # its exact wording stays, also where it could be said in another way
+        origin = self.origin
+        if origin is not None and self._times() == Draft.of(origin)._times():    # its exact wording stays, also if there are others
+            rule = {"start": origin.start, "timezone": origin.timezone, "recurrence": origin.recurrence, "between": origin.between}
+        else:
+            rule = {"start": self.start, "timezone": self.timezone, "recurrence": self.recurrence, "between": self.between}
         return replace(base, name=self.name.strip(), robot_id=self.robot_id, mission_id=self.mission_id,
                        minimum_battery_percent=self.minimum_battery_percent, start_window_minutes=self.start_window_minutes,
                        overlap=self.overlap, priority=self.priority, respect_working_days=self.respect_working_days,
@@ -144,7 +147,7 @@ class Draft:
             robot_id=schedule.robot_id, minimum_battery_percent=schedule.minimum_battery_percent,
             start_window_minutes=schedule.start_window_minutes, overlap=schedule.overlap, priority=schedule.priority,
             respect_working_days=schedule.respect_working_days, parameters=schedule.parameters, name=schedule.name, base=schedule,
-            **cls.derived(schedule.start.date()))
+            origin=schedule, **cls.derived(schedule.start.date()))
         return replace(draft, **_read_rule(schedule))
 
     def copy(self, name: str = "") -> Draft:
@@ -177,7 +180,8 @@ class Draft:
         most = MOST_HOURS if self.unit is Unit.HOURS else MOST_MINUTES
         if not 1 <= self.every <= most:
             raise InvalidInput("every", "A number from 1 to {most}", most=most)
-        return f"FREQ={'HOURLY' if self.unit is Unit.HOURS else 'MINUTELY'};INTERVAL={self.every}"
+        interval = f";INTERVAL={self.every}" if self.every > 1 else ""
+        return f"FREQ={'HOURLY' if self.unit is Unit.HOURS else 'MINUTELY'}{interval}"
 
     def _monthly(self) -> str:
         if self.by_weekday:

@@ -94,6 +94,10 @@ class FormModel(EventDispatcher):
     # ------------------------------------------------------------------ its fields
     def choose_mission(self) -> None:
         options = words.mission_options(self._facts, self._draft.robot_id)
+        if not options:
+            self._shell.dialogs.confirm(_("No missions yet"), _("Missions are made on the robot; in Settings they are fetched from it."),
+                                        _("Open Settings"), lambda: self._shell.go("settings", section="missions"))
+            return
         self._choose(_("Mission"), options, "mission_id", self._draft.mission_id)
 
     def choose_robot(self) -> None:

@@ -152,7 +152,7 @@ def form_field(problem: InvalidInput) -> str:
 
 # ---------------------------------------------------------------------- what is chosen
 def kinds(draft: Draft) -> tuple[tuple[str, str], ...]:
-    own = ((Kind.OTHER, _("Own rule")),) if draft.kind is Kind.OTHER or (draft.base and draft.other_rule) else ()
+    own = ((Kind.OTHER, _("Own rule")),) if draft.kind is Kind.OTHER or draft.other_rule else ()
     return ((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (Kind.EVERY, _("Every …")),
             (Kind.MONTHLY, _("Monthly")), *own)
 

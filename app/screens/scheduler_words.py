@@ -8,6 +8,8 @@ from app.models import Schedule, Settings
 from app.screens import formats
 from app.services import decisions, phrases
 
+NO_BREAK = "\N{NO-BREAK SPACE}"
+
 
 def rule_line(schedule: Schedule) -> str:
     """When it starts, as short as a row of a list needs it."""
@@ -19,7 +21,7 @@ def rule_sentence(schedule: Schedule, settings: Settings) -> str:
     minimum = decisions.minimum_battery(schedule, settings)
     if minimum is None:
         return _when(schedule)
-    return _("{when}, if the battery is at least {percent}").format(when=_when(schedule), percent=formats.percent(minimum))
+    return _("{when}, if battery ≥ {percent}").format(when=_when(schedule), percent=formats.percent(minimum).replace(" ", NO_BREAK))
 
 
 def _when(schedule: Schedule) -> str:

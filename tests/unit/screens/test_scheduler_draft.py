@@ -94,6 +94,9 @@ def test_editing_keeps_identity_and_a_copy_gets_a_new_one():
     assert (edited.id, edited.recurrence) == (7, "FREQ=WEEKLY;BYDAY=TU")
     copied = opened.copy().schedule()
     assert (copied.id, copied.name, copied.recurrence) == (0, "", "FREQ=DAILY")
+    odd = stored(recurrence="FREQ=MINUTELY;INTERVAL=20;BYHOUR=8,9", between=Between(time(8), time(9, 40)))
+    copied = Draft.of(odd).copy().schedule()
+    assert (copied.id, copied.recurrence, copied.between) == (0, odd.recurrence, odd.between)
 
 
 def test_a_new_draft_starts_at_the_next_hour_of_a_working_day():

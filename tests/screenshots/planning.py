@@ -1,0 +1,230 @@
+"""Scheduler and Logs of an invented month, in every state a person meets."""
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from datetime import date, time
+from pathlib import Path
+from typing import Any
+
+from kivy.factory import Factory
+
+from app.container import Container
+from app.screens import frame as frame_controller
+from app.screens.base import Background, Navigator, Snackbars, UiBus
+from app.screens.logs import LogsScreen
+from app.screens.scheduler import SchedulerScreen
+from app.screens.scheduler_draft import Kind, Unit
+from app.screens.shell import Shell
+from app.services.mir.types import MissionParameter
+from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
+from tests.support import month
+
+EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, GLOVES)
+SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
+
+
+class Stand:
+    """A screen in its frame, on the services of the month."""
+    before: Stand | None = None
+
+    def __init__(self, studio: Any, name: str, furnished: bool = True,
+                 prepare: Callable[[Container], object] = lambda _container: None) -> None:
+        if Stand.before is not None:             # the picture before this one is taken: its screen may rest
+            Stand.before.screen.hidden()
+        Stand.before = self
+        self.studio = studio
+        self.container = month.plant(Path(tempfile.mkdtemp(prefix="amr-pictures-")), furnished)
+        prepare(self.container)
+        bus = UiBus()
+        self.background = Background(bus)
+        self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background)
+        self.screen = SCREENS[name](self.container, self.shell)
+        frame = Factory.Frame(date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · 2 s ago", link_icon="wifi")
+        frame.items = [(key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION]
+        frame.current, frame.title = name, frame_controller.screen_word(name)
+        frame.add_widget(self.screen)
+        studio.show(frame)
+        if name == "scheduler":                  # nobody answers at the robots' addresses
+            self.vm.form._robot_missions.learn_names = lambda _robot_id: False
+            self.vm.form._robot_missions.parameters = lambda _robot_id, _guid: ()
+        self.screen.shown()
+        self.settle()
+
+    @property
+    def vm(self) -> Any:
+        return self.screen.vm
+
+    def settle(self) -> Any:
+        """Everything asked for has come."""
+        self.studio.driver.advance(.4)
+        self.studio.driver.wait(lambda: self.background.idle)
+        self.studio.driver.advance(.4)
+        return self.screen
+
+    def mission(self, name: str) -> int:
+        return next(mission.id for mission in self.vm._facts.missions if mission.name == name)
+
+    def schedule(self, mission: str) -> Any:
+        return next(schedule for schedule in self.vm._facts.schedules if schedule.mission_id == self.mission(mission))
+
+
+# ---------------------------------------------------------------------- the Scheduler
+def planning(studio: Any, **values: Any) -> Stand:
+    """The form with the mission of the visual target."""
+    stand = Stand(studio, "scheduler")
+    stand.vm.form.set(mission_id=stand.mission("Deliver kits to line 2"), day=date(2026, 11, 23), at=time(6, 30), **values)
+    stand.settle()
+    return stand
+
+
+@picture("scheduler", sizes=EVERY_SIZE)
+def weekly(studio: Any) -> Any:
+    stand = planning(studio, kind=Kind.WEEKLY, minimum_battery_percent=40.0)
+    robot = next(robot.id for robot in stand.vm._facts.robots if robot.name == "Veikko")
+    stand.vm.form.set(robot_id=robot)
+    return stand.settle()
+
+
+@picture("scheduler-once-refused", sizes=BOTH)
+def refused(studio: Any) -> Any:
+    stand = planning(studio)
+    stand.vm.form.set(day=date(2026, 11, 21))
+    return stand.settle()
+
+
+@picture("scheduler-every", sizes=BOTH)
+def every(studio: Any) -> Any:
+    return planning(studio, kind=Kind.EVERY, every=30, unit=Unit.MINUTES).settle()
+
+
+@picture("scheduler-monthly", sizes=BOTH)
+def monthly(studio: Any) -> Any:
+    return planning(studio, kind=Kind.MONTHLY, by_weekday=True, nth=1, month_weekday="MO").settle()
+
+
+@picture("scheduler-more", sizes=(*BOTH, GLOVES))
+def more(studio: Any) -> Any:
+    stand = planning(studio, kind=Kind.DAILY, more_hours=(14, 22), last_day=date(2027, 1, 31))
+    stand.vm.form.more = True
+    stand.settle()
+    page = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "ScrollPage")
+    page.scroll_y = 0
+    return stand.settle()
+
+
+@picture("scheduler-parameters", sizes=(LANDSCAPE,))
+def parameters(studio: Any) -> Any:
+    stand = planning(studio)
+    stand.vm.form._robot_told((MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
+                               MissionParameter("count", "Pallets", "integer", 2, 1, 8)))
+    return stand.settle()
+
+
+@picture("scheduler-edit", sizes=BOTH)
+def edit(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler")
+    stand.vm.edit(stand.schedule("Waste to compactor").id)
+    return stand.settle()
+
+
+@picture("scheduler-menu", sizes=(LANDSCAPE,))
+def menu(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler")
+    row = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "ScheduleLine")
+    stand.vm._menu(row.key, row.children[0])
+    return studio.dialogs.top
+
+
+@picture("scheduler-mission", sizes=BOTH)
+def mission(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler")
+    stand.vm.form.choose_mission()
+    return studio.dialogs.top
+
+
+@picture("scheduler-battery", sizes=(LANDSCAPE,))
+def battery(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler")
+    stand.vm.form.choose_battery()
+    return studio.dialogs.top
+
+
+@picture("scheduler-days", sizes=EVERY_SIZE)
+def days(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler")
+    stand.vm.choose_mode("days")
+    return stand.settle()
+
+
+@picture("scheduler-first", sizes=BOTH)
+def first(studio: Any) -> Any:
+    def clear(container: Container) -> None:
+        for schedule in container.repositories.schedules.all(container.db.read()):
+            container.catalogue.remove_schedule(schedule.id)
+
+    return Stand(studio, "scheduler", prepare=clear).settle()
+
+
+@picture("scheduler-empty")
+def empty(studio: Any) -> Any:
+    return Stand(studio, "scheduler", furnished=False).settle()
+
+
+# ---------------------------------------------------------------------- the Logs
+@picture("logs", sizes=EVERY_SIZE)
+def logs(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    failed = next(row["key"] for row in stand.vm.rows if row["outcome"] == "Failed")
+    stand.vm.toggle(failed)
+    return stand.settle()
+
+
+@picture("logs-month", sizes=BOTH)
+def logs_month(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.choose_period("month")
+    return stand.settle()
+
+
+@picture("logs-search", sizes=BOTH)
+def search(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.toggle_search()
+    stand.vm._choose(outcomes=("failed", "skipped"), mission="Move coils to press")
+    return stand.settle()
+
+
+@picture("logs-nothing", sizes=(LANDSCAPE,))
+def nothing(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm._choose(outcomes=("missed",))
+    return stand.settle()
+
+
+@picture("logs-outcomes", sizes=BOTH)
+def outcomes(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.choose_outcomes()
+    return studio.dialogs.top
+
+
+@picture("logs-figure", sizes=BOTH)
+def figure(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.explain("adherence")
+    return studio.dialogs.top
+
+
+@picture("logs-utilisation", sizes=(LANDSCAPE,))
+def utilisation(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.explain("utilisation")
+    return studio.dialogs.top
+
+
+@picture("logs-empty", sizes=BOTH)
+def logs_empty(studio: Any) -> Any:
+    stand = Stand(studio, "logs", furnished=False)
+    stand.vm.choose_period("all")
+    return stand.settle()

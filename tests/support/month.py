@@ -1,0 +1,157 @@
+"""A month at an invented plant in Finland, up to Friday 20 Nov 2026, 14:38: robots, missions, schedules and what came of them.
+
+Everything is drawn from a seed, so pictures and numbers are the same each time.
+"""
+from __future__ import annotations
+
+import random
+import uuid
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, date, datetime, time, timedelta
+from pathlib import Path
+from zoneinfo import ZoneInfo
+
+from app.container import Container
+from app.database.connection import Database
+from app.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from tests.support.clock import VirtualClock
+
+NOW = datetime(2026, 11, 20, 12, 38, 5, tzinfo=UTC)
+ZONE = "Europe/Helsinki"
+DAYS = 29
+ROBOTS = (("Aino", "MiR250"), ("Veikko", "MiR100"), ("Sisu", "MiR1350"))
+MISSIONS = ("Deliver kits to line 2", "Collect empties", "Return to charger", "Waste to compactor", "Move coils to press",
+            "Bring pallet to dock", "Night stock count", "Coils to store", "Floor wash, hall A")
+
+
+@dataclass(frozen=True)
+class Habit:
+    """A schedule: when it starts on a working day, how many minutes it takes."""
+    robot: str
+    mission: str
+    starts: Sequence[time]
+    recurrence: str
+    minutes: float
+    between: Between | None = None
+    enabled: bool = True
+
+
+HABITS = (
+    Habit("Aino", "Deliver kits to line 2", [time(hour) for hour in range(6, 19)], "FREQ=HOURLY;BYDAY=MO,TU,WE,TH,FR", 6.4,
+          Between(time(6), time(18))),
+    Habit("Aino", "Night stock count", [time(19)], "FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR", 175.0),
+    Habit("Veikko", "Collect empties", [time(6, 25), time(15, 30), time(17, 10)], "FREQ=DAILY;BYHOUR=6,15,17;BYMINUTE=10", 45.0),
+    Habit("Veikko", "Waste to compactor", [time(16, 30)], "FREQ=WEEKLY;BYDAY=MO,WE,FR", 60.0),
+    Habit("Sisu", "Move coils to press", [time(14, 15), time(15, 15)], "FREQ=DAILY;BYHOUR=14,15;BYMINUTE=15", 33.0),
+    Habit("Sisu", "Coils to store", [time(19)], "FREQ=DAILY", 140.0),
+    Habit("Veikko", "Floor wash, hall A", [time(5)], "FREQ=MONTHLY;BYDAY=1MO", 80.0, enabled=False),
+)
+
+
+def plant(directory: Path, furnished: bool = True, now: datetime = NOW) -> Container:
+    """Services on a throw-away database that stands at ``now``; nothing runs."""
+    clock = VirtualClock(now)
+    container = Container(Database.open(directory / "amr-scheduler.db", clock=clock, durable=False), clock)
+    container.catalogue.change_settings(timezone=ZONE, minimum_battery_percent=30, history_limit=None)
+    if furnished:
+        furnish(container, now)
+    return container
+
+
+def furnish(container: Container, now: datetime = NOW) -> None:
+    catalogue = container.catalogue
+    robots = {name: catalogue.save_robot(Robot(name, f"10.40.12.{21 + n}", "scheduler", model=model), "secret")
+              for n, (name, model) in enumerate(ROBOTS)}
+    missions = {name: catalogue.save_mission(Mission(name, guid(name), favourite=name == MISSIONS[0])) for name in MISSIONS}
+    catalogue.change_settings(selected_robot_id=robots["Aino"].id)
+    rng = random.Random(20)
+    rows: list[Execution] = []
+    for habit in HABITS:
+        start = datetime.combine(now.date() - timedelta(days=DAYS), habit.starts[0])
+        schedule = catalogue.save_schedule(Schedule("", robots[habit.robot].id, missions[habit.mission].id, start, ZONE, habit.recurrence,
+                                                    between=habit.between, enabled=habit.enabled))
+        rows += _history(schedule, habit, robots[habit.robot], now, rng)
+    rows += _by_hand(robots, now)
+    container.db.write(lambda c: container.repositories.executions.add_many(c, sorted(rows, key=lambda row: row.planned_at)))
+    _observe(container, robots, rows, now)
+
+
+def guid(mission: str) -> str:
+    return f"3d7c7c{MISSIONS.index(mission):02d}-ce85-11ef-904a-000e8e9884eb"
+
+
+def _days(now: datetime) -> Iterator[date]:
+    today = now.astimezone(ZoneInfo(ZONE)).date()
+    return (today - timedelta(days=back) for back in range(DAYS, -1, -1) if (today - timedelta(days=back)).weekday() < 5)
+
+
+def _history(schedule: Schedule, habit: Habit, robot: Robot, now: datetime, rng: random.Random) -> Iterator[Execution]:
+    for day in _days(now) if habit.enabled else ():
+        for start in habit.starts:
+            planned_at = datetime.combine(day, start, ZoneInfo(ZONE)).astimezone(UTC)
+            if planned_at < now - timedelta(minutes=30):
+                row = _row(robot, habit.mission, planned_at, rng, trigger=Trigger.SCHEDULED, schedule_id=schedule.id,
+                           schedule=schedule.name)
+                yield _ended(row, habit, rng)
+
+
+def _row(robot: Robot, mission: str, planned_at: datetime, rng: random.Random, **values: object) -> Execution:
+    return Execution(**{
+        "trigger": Trigger.MANUAL, "robot_id": robot.id, "robot": robot.name, "mission": mission, "mission_guid": guid(mission),
+        "planned_at": planned_at, "closes_at": planned_at + timedelta(minutes=15), "created_at": planned_at, "timezone": ZONE,
+        "token": str(uuid.UUID(int=rng.getrandbits(128), version=4)), **values})
+
+
+def _ended(row: Execution, habit: Habit, rng: random.Random) -> Execution:
+    luck = rng.random()
+    if luck < .02:
+        reason = Reason(ReasonCode.BATTERY_LOW, {"battery": rng.randint(8, 28), "minimum": 30, "until": row.closes_at.isoformat()})
+        return replace(row, state=State.SKIPPED, reason=reason, ended_at=row.closes_at)
+    took = max(30.0, rng.gauss(habit.minutes, habit.minutes * .08) * 60)
+    if luck < .04:
+        reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": f"Failed to reach goal position 'Dock {rng.randint(1, 4)}'"})
+        return _ran(row, State.FAILED, took / 3, rng, reason)
+    if luck < .048:
+        return _ran(row, State.CANCELLED, took / 2, rng, Reason(ReasonCode.USER_CANCELLED))
+    return _ran(row, State.COMPLETED, took, rng)
+
+
+def _ran(row: Execution, state: State, took: float, rng: random.Random, reason: Reason | None = None) -> Execution:
+    wait = rng.expovariate(1 / 8)
+    submitted = row.planned_at + timedelta(seconds=rng.uniform(.1, 2))
+    started = submitted + timedelta(seconds=wait)
+    return replace(row, state=state, reason=reason, attempts=1, submitted_at=submitted, started_at=started, robot_delay_s=wait,
+                   duration_s=took, ended_at=started + timedelta(seconds=took), queue_id=12_000 + rng.randint(0, 2000))
+
+
+def _by_hand(robots: dict[str, Robot], now: datetime) -> list[Execution]:
+    """The last hour: what the operator pressed, what idleness started, what runs."""
+    rng = random.Random(7)
+
+    def at(hour: int, minute: int) -> datetime:
+        return datetime.combine(now.date(), time(hour, minute), ZoneInfo(ZONE)).astimezone(UTC)
+
+    running = _row(robots["Aino"], "Deliver kits to line 2", at(14, 34), rng, state=State.EXECUTING, attempts=1, queue_id=14_031,
+                   submitted_at=at(14, 34), started_at=at(14, 34) + timedelta(seconds=4))
+    pallet = _row(robots["Veikko"], "Bring pallet to dock", at(13, 30), rng)
+    reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal position 'Dock 3'"})
+    failed = replace(_ran(pallet, State.FAILED, 1324.0, rng, reason), queue_id=14_026)
+    idle = _ran(_row(robots["Aino"], "Return to charger", at(13, 36), rng, trigger=Trigger.IDLE), State.COMPLETED, 200.0, rng)
+    skipped = replace(_row(robots["Sisu"], "Move coils to press", at(14, 16), rng), state=State.SKIPPED, ended_at=at(14, 31), reason=Reason(
+        ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": at(14, 31).isoformat()}))
+    return [running, failed, idle, skipped]
+
+
+def _observe(container: Container, robots: dict[str, Robot], rows: Sequence[Execution], now: datetime) -> None:
+    """The time seen that goes with it: sixteen hours of each working day."""
+    zone = ZoneInfo(ZONE)
+    for n, robot in enumerate(robots.values()):
+        seen: dict[tuple[str, str], float] = {}
+        for day in _days(now):
+            busy = sum(row.duration_s or 0.0 for row in rows if row.robot_id == robot.id and row.planned_at.astimezone(zone).date() == day)
+            charging = 5400.0 + 2700.0 * n
+            seen |= {(day.isoformat(), "executing"): busy, (day.isoformat(), "charging"): charging,
+                     (day.isoformat(), "idle"): max(0.0, 12 * 3600.0 - busy - charging)}
+        container.db.write(lambda c, robot=robot, seen=seen: container.repositories.observed.add_many(c, robot.id, seen))
+
