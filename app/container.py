@@ -101,8 +101,10 @@ class Container:
         return self._settings()
 
     def first_start(self) -> None:
-        """A fresh database takes the tablet's own time zone."""
+        """A fresh database takes the tablet's own time zone, and its identity before the first backup can be made."""
         settings = self.repositories.settings
+        if not settings.is_stored(self.db.read(), "install_id"):
+            self.db.write(settings.install_id)
         if not settings.is_stored(self.db.read(), "timezone"):
             self.db.write(lambda c: settings.save(c, timezone=local_timezone_name()))
             self.changes.publish(Topic.SETTINGS)
@@ -111,7 +113,7 @@ class Container:
         r = self.repositories
         return Lane(robot, self.make_client(robot), LaneServices(
             self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
-            r.observed, self.settings))
+            r.observed, self.settings, lambda: r.settings.restored_at(self.db.read())))
 
     def close(self) -> None:
         self.loop.stop()

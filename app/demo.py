@@ -14,6 +14,7 @@ from app.services import decisions
 
 USER, PASSWORD = "distributor", "distributor"          # the simulator's
 DAYS = 21
+FAVOURITES = ("Deliver kits to line 2", "Collect empties", "Return to charger")
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
                 container.catalogue.save_robot(replace(known[name], address=url))
         return
     saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
-    by_name = {name: container.catalogue.save_mission(Mission(name, guid)) for name, guid in missions.items()}
+    by_name = {name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES)) for name, guid in missions.items()}
     settings = container.settings()
     now = container.clock.now()
     history: list[Execution] = []

@@ -9,6 +9,7 @@ import logging
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from datetime import datetime
 
 from app.models import Execution, Reason, ReasonCode, Robot, Settings, State, Wait
 from app.services import decisions
@@ -26,6 +27,7 @@ log = logging.getLogger(__name__)
 LOOK_AGAIN = 2.0             # s between looks at a queue in which a submission may yet appear
 STATUS_IS_FRESH = 2.0        # s for which one status read serves several executions due together
 RECHECK = 2.0                # s between checks of what an execution waits for (battery, hold)
+SEARCHED_AFTER_RESTORE = 1000    # newest queue items in which a restored database looks for what it may have forgotten
 
 
 class WrongRobot(Exception):
@@ -51,10 +53,11 @@ class _Memory:
 
 class Dispatcher:
     def __init__(self, robot: Robot, client: RobotClient, *, ledger: Ledger, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime,
-                 settings: Callable[[], Settings], read_status: Callable[[], RobotStatus], queue_floor: Callable[[], int | None]) -> None:
+                 settings: Callable[[], Settings], restored_at: Callable[[], datetime | None], read_status: Callable[[], RobotStatus],
+                 queue_floor: Callable[[], int | None]) -> None:
         self._robot, self._client = robot, client
         self._ledger, self._clock, self._holds, self._alarms, self._downtime = ledger, clock, holds, alarms, downtime
-        self._settings, self._read_status, self._queue_floor = settings, read_status, queue_floor
+        self._settings, self._restored_at, self._read_status, self._queue_floor = settings, restored_at, read_status, queue_floor
         self._memory = _Memory()
         self._status_read = (-math.inf, None, None)  # type: tuple[float, RobotStatus | None, Exception | None]
 
@@ -122,17 +125,29 @@ class Dispatcher:
             self._ledger.waits(execution, Wait.BATTERY, battery=battery, minimum=minimum)
             self._later(execution, RECHECK)
             return
-        floor = self._queue_floor()
-        if floor is None:
-            try:
+        try:
+            floor = self._queue_floor()
+            if floor is None:
                 floor = self._client.highest_queue_id() or 0
-            except RobotError as problem:
-                self._read_failed(execution, problem, settings)
-                return
+            already_there = self._from_before_restore(execution, floor)
+        except RobotError as problem:
+            self._read_failed(execution, problem, settings)
+            return
         if self._clock.now() >= execution.closes_at:
             return                                    # the reads took too long; ended by the next call
         if intent := self._ledger.begin_attempt(execution, floor):
-            self._send(intent, settings)
+            if already_there:
+                self._found(intent, already_there)
+            else:
+                self._send(intent, settings)
+
+    def _from_before_restore(self, execution: Execution, floor: int) -> list[QueueItem]:
+        """A restored backup may not know that this occurrence was sent already; its token, minted anew, is the same and tells."""
+        restored_at = self._restored_at()
+        if restored_at is None or execution.planned_at > restored_at or execution.attempts:
+            return []
+        newest = self._client.items_after(max(0, floor - SEARCHED_AFTER_RESTORE))
+        return sorted((item for item in newest if item.description == execution.token), key=lambda item: item.id)
 
     def _status_now(self) -> tuple[RobotStatus | None, Exception | None]:
         """One status read serves all that fall due together: reachability, serial number and battery are judged on it."""

@@ -56,6 +56,7 @@ class Services:
     schedules: ScheduleRepository
     observed: ObservedRepository
     settings: Callable[[], Settings]
+    restored_at: Callable[[], datetime | None]
 
 
 class Lane:
@@ -66,7 +67,8 @@ class Lane:
         self.watched = False                    # on screen
         self._dispatcher = Dispatcher(
             robot, client, ledger=services.ledger, clock=services.clock, holds=services.holds, alarms=services.alarms,
-            downtime=services.downtime, settings=services.settings, read_status=self.read_status, queue_floor=lambda: self._highest)
+            downtime=services.downtime, settings=services.settings, restored_at=services.restored_at,
+            read_status=self.read_status, queue_floor=lambda: self._highest)
         self._tracker = Tracker(robot, client, services.ledger, self._dispatcher)
         self._idle = IdleWatch()
         self._highest: int | None = None        # highest queue id seen on this robot

@@ -27,6 +27,7 @@ class Ledger:
                  alarms: Alarms) -> None:
         self._db, self._executions, self._settings = db, executions, settings
         self._clock, self._changes, self._alarms = clock, changes, alarms
+        self._grew = True                    # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading
     def get(self, execution_id: int) -> Execution | None:
@@ -96,15 +97,23 @@ class Ledger:
         self._changes.publish(Topic.EXECUTIONS)
 
     def prune(self) -> None:
-        """Keep the newest N ended rows (the setting), for ever is None."""
+        """Hold the history to the newest N ended rows (the setting; None keeps all). Costs nothing while nothing ended."""
+        if not self._grew:
+            return
+        self._grew = False
         limit = self._settings.load(self._db.read()).history_limit
-        if limit is not None:
-            self._db.write(lambda c: self._executions.prune(c, limit))
+        while limit is not None and self._db.write(lambda c: self._executions.prune(c, limit)):
+            pass                             # some hundred rows a time, so that nobody waits long for the writer
+
+    def has_grown(self) -> None:
+        """Rows ended that did not pass through here, or the limit changed."""
+        self._grew = True
 
     # ------------------------------------------------------------------ inside
     def _end(self, execution: Execution, expected: Sequence[State], **columns: Any) -> Execution | None:
         ended = self._change(execution, expected, ended_at=self._clock.now(), **columns)
         if ended:
+            self._grew = True
             self.alarm_for(ended)
         return ended
 

@@ -22,7 +22,7 @@ log = logging.getLogger(__name__)
 
 LONGEST_WAIT = 1.0          # s: bounds what a clock step or a sleep can delay
 STEP_WORTH_TELLING = 5.0    # s
-PRUNE_EVERY = 3600.0        # s
+PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
 
 
 class Scheduler:
@@ -54,10 +54,12 @@ class Scheduler:
         if mono - self._beat_at >= HEARTBEAT_EVERY:
             self._beat_at = mono
             self._db.write(lambda c: self._settings.set_heartbeat(c, now))
-        if mono - self._pruned_at >= PRUNE_EVERY:
+        fallen = self._planner.fall_due()
+        if fallen.missed or fallen.skipped or mono - self._pruned_at >= PRUNE_EVERY:
             self._pruned_at = mono
-            self._ledger.prune()
-        return self._planner.fall_due()
+            self._ledger.has_grown()
+        self._ledger.prune()
+        return fallen
 
     def probe(self) -> None:
         """Write something of no meaning. Raises DatabaseUnavailable as long as nothing can be written."""

@@ -5,6 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from app.database.backups import back_up, restore
 from app.models import ReasonCode, State, Wait
 from tests.support.site import Site
 
@@ -137,3 +138,28 @@ def test_dst_night_in_helsinki(tmp_path):
         site.run(timedelta(hours=20).total_seconds())
         assert [run.planned_at.isoformat() for run in site.executions()] == [expected]
         site.switch_off()
+
+
+def test_a_restored_backup_finds_what_it_has_forgotten(site, plan):
+    """The occurrence ran after the backup was made: its token is minted anew, found on the robot and adopted."""
+    plan("2026-11-23T06:05")
+    site.run(60)
+    db = site.container.db
+    backup = site.directory / "before.db"
+    back_up(db.path, backup)
+    site.run_until(lambda: site.executions(State.COMPLETED))
+    site.switch_off()
+    restore(backup, db.path, site.clock.now())
+    site.switch_on()
+    site.run(300)
+    assert outcome(site) == [("06:05", State.COMPLETED, None)]
+    assert len(site.machines["R1"].queue) == 1
+
+
+def test_the_history_is_held_to_its_limit(site, plan):
+    site.container.catalogue.change_settings(history_limit=3, poll_interval_seconds=600)
+    plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=5")
+    site.run(3600)
+    ended = site.executions(State.COMPLETED)
+    assert len(ended) == 3
+    assert ended[-1].planned_at.strftime("%H:%M") == "06:55"

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 
 from tests.ui import headless
 
@@ -12,12 +13,16 @@ from kivy.app import App  # noqa: E402
 from kivy.base import EventLoop  # noqa: E402
 from kivy.core.window import Window  # noqa: E402
 from kivymd.app import MDApp  # noqa: E402
+from materialyoucolor.hct.hct_solver import HctSolver  # noqa: E402
 
 import app.widgets  # noqa: E402
 from app import compat  # noqa: E402
 from app.i18n import SOURCE_LANGUAGE, translator  # noqa: E402
 from app.widgets.tokens import apply_theme  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
+
+# KivyMD computes some thousand colours whenever an app starts, the same ones each time: half the time of a test.
+HctSolver.solve_to_int = staticmethod(cache(HctSolver.solve_to_int))
 
 
 class Stage(MDApp):
