@@ -94,7 +94,7 @@ def undergo(robot: SimulatedRobot, request: Request, fault: Fault | None) -> Exc
         return Exchange(Fate.CUT, half, full_length=max(1, len(response.body)))
     if kind is FaultKind.GARBAGE:
         noise = random.Random(f"{robot.serial_number}/{robot.now}").randbytes(max(16, len(response.body)))
-        return Exchange(Fate.ANSWERED, Response(response.status, response.headers, noise))
+        return Exchange(Fate.ANSWERED, Response(200 if response.status == 204 else response.status, response.headers, noise))
     return Exchange(Fate.ANSWERED, response)
 
 

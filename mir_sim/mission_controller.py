@@ -150,7 +150,7 @@ class MissionController:
             step = step_for(robot, action["action_type"], values)
         except UnknownPosition:
             self._fail("The position of the action does not exist")
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             self._fail(f"Invalid parameters for action {action['action_type']}")
         else:
             step.begin(robot)

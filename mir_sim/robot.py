@@ -33,6 +33,9 @@ MONDAY = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 class SimulatedRobot:
     """One robot.
 
+    ``handle``, ``exchange`` and ``control`` let it catch up with its clock by themselves; whoever calls its methods directly calls
+    ``catch_up`` first.
+
     Args:
         name: ``robot_name`` of /status.
         seed: with the name, decides everything that is random.
@@ -77,7 +80,7 @@ class SimulatedRobot:
         self.api_down_until = 0.0
         self.reboots = 0
         self.switched_on = -float(self.rng.randrange(100_000, 4_000_000))
-        self.missions = MissionController(self, world.BY_NAME["Home"].pose, round(self.rng.uniform(5_000, 900_000), 3))
+        self.controller = MissionController(self, world.BY_NAME["Home"].pose, round(self.rng.uniform(5_000, 900_000), 3))
         self._time_source = clock
         self._calls: list[tuple[float, int, Callable[[], object]]] = []
         self._call_order = itertools.count()
@@ -118,7 +121,7 @@ class SimulatedRobot:
             events.append((self.prompt.expires, self._expire_prompt))
         if not self._battery_empty and self.battery.rate < 0 and (empty := self.battery.time_of(0.0)) is not None:
             events.append((empty, self._run_out_of_battery))
-        events.extend(self.missions.events())
+        events.extend(self.controller.events())
         return min(events, key=lambda event: event[0], default=None)
 
     def _make_call(self) -> None:
@@ -128,8 +131,8 @@ class SimulatedRobot:
         """Bring missions and battery in line with the state after anything has changed."""
         held = self.emergency_stop or self.errors or self.manual or self.paused or self.state is StateId.STARTING
         held = held or self.mode is not ModeId.MISSION or (self.prompt is not None and self.prompt.blocks)
-        self.missions.settle(free=not held)
-        self.battery.set_rate(self.missions.battery_rate, self.now)
+        self.controller.settle(free=not held)
+        self.battery.set_rate(self.controller.battery_rate, self.now)
 
     # What the robot shows
 
@@ -147,7 +150,7 @@ class SimulatedRobot:
             return StateId.ERROR
         if self.manual:
             return StateId.MANUAL_CONTROL
-        return StateId.PAUSE if self.paused else self.missions.state
+        return StateId.PAUSE if self.paused else self.controller.state
 
     @property
     def mission_text(self) -> str:
@@ -158,16 +161,16 @@ class SimulatedRobot:
             return "Cameras are ready to stream"     # recorded, odd as it is
         if state is StateId.ERROR:
             return self.errors[0].description
-        return WAITING_TEXT if state is StateId.READY else self.missions.text
+        return WAITING_TEXT if state is StateId.READY else self.controller.text
 
     @property
     def run(self) -> Run | None:
         """The mission in execution."""
-        return self.missions.run
+        return self.controller.run
 
     @property
     def motion(self) -> Motion:
-        return self.missions.motion
+        return self.controller.motion
 
     @property
     def pose(self) -> Pose:
@@ -200,7 +203,7 @@ class SimulatedRobot:
 
     def cancel(self, item: QueueItem) -> None:
         """End an open item as the user's wish; an ended one stays as it is."""
-        self.missions.cancel(item)
+        self.controller.cancel(item)
         self._settle()
 
     def cancel_all(self) -> None:
@@ -216,7 +219,7 @@ class SimulatedRobot:
         """Let the queue run. Without effect in emergency stop and while errors stand."""
         if not self.emergency_stop and not self.errors:
             self.paused = self.manual = False
-            self.missions.forget_text()
+            self.controller.forget_text()
             self._settle()
 
     def take_over(self) -> None:
@@ -238,7 +241,7 @@ class SimulatedRobot:
 
     def relocate(self, pose: Pose, map_id: str) -> None:
         """Believe to be somewhere else."""
-        self.missions.relocate(pose)
+        self.controller.relocate(pose)
         self.map_id = map_id
         self._settle()
 
@@ -286,7 +289,7 @@ class SimulatedRobot:
         if lasting:
             self.error_causes.append(error)
         if error.code == MISSION_CONTROLLER:
-            self.missions.end(ItemState.ABORTED, error.description)
+            self.controller.end(ItemState.ABORTED, error.description)
         self._settle()
 
     def add_error(self, error: RobotError) -> None:
@@ -312,7 +315,7 @@ class SimulatedRobot:
 
     def reboot(self, real_seconds: float) -> None:
         """Go off the air. The queue is kept; what was executing is aborted (guess: no robot was recorded rebooting)."""
-        self.missions.end(ItemState.ABORTED, "Mission was stopped..")
+        self.controller.end(ItemState.ABORTED, "Mission was stopped..")
         self.prompt = None
         self.manual = False
         self.errors = list(self.error_causes)

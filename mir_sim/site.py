@@ -26,7 +26,13 @@ KEYS = {"/registers": "id", "/position_types": "id", "/settings": "id", "/settin
 
 def password_hash(password: str) -> str:
     """What a client sends instead of the password: SHA-256 in lower-case hexadecimal."""
-    return hashlib.sha256(password.encode()).hexdigest()
+    return hashlib.sha256(password.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def with_hashed_password(fields: Row) -> Row:
+    """The fields of a user as they are kept: the hash in place of the password."""
+    kept = {name: value for name, value in fields.items() if name != "password"}
+    return {**kept, "password_hash": password_hash(fields["password"])} if "password" in fields else kept
 
 
 class Table:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 PLANNING = 2.0                # s of thinking before the robot sets off, also when it is there already
 DOCKING_SPEED = 0.25          # m/s on the last metres to a marker
 DOCKING_DISTANCE = 1.5        # m that are driven at that speed
+LARGEST = 1e7                 # seconds, metres or whatever an action is given
 SHOWN_DOCKED = 3.0            # s for which a robot that has reached its charger says Docked
 
 
@@ -186,15 +187,23 @@ class RegisterStep(Step):
         robot.set_register(self.register, self.value)
 
 
+def _number(value: Any) -> float:
+    """A number of a sensible size. Raises ValueError or TypeError when it is none."""
+    number = float(value)
+    if not abs(number) <= LARGEST:
+        raise ValueError(f"{value!r} is out of bounds")
+    return number
+
+
 def seconds_of(value: Any) -> float:
     """Turn MiR's "HH:MM:SS.ffffff" (or plain seconds) into seconds. Raises ValueError when it is neither."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
+        return max(0.0, _number(value))
     match = re.fullmatch(r"(\d+):([0-5]?\d):([0-5]?\d(?:\.\d*)?)", str(value))
     if not match:
         raise ValueError(f"{value!r} is no duration of the form HH:MM:SS")
     hours, minutes, seconds = match.groups()
-    return int(hours) * 3600 + int(minutes) * 60 + float(seconds)
+    return _number(int(hours) * 3600 + int(minutes) * 60 + float(seconds))
 
 
 def _goal(robot: SimulatedRobot, guid: Any) -> tuple[str, Pose]:
@@ -209,21 +218,21 @@ def step_for(robot: SimulatedRobot, action_type: str, values: Mapping[str, Any])
 
     Raises:
         UnknownPosition: the position that it drives to doesn't exist.
-        ValueError, TypeError: a parameter has no usable value.
+        KeyError, ValueError, TypeError, OverflowError: a parameter is missing or has no usable value.
     """
     if action_type in ("move", "move_to"):
         return MoveStep(*_goal(robot, values.get("position")))
     if action_type == "move_to_position":
-        return MoveStep("coordinates", Pose(float(values["x"]), float(values["y"]), float(values.get("orientation") or 0.0)))
+        return MoveStep("coordinates", Pose(_number(values["x"]), _number(values["y"]), _number(values.get("orientation") or 0.0)))
     if action_type == "docking":
         return DockStep(*_goal(robot, values.get("marker")))
     if action_type == "wait":
         return Step(seconds_of(values["time"]), "Waiting")
     if action_type == "charging":
-        return ChargeStep(seconds_of(values.get("minimum_time") or 0), float(values.get("minimum_percentage") or 0),
+        return ChargeStep(seconds_of(values.get("minimum_time") or 0), min(100.0, _number(values.get("minimum_percentage") or 0)),
                           bool(values.get("charge_until_new_mission")))
     if action_type == "set_plc_register":
-        return RegisterStep(int(values["register"]), float(values["value"]))
+        return RegisterStep(int(_number(values["register"])), _number(values["value"]))
     if action_type == "prompt_user":
         return PromptStep(str(values.get("question", "")), seconds_of(values.get("timeout") or 60))
     return Step(1.0, action_type)

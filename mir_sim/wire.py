@@ -44,7 +44,10 @@ async def read_request(reader: asyncio.StreamReader, writer: asyncio.StreamWrite
     body = await _read_body(reader, headers)
     if parts[2] == "HTTP/1.0":
         headers.setdefault("connection", "close")
-    return Request.of(parts[0], parts[1], headers, body)
+    try:
+        return Request.of(parts[0], parts[1], headers, body)
+    except ValueError:     # a target that is no URL
+        raise BadRequest from None
 
 
 async def _read_body(reader: asyncio.StreamReader, headers: Mapping[str, str]) -> bytes:
@@ -82,4 +85,5 @@ def encode(response: Response, *, date: str, close: bool, length: int | None = N
     if response.status != 204:
         lines.append(f"Content-Length: {len(response.body) if length is None else length}")
     lines.append(f"Connection: {'close' if close else 'keep-alive'}")
-    return ("\r\n".join(lines) + "\r\n\r\n").encode("latin-1", "replace") + response.body
+    body = b"" if response.status == 204 else response.body
+    return ("\r\n".join(lines) + "\r\n\r\n").encode("latin-1", "replace") + body

@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 from mir_sim.resources import batch, error_reports, mission_queue, missions, status, system, users
-from mir_sim.resources.collections import generic
 from mir_sim.resources.registry import Handler
+from mir_sim.resources.stored import generic
 
 _WRITTEN: dict[tuple[str, str], Handler] = {
     operation: handler for module in (batch, error_reports, mission_queue, missions, status, system, users)

@@ -36,6 +36,8 @@ def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> Non
     given = {}
     for parameter in parameters:
         name = parameter.get("input_name") or parameter.get("id")
+        if not isinstance(name, str):
+            raise argument_error()
         if name not in wanted:
             raise ApiError(500, "Internal server error")
         given[name] = parameter.get("value")

@@ -56,12 +56,12 @@ def system_status(call: Call) -> dict[str, Any]:
 
 def distances(call: Call) -> list[dict[str, Any]]:
     """Cumulative metres at the end of the last days and now, as clients know it; the definition says one object."""
-    robot, metres = call.robot, call.robot.missions.odometer
+    robot, metres = call.robot, call.robot.controller.odometer
     today = robot.clock.local(robot.now).replace(microsecond=0)
     began = robot.clock.local(0.0).replace(hour=0, minute=0, second=0, microsecond=0)
-    per_day = round(robot.missions.first_odometer / 200, 3)
+    per_day = round(robot.controller.first_odometer / 200, 3)
     days = [{"allowed_methods": None, "date": (began - timedelta(days=back)).isoformat(),
-             "distance": round(robot.missions.first_odometer - back * per_day, 3)} for back in range(DAYS_OF_STATISTICS - 1, -1, -1)]
+             "distance": round(robot.controller.first_odometer - back * per_day, 3)} for back in range(DAYS_OF_STATISTICS - 1, -1, -1)]
     return [*days, {"allowed_methods": None, "date": today.isoformat(), "distance": round(metres, 3)}]
 
 
@@ -110,7 +110,7 @@ def metrics(call: Call) -> Response:
               "software_version": robot.software}
     lines += [
         "# TYPE mir_robot_distance_moved_meters counter",
-        f"mir_robot_distance_moved_meters_total {round(robot.missions.odometer, 3)}",
+        f"mir_robot_distance_moved_meters_total {round(robot.controller.odometer, 3)}",
         "# TYPE mir_robot info", "mir_robot_info{" + ",".join(f'{name}="{_escaped(value)}"' for name, value in labels.items()) + "} 1",
         "# TYPE mir_robot_wifi_access_point info",
         'mir_robot_wifi_access_point_info{bssid="00:1a:1e:4c:2b:90",ssid="Production"} 1', "# EOF", ""]

@@ -6,7 +6,7 @@ from typing import Any
 
 from mir_sim.resources import rows
 from mir_sim.resources.registry import Call, Handler
-from mir_sim.site import password_hash
+from mir_sim.site import with_hashed_password
 
 
 def get_me(call: Call) -> dict[str, Any]:
@@ -17,10 +17,7 @@ def get_me(call: Call) -> dict[str, Any]:
 
 
 def put_me(call: Call) -> dict[str, Any]:
-    fields = call.changes()
-    if "password" in fields:
-        call.asker["password_hash"] = password_hash(fields.pop("password"))
-    call.asker.update(fields)
+    call.asker.update(with_hashed_password(call.changes()))
     return get_me(call)
 
 

@@ -121,8 +121,8 @@ class Life(RuleBasedStateMachine):
     @invariant()
     def the_odometer_never_falls_and_the_battery_keeps_its_bounds(self) -> None:
         robot = self.asker.robot
-        assert robot.missions.odometer >= self.metres - 1e-6
-        self.metres = robot.missions.odometer
+        assert robot.controller.odometer >= self.metres - 1e-6
+        self.metres = robot.controller.odometer
         assert 0.0 <= robot.battery.at(robot.now) <= 100.0
 
     @invariant()

@@ -96,7 +96,7 @@ def test_chunked_bodies_and_expectations(aino: FleetRobot) -> None:
 
 @pytest.mark.parametrize("data", [
     b"hello\r\n\r\n", b"GET /\r\n\r\n", b"GET / HTTP/1.1\r\nno colon\r\n\r\n",
-    b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 20_000 + b"\r\n",
+    b"GET http://[ HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 20_000 + b"\r\n",
     b"POST / HTTP/1.1\r\nContent-Length: much\r\n\r\n", b"POST / HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
     b"POST / HTTP/1.1\r\nContent-Length: 99999999999\r\n\r\n", b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n"])
 def test_what_is_no_request_is_answered_and_closed(aino: FleetRobot, data: bytes) -> None:
@@ -137,6 +137,13 @@ def test_a_delayed_answer_comes_after_the_deed_and_a_late_one_with_it(aino: Flee
             ask(aino, "POST", "/mission_queue", {"mission_id": GUIDS["Home"]}, timeout=0.3)
         assert len(aino.model.queue) == before + by_then
         wait_until(lambda before=before: len(aino.model.queue) == before + 1)
+
+
+def test_noise_in_place_of_no_body_leaves_the_connection_usable(aino: FleetRobot) -> None:
+    session = requests.Session()
+    aino.control({"fault": {"kind": "garbage"}})
+    assert session.delete(f"{aino.url}/api/v2.0.0/mission_queue", headers=HEADERS, timeout=5).status_code == 200
+    assert session.get(f"{aino.url}/api/v2.0.0/status", timeout=5).json()["robot_name"] == "Aino"
 
 
 def test_half_a_body_ends_with_the_connection(aino: FleetRobot) -> None:

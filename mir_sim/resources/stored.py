@@ -8,7 +8,7 @@ from mir_sim import missions
 from mir_sim.errors import ApiError, argument_error, bad_request, duplicate, not_found
 from mir_sim.resources import rows
 from mir_sim.resources.registry import Call
-from mir_sim.site import MISSION_ACTIONS, Row, Table, password_hash
+from mir_sim.site import MISSION_ACTIONS, Row, Table, with_hashed_password
 
 # Collections that are a part of another one: template → (table, the field that names the whole).
 PARTS = {
@@ -74,9 +74,10 @@ def _item(call: Call, table: str, field: str | None, key: str) -> dict[str, Any]
         rows_of.remove(key)
         return None
     if verb == "put":
-        row.update(_stored(call.changes()))
+        changes = with_hashed_password(call.changes())
+        row.update(_with_parameters(call, changes) if table == MISSION_ACTIONS else changes)
     elif verb == "post" and call.operation.body_schema is not None:
-        row.update(_stored(call.fields()))
+        row.update(with_hashed_password(call.fields()))
     return rows.full(call.robot, table, row)
 
 
@@ -103,26 +104,29 @@ def _single(call: Call) -> Any:
     return {**value, **{name: inner for name, inner in kept.items() if name in value}} if isinstance(value, dict) else value
 
 
-def _stored(fields: dict[str, Any]) -> dict[str, Any]:
-    """Passwords are kept as their hash."""
-    if "password" not in fields:
-        return fields
-    return {**{name: value for name, value in fields.items() if name != "password"}, "password_hash": password_hash(fields["password"])}
-
-
 def _create(call: Call, table_name: str, table: Table, field: str | None) -> dict[str, Any]:
     robot = call.robot
-    fields = _stored(call.fields() if call.operation.body_schema is not None else {})
+    fields = with_hashed_password(call.fields() if call.operation.body_schema is not None else {})
     if field is not None and fields.setdefault(field, _whole(call)) != _whole(call):
         raise argument_error()
     if fields.get(table.key) in table:
         raise duplicate()
     row: Row = {**rows.blank(robot, table_name), table.key: _new_key(call, table), **fields}
     row.setdefault("created_by_id", call.asker["guid"])
-    if table_name == MISSION_ACTIONS:
-        row["parameters"] = [{"guid": robot.site.new_guid(), "value": None, "input_name": None, **one} for one in row["parameters"]]
-    table.add(row)
+    table.add(_with_parameters(call, row) if table_name == MISSION_ACTIONS else row)
     return rows.shown(robot, table_name, row, robot.definition.properties(call.operation.schema))
+
+
+def _with_parameters(call: Call, action: Row) -> Row:
+    """An action whose parameters are whole. Each is to have an ``id`` and may have a ``value`` and an ``input_name``."""
+    if "parameters" not in action:
+        return action
+    for one in action["parameters"]:
+        name = one.get("input_name") if isinstance(one, dict) else 0
+        if not isinstance(one, dict) or not isinstance(one.get("id"), str) or not (name is None or isinstance(name, str)):
+            raise argument_error()
+    whole = [{"guid": call.robot.site.new_guid(), "value": None, "input_name": None, **one} for one in action["parameters"]]
+    return {**action, "parameters": whole}
 
 
 def _new_key(call: Call, table: Table) -> Any:
