@@ -218,7 +218,7 @@ def test_fleets_do_not_know_each_other_and_leave_nothing_behind() -> None:
         one.robots[0].control({"battery": 10})
         assert other.robots[0].state()["battery"] > 10
         port = one.robots[0].port
-    assert threading.active_count() == before
+    assert threading.active_count() <= before
     with pytest.raises(OSError, match=r".*"):
         socket.create_connection(("127.0.0.1", port), timeout=1)
 
