@@ -3,9 +3,9 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import cache
 from itertools import takewhile
 
 from app.database.connection import Database
@@ -33,6 +33,7 @@ AT_ONCE = 500                # schedules per transaction, so that a burst never 
 class Fallen:
     """What one look at the plan brought."""
     robot_ids: set[int] = field(default_factory=set)      # with something to send
+    touched: set[int] = field(default_factory=set)        # with something new in the ledger
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
     late_starts: int = 0
@@ -53,20 +54,15 @@ class Planner:
     def fall_due(self) -> Fallen:
         """Make a row of every occurrence up to now. Costs one indexed look when nothing is due."""
         fallen = Fallen()
-        while True:
-            now = self._clock.now()
-            due = self._schedules.due(self._db.read(), now, AT_ONCE)
-            if not due:
-                break
+        while (due := self.next_due()) is not None and due <= (now := self._clock.now()):
             self._db.write(lambda c, now=now: self._take_due(c, now, fallen))  # type: ignore[misc]
-            if len(due) < AT_ONCE:
-                break
         if fallen.missed:
             self._alarms.raise_("executions_missed", "plan", count=fallen.missed)
         for execution in fallen.skipped:
             self._ledger.alarm_for(execution)
-        if fallen.robot_ids or fallen.missed or fallen.skipped:
-            self._changes.publish(Topic.EXECUTIONS)
+        for robot_id in fallen.touched:
+            self._changes.publish(Topic.EXECUTIONS, robot_id)
+        if fallen.touched:
             self._changes.publish(Topic.SCHEDULES)
         return fallen
 
@@ -74,10 +70,11 @@ class Planner:
         settings = self._settings.load(c)
         install_id = self._settings.install_id(c)
         calendar = WorkingCalendar(settings)
-        robots = {robot.id: robot for robot in self._robots.all(c)}
+        robot_of, mission_of = cache(lambda key: self._robots.get(c, key)), cache(lambda key: self._missions.get(c, key))
         for schedule in self._schedules.due(c, now, AT_ONCE):
-            robot, mission = robots[schedule.robot_id], self._missions.get(c, schedule.mission_id)
-            if mission is None:
+            robot, mission = robot_of(schedule.robot_id), mission_of(schedule.mission_id)
+            if robot is None or mission is None:           # foreign keys don't let that happen
+                self._schedules.advance(c, schedule.id, None)
                 continue
             maker = _RowMaker(schedule, robot, mission, settings, install_id, now)
             self._take_schedule(c, schedule, maker, calendar, fallen)
@@ -85,7 +82,7 @@ class Planner:
     def _take_schedule(self, c: sqlite3.Connection, schedule: Schedule, make: _RowMaker, calendar: WorkingCalendar, fallen: Fallen) -> None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed."""
         now, settings = make.now, make.settings
-        *earlier, latest = _instants(schedule, now, calendar)
+        (*earlier, latest), following = _instants(schedule, now, calendar)
         newest = earlier if settings.history_limit is None else earlier[-settings.history_limit:]     # more would be pruned at once
         rows = [make.missed(instant, self._downtime.at(instant)) for instant in newest]
         fallen.missed += len(earlier)
@@ -108,17 +105,21 @@ class Planner:
                 fallen.skipped += [added] if added.state is State.SKIPPED else []
             else:
                 log.info("The occurrence %s of %r is in the ledger already", row.planned_at, schedule.name)
-        following = next_occurrence(schedule, max(now, latest), calendar)
+        fallen.touched.add(schedule.robot_id)
         self._schedules.advance(c, schedule.id, following)
 
 
-def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> list[datetime]:
-    """What fell due since the schedule was looked at last, oldest first, at least one."""
+def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> tuple[list[datetime], datetime | None]:
+    """What fell due since the schedule was looked at last, oldest first, at least one; and what comes next."""
     first = schedule.next_at
     if first is None:
         raise ValueError(f"schedule {schedule.id} is not due")
-    after: Iterable[datetime] = (o.instant for o in occurrences(schedule, first, calendar))
-    return [first, *takewhile(lambda instant: instant <= now, after)]
+    following = next_occurrence(schedule, first, calendar)
+    if following is None or following > now:                   # as always, unless the app was off or the clock was set
+        return [first], following
+    after = (occurrence.instant for occurrence in occurrences(schedule, first, calendar))
+    fallen = [first, *takewhile(lambda instant: instant <= now, after)]
+    return fallen, next_occurrence(schedule, max(now, fallen[-1]), calendar)
 
 
 @dataclass(frozen=True)
