@@ -253,7 +253,7 @@ class LogsScreen(ScreenBase):
     lower_height = NumericProperty(0)    # least, of charts and runs
 
     def __init__(self, container: Container, shell: Shell, **kwargs: Any) -> None:
-        load_kv("logs")
+        load_kv("slots", "logs")
         super().__init__(vm=LogsViewModel(container, shell), **kwargs)
         self.fbind("portrait", self._tell_width)
 

@@ -7,8 +7,9 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.widgets import figures, pages, robot_bars  # noqa: F401  (kv's Factory learns them)
+from app.widgets import figures, pages, robot_bars, slots  # noqa: F401  (kv's Factory learns them)
 from app.widgets.display import SectionCard
+from app.widgets.fields import SearchField
 
 SETTLED = 0.35               # s in which rows have found their height and the list its rest
 
@@ -34,6 +35,11 @@ class UtilisationCard(SectionCard):
 class OutcomesCard(SectionCard):
     """How runs ended, day by day."""
     days = ListProperty()
+
+
+class RunsSearch(SearchField):
+    """What is searched for; ``card`` is the RunsCard."""
+    card = ObjectProperty(None, rebind=True)
 
 
 class RunsCard(SectionCard):

@@ -175,7 +175,8 @@ def utilisation_rows(figures: Figures) -> list[tuple[str, str, str, float, float
     for robot in figures.everyone.robots:
         seen = robot.observed_s
         share = formats.percent(None if robot.utilisation is None else robot.utilisation * 100)
-        rows.append((robot.robot, share, formats.rough_duration(robot.mission_s), robot.utilisation or 0.0,
+        time = formats.rough_duration(robot.mission_s if seen or robot.mission_s else None)
+        rows.append((robot.robot, share, time, robot.utilisation or 0.0,
                      figures.charging_s.get(robot.robot_id, 0.0) / seen if seen else 0.0))
     return rows
 

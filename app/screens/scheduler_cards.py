@@ -1,18 +1,17 @@
 """The parts of the Scheduler as kv/scheduler.kv lays them out."""
 from __future__ import annotations
 
-from typing import Any
-
-from kivy.factory import Factory
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.scheduler_draft import Kind
 from app.screens.scheduler_form_view import FormView
 from app.screens.scheduler_view import TimelineView
-from app.widgets import pages, plan_rows, weekdays  # noqa: F401  (kv's Factory learns them)
+from app.widgets import plan_rows, slots, weekdays  # noqa: F401  (kv's Factory learns them)
 from app.widgets.display import EmptyState, SectionCard
 from app.widgets.lists import Row
+from app.widgets.long_list import LongList
+from app.widgets.pages import LowPage
 
 
 class UpcomingCard(SectionCard):
@@ -21,7 +20,18 @@ class UpcomingCard(SectionCard):
     timeline = ObjectProperty(TimelineView(), rebind=True)
     days = ListProperty()
     narrow = BooleanProperty(False)
+    bars_height = NumericProperty(0)     # of all robots' lanes
     wanted = NumericProperty(0)          # height at which all robots up to four are seen
+
+
+class HoursPart(LowPage):
+    """The timeline; many robots scroll."""
+    card = ObjectProperty(None, rebind=True)
+
+
+class DaysPart(LongList):
+    """The list of days."""
+    card = ObjectProperty(None, rebind=True)
 
 
 class SchedulerEmpty(EmptyState):
@@ -76,25 +86,6 @@ class OtherFields(FormPart):
 
 class MoreFields(FormPart):
     """What is seldom needed."""
-
-
-class PartSlot(BoxLayout):
-    """Holds the one part called ``part``, or nothing; as high as it is."""
-    part = StringProperty()
-    card = ObjectProperty(None, allownone=True)
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.fbind("part", self._build)
-        self.fbind("card", self._build)
-
-    def _build(self, *_: Any) -> None:
-        wanted = self.part if self.card is not None else ""
-        if [type(child).__name__ for child in self.children] == ([wanted] if wanted else []):
-            return
-        self.clear_widgets()
-        if wanted:
-            self.add_widget(Factory.get(wanted)(card=self.card))
 
 
 def fields_of_kind(kind: str, by_weekday: bool) -> str:

@@ -356,14 +356,20 @@ def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
 def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_opens_its_schedule(screen, container, ui):
     timeline = ui.find(Timeline)
     assert [lane["name"] for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko"]
-    timeline.dispatch("on_bar", ("schedule", named(container, "Night stock count", "Aino").id))
+    tap_bar(ui, ("schedule", named(container, "Night stock count", "Aino").id))
     settle(screen, ui)
     assert field(ui, "Mission").value == "Night stock count"
 
 
+def tap_bar(ui, key) -> None:
+    timeline = ui.find(Timeline)
+    x, y, right, top, _key = next(hit for hit in timeline._hits if hit[4] == key)
+    ui.tap_at(*timeline.to_window((x + right) / 2, (y + top) / 2))
+
+
 def test_a_past_bar_goes_to_its_story_in_the_logs(screen, ui):
     failed = next(bar for lane in ui.find(Timeline).lanes for bar in lane["bars"] if bar["state"] == "failed" and lane["name"] == "Veikko")
-    ui.find(Timeline).dispatch("on_bar", failed["key"])
+    tap_bar(ui, failed["key"])
     settle(screen, ui)
     assert screen.shell.navigator.current == "logs"
     assert screen.shell.navigator.screen("logs").vm.told == failed["key"][1]

@@ -1,0 +1,23 @@
+"""A place in a layout that holds one part or none. A part that is not wanted does not exist: a hidden one would still take touches."""
+from kivy.factory import Factory
+from kivy.properties import ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+
+class PartSlot(BoxLayout):
+    """Holds a widget of the class ``part``, made with ``card`` as its ``card``; empty: nothing. As high as what it holds."""
+    part = StringProperty()
+    card = ObjectProperty(None, allownone=True)
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("part", self._build)
+        self.fbind("card", self._build)
+
+    def _build(self, *_):
+        wanted = self.part if self.card is not None else ""
+        if [type(child).__name__ for child in self.children] == ([wanted] if wanted else []):
+            return
+        self.clear_widgets()
+        if wanted:
+            self.add_widget(Factory.get(wanted)(card=self.card))

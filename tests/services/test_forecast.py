@@ -1,0 +1,198 @@
+"""What a schedule in the making would bring: starts, meetings, clock changes, and what it can't be; skipping the next start; the export."""
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from datetime import UTC, date, datetime, time, timedelta
+
+import pytest
+
+from app.container import Container
+from app.database.connection import Database
+from app.database.executions import ExecutionFilter
+from app.models import Between, Execution, InvalidInput, Mission, ReasonCode, Robot, Schedule, State, Trigger
+from app.services.forecast import ASSUMED_S, ConcernCode, Forecasts
+from app.services.log_export import LogExport
+from app.services.skipping import Skipping
+from tests.support.clock import VirtualClock
+
+ZONE = "Europe/Helsinki"
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
+
+
+@pytest.fixture
+def container(tmp_path):
+    clock = VirtualClock(NOW)
+    container = Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock)
+    container.catalogue.change_settings(timezone=ZONE)
+    container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "scheduler"), "secret")
+    container.catalogue.save_robot(Robot("Veikko", "10.0.0.2", "scheduler"), "secret")
+    for name in ("Kits", "Empties"):
+        container.catalogue.save_mission(Mission(name, f"guid-{name.lower()}"))
+    yield container
+    container.close()
+
+
+def forecasts(container):
+    return Forecasts(container.db, container.clock)
+
+
+def draft(**values):
+    return Schedule(**{"name": "", "robot_id": 1, "mission_id": 1, "start": datetime(2026, 11, 23, 6, 30), "timezone": ZONE, **values})
+
+
+def plan(container, **values):
+    return container.catalogue.save_schedule(draft(mission_id=2, **values))
+
+
+def usually(container, mission_guid, seconds, robot_id=1):
+    """One completed run that took so long."""
+    at = NOW - timedelta(days=1)
+    row = Execution(trigger=Trigger.MANUAL, robot_id=robot_id, robot="Aino", mission="x", mission_guid=mission_guid, planned_at=at,
+                    closes_at=at, created_at=at, token=f"{mission_guid}{seconds}", timezone=ZONE, state=State.COMPLETED, ended_at=at,
+                    duration_s=seconds)
+    container.db.write(lambda c: container.repositories.executions.add(c, row))
+
+
+def codes(forecast):
+    return [concern.code for concern in forecast.concerns]
+
+
+# ---------------------------------------------------------------------- starts
+def test_the_next_five_starts_pass_over_days_without_work(container):
+    found = forecasts(container).of(draft(recurrence="FREQ=DAILY", start=datetime(2026, 11, 20, 18, 0)))
+    assert [start.nominal.date() for start in found.starts] == [date(2026, 11, day) for day in (20, 23, 24, 25, 26)]
+    assert found.usual_s is None
+    assert codes(found) == []
+
+
+def test_the_usual_duration_is_that_of_the_mission_on_the_robot(container):
+    usually(container, "guid-kits", 400.0)
+    usually(container, "guid-kits", 900.0, robot_id=2)
+    assert forecasts(container).of(draft()).usual_s == 400.0
+
+
+def test_a_schedule_that_is_over_says_so(container):
+    found = forecasts(container).of(draft(start=datetime(2026, 11, 2, 6, 30), recurrence="FREQ=DAILY;UNTIL=20261110"))
+    assert (found.starts, codes(found)) == ((), [ConcernCode.NO_START])
+
+
+@pytest.mark.parametrize(("values", "field"), [
+    ({"start": datetime(2026, 11, 21, 6, 30)}, "start"), ({"recurrence": "FREQ=SECONDLY"}, "recurrence"),
+    ({"recurrence": "FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30"}, "recurrence"), ({"minimum_battery_percent": 120.0}, "minimum_battery_percent"),
+    ({"recurrence": "FREQ=DAILY", "between": Between(time(8), time(9))}, "between"),
+])
+def test_what_cannot_be_is_refused_as_when_it_is_saved(container, values, field):
+    with pytest.raises(InvalidInput) as caught:
+        forecasts(container).of(draft(**values))
+    assert caught.value.field == field
+    with pytest.raises(InvalidInput) as saved:
+        container.catalogue.save_schedule(draft(**values))
+    assert saved.value.text == caught.value.text
+
+
+# ---------------------------------------------------------------------- meetings
+@pytest.mark.parametrize(("other", "meets"), [
+    ("06:10", True),                     # still under way: it takes 25 min
+    ("06:04", False),                    # ended a minute before
+    ("06:30", True),                     # at the same time
+    ("06:36", True),                     # begins while this one runs: it takes 7 min
+    ("06:38", False),
+])
+def test_a_meeting_is_found_by_the_learned_durations(container, other, meets):
+    usually(container, "guid-kits", 420.0)
+    usually(container, "guid-empties", 1500.0)
+    hour, minute = map(int, other.split(":"))
+    plan(container, start=datetime(2026, 11, 23, hour, minute), recurrence="FREQ=DAILY")
+    found = forecasts(container).of(draft())
+    assert codes(found) == ([ConcernCode.OVERLAP] if meets else [])
+    if meets:
+        concern, = found.concerns
+        begins = datetime(2026, 11, 23, hour - 2, minute, tzinfo=UTC)
+        assert (concern.at, concern.details["mission"], concern.details["start"], concern.details["end"]) == (
+            datetime(2026, 11, 23, 4, 30, tzinfo=UTC), "Empties", begins, begins + timedelta(seconds=1500))
+
+
+def test_every_start_that_meets_is_told_once(container):
+    plan(container, start=datetime(2026, 11, 23, 6, 30), recurrence="FREQ=WEEKLY;BYDAY=MO,WE")
+    plan(container, start=datetime(2026, 11, 23, 6, 31), recurrence="FREQ=DAILY", name="second")
+    found = forecasts(container).of(draft(recurrence="FREQ=DAILY"))
+    assert [concern.at.day for concern in found.concerns] == [23, 24, 25, 26, 27]
+
+
+def test_another_robot_itself_and_what_is_off_meet_nobody(container):
+    plan(container, robot_id=2, recurrence="FREQ=DAILY", name="elsewhere")
+    plan(container, recurrence="FREQ=DAILY", enabled=False, name="off")
+    own = plan(container, recurrence="FREQ=DAILY", name="own")
+    assert codes(forecasts(container).of(replace(own, start=datetime(2026, 11, 23, 6, 31)))) == []
+
+
+def test_unknown_durations_count_as_five_minutes(container):
+    plan(container, start=datetime(2026, 11, 23, 6, 26), recurrence="FREQ=DAILY")
+    assert ASSUMED_S == 300
+    assert codes(forecasts(container).of(draft())) == [ConcernCode.OVERLAP]
+
+
+# ---------------------------------------------------------------------- what else a person should know
+def test_a_clock_change_is_told_with_both_times(container):
+    gap = forecasts(container).of(draft(start=datetime(2027, 3, 28, 3, 30), respect_working_days=False))
+    assert [(concern.code, concern.details["nominal"], concern.details["twice"]) for concern in gap.concerns] == [
+        (ConcernCode.CLOCK_CHANGE, datetime(2027, 3, 28, 3, 30), False)]
+    assert gap.starts[0].instant == datetime(2027, 3, 28, 1, 30, tzinfo=UTC)             # 04:30 there
+    twice = forecasts(container).of(draft(start=datetime(2027, 10, 31, 3, 30), respect_working_days=False))
+    assert [(concern.code, concern.details["twice"]) for concern in twice.concerns] == [(ConcernCode.CLOCK_CHANGE, True)]
+    assert codes(forecasts(container).of(draft(start=datetime(2027, 3, 29, 3, 30)))) == []
+
+
+def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_told(container):
+    container.catalogue.set_robot_enabled(2, False)
+    found = forecasts(container).of(draft(robot_id=2, start=datetime(2026, 11, 21, 6, 30), recurrence="FREQ=DAILY"), {"other": "Other"})
+    assert codes(found) == [ConcernCode.ROBOT_OFF, ConcernCode.MISSION_MISSING, ConcernCode.DAY_OFF]
+    assert codes(forecasts(container).of(draft(), {"guid-kits": "Kits"})) == []
+    assert codes(forecasts(container).of(draft(), {})) == []                             # it did not tell
+
+
+# ---------------------------------------------------------------------- skipping
+def skipping(container):
+    return Skipping(container.db, container.clock, container.changes)
+
+
+def test_skipping_writes_the_row_at_once_and_goes_on_with_the_start_after_it(container):
+    schedule = plan(container, recurrence="FREQ=DAILY")
+    assert skipping(container).skip_next(schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
+    row = container.history.last_of_schedule(schedule.id)
+    assert (row.state, row.reason.code, row.planned_at, row.ended_at) == (State.SKIPPED, ReasonCode.HOLD, schedule.next_at, NOW)
+    after = container.repositories.schedules.get(container.db.read(), schedule.id)
+    assert after.next_at == datetime(2026, 11, 24, 4, 30, tzinfo=UTC)
+    assert after.changed_at == schedule.changed_at
+
+
+def test_what_was_skipped_is_not_taken_when_its_time_comes(container):
+    schedule = plan(container, recurrence="FREQ=DAILY")
+    skipping(container).skip_next(schedule.id)
+    container.clock.advance((schedule.next_at - NOW).total_seconds() + 1)
+    assert container.planner.fall_due().robot_ids == set()
+    assert container.history.count(ExecutionFilter()) == 1
+
+
+def test_the_last_start_can_be_skipped_and_nothing_after_it(container):
+    schedule = plan(container)
+    skipping(container).skip_next(schedule.id)
+    assert container.repositories.schedules.get(container.db.read(), schedule.id).next_at is None
+    for number in (schedule.id, 999):
+        with pytest.raises(InvalidInput):
+            skipping(container).skip_next(number)
+
+
+# ---------------------------------------------------------------------- the export of what is filtered
+def test_the_export_has_what_the_filter_lets_through_and_says_where_it_went(container, tmp_path):
+    usually(container, "guid-kits", 400.0)
+    usually(container, "guid-empties", 900.0, robot_id=2)
+    export = LogExport(container.db, container.catalogue, container.clock, tmp_path / "Documents")
+    (tmp_path / "Documents").mkdir()
+    path, count = export.export(ExecutionFilter(robot_ids=(2,)))
+    assert (path.parent, path.suffix, count) == (tmp_path / "Documents", ".csv", 1)
+    with path.open(newline="", encoding="utf-8") as file:
+        assert [row["mission_guid"] for row in csv.DictReader(file)] == ["guid-empties"]
+    again, _count = export.export(ExecutionFilter())
+    assert again != path

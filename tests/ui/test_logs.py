@@ -1,0 +1,253 @@
+"""The Logs as an operator uses them: taps and typing on real services, at an invented plant on Friday 20 Nov 2026, 14:38."""
+from __future__ import annotations
+
+import csv
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from app.database.executions import ExecutionFilter
+from app.models import State
+from app.screens.logs_cards import RunsCard
+from app.services.history_export import COLUMNS
+from app.services.kpi import KpiFilter
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import SearchField
+from app.widgets.figures import FigureCard, FigureDialog
+from app.widgets.rows import LogRow, OptionRow, StoryStep
+from app.widgets.snackbar import Snackbar
+from tests.support import month
+from tests.ui import checks
+from tests.ui.whole_app import shown
+
+
+@pytest.fixture
+def container(tmp_path):
+    container = month.plant(tmp_path / "data")
+    yield container
+    container.close()
+
+
+@pytest.fixture
+def screen(container, ui):
+    """The Logs on screen, everything read."""
+    with shown(container, ui) as app:
+        app.shell.go("logs")
+        app.logs = app.shell.navigator.screen("logs").vm
+        settle(app, ui)
+        yield app
+
+
+def settle(app, ui) -> None:
+    ui.advance(.4)
+    ui.wait(lambda: app.shell.background.idle)
+    ui.advance(.4)
+    ui.wait(lambda: app.shell.background.idle)
+    ui.advance(.1)
+
+
+def tap(app, ui, widget) -> None:
+    ui.tap(widget)
+    settle(app, ui)
+
+
+def tick(app, ui, chip: str, *options: str) -> None:
+    """Tap a filter and, in the list that opens, some options; then the button that shows them."""
+    tap(app, ui, ui.find(ChoiceChip, text=chip))
+    for option in options:
+        tap(app, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text=option))
+    tap(app, ui, ui.find(CommandButton, ui.find(ChoiceDialog), text="Show"))
+
+
+def outcomes(app) -> set[str]:
+    return {row["outcome"] for row in app.logs.rows}
+
+
+def rows(ui) -> list[LogRow]:
+    return sorted(ui.find_all(LogRow), key=lambda row: -row.to_window(0, row.y)[1])
+
+
+# ---------------------------------------------------------------------- what is seen
+def test_five_figures_with_their_counts_and_the_charts(screen, container, ui):
+    cards = ui.find_all(FigureCard)
+    assert [card.label for card in cards] == [
+        "Success rate", "Mean duration", "Missions per day", "Utilisation, Aino", "Schedule adherence"]
+    kpis = container.kpis.thesis(KpiFilter(start=datetime(2026, 11, 13, 22, tzinfo=UTC)))         # Saturday's midnight there
+    assert cards[0].note == f"{kpis.completed} of {kpis.completed + kpis.failed} ended runs"
+    assert [name for name, *_rest in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]
+    assert [day[0] for day in screen.logs.days] == ["Sa", "Su", "Mo", "Tu", "We", "Th", "Fr"]
+
+
+def test_runs_stand_newest_first_with_their_reasons(screen, ui):
+    first, second, *_rest = rows(ui)
+    assert (first.outcome, first.mission, first.robot, first.trigger, first.reason) == (
+        "Running", "Deliver kits to line 2", "Aino", "Run now", "Running on the robot")
+    assert (second.outcome, second.reason) == ("Skipped", "Battery 12 % stayed under 30 % until 14:31")
+
+
+def test_a_row_opens_its_story_and_closes_it(screen, ui):
+    row = rows(ui)[1]
+    tap(screen, ui, row)
+    assert [step.label for step in ui.find_all(StoryStep)] == ["Planned", "Skipped"]
+    row = rows(ui)[1]
+    ui.tap_at(*row.to_window(row.center_x, row.top - 24))
+    settle(screen, ui)
+    assert not ui.find_all(StoryStep)
+
+
+def test_a_story_that_finds_no_room_where_it_was_opened_comes_into_sight(screen, ui):
+    last = rows(ui)[-1]
+    tap(screen, ui, last)
+    ui.advance(.6)
+    opened = next(row for row in ui.find_all(LogRow) if row.opened)
+    assert opened.key == last.key
+    assert opened.to_window(0, opened.y)[1] >= ui.find(RunsCard).to_window(0, ui.find(RunsCard).y)[1]
+    assert "queue item" in opened.message.casefold()
+
+
+def test_a_figure_says_what_it_means(screen, ui):
+    tap(screen, ui, ui.find(FigureCard, label="Schedule adherence"))
+    dialog = ui.find(FigureDialog)
+    assert dialog.text.startswith("Planned starts that ran")
+    assert {"Planned", "Ran"} <= {row["label"] for row in dialog.rows}
+    ui.key(27)
+    assert not ui.find_all(FigureDialog)
+
+
+# ---------------------------------------------------------------------- filters
+def test_a_longer_period_has_more_runs_and_other_figures(screen, ui):
+    week = screen.logs._facts.count
+    tap(screen, ui, ui.find(Segment, text="30 days"))
+    assert screen.logs._facts.count > week
+    assert len(screen.logs.days) == 30
+    tap(screen, ui, ui.find(Segment, text="Today"))
+    assert screen.logs._facts.count < week
+    assert len(screen.logs.days) == 7                         # a history needs more than one day
+
+
+def test_one_robot_can_be_looked_at_alone(screen, ui):
+    tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Sisu"))
+    assert {row["robot"] for row in screen.logs.rows} == {"Sisu"}
+    assert ui.find_all(FigureCard, label="Utilisation, Sisu")
+    assert [name for name, *_rest in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]       # still side by side
+
+
+def test_outcomes_missions_and_triggers_narrow_the_list_and_one_tap_takes_them_away(screen, ui):
+    everything = screen.logs._facts.count
+    tick(screen, ui, "Outcome", "Failed", "Skipped")
+    assert outcomes(screen) == {"Failed", "Skipped"}
+    assert ui.find_all(ChoiceChip, text="2 outcomes", selected=True)
+    tick(screen, ui, "Trigger", "Run now")
+    assert {row["trigger"] for row in screen.logs.rows} == {"Run now"}
+    tap(screen, ui, ui.find(ChoiceChip, text="Mission"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Bring pallet to dock"))
+    assert [(row["outcome"], row["mission"]) for row in screen.logs.rows] == [("Failed", "Bring pallet to dock")]
+    assert screen.logs.found == "1 found, newest first"
+    tap(screen, ui, ui.find(IconButton, icon="filter-remove-outline"))
+    assert screen.logs._facts.count == everything
+
+
+def test_typing_searches_and_closing_the_search_forgets_it(screen, ui):
+    tap(screen, ui, ui.find(IconButton, icon="magnify"))
+    ui.type(ui.find(SearchField), "pallet")
+    settle(screen, ui)
+    assert {row["mission"] for row in screen.logs.rows} == {"Bring pallet to dock"}
+    tap(screen, ui, ui.find(IconButton, icon="magnify"))
+    assert len({row["mission"] for row in screen.logs.rows}) > 1
+
+
+def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):
+    tick(screen, ui, "Outcome", "Missed")
+    assert {"Nothing found", "Choose a longer period, or fewer filters."} <= set(ui.texts())
+    assert ui.find(CommandButton, text="Export CSV").disabled
+
+
+# ---------------------------------------------------------------------- live, paged, exported
+def test_what_ends_shows_at_once(screen, container, ui):
+    running = container.history.open()[0]
+    container.ledger.completed(running, 240.0, 2.0)
+    settle(screen, ui)
+    assert rows(ui)[0].outcome == "Completed"
+    assert rows(ui)[0].took == "4 min"
+
+
+def test_the_story_asked_for_by_another_screen_is_told(screen, container, ui):
+    old = container.history.page(failures(container)).rows[-1]
+    screen.shell.go("home")
+    screen.shell.go("logs", execution_id=old.id)
+    settle(screen, ui)
+    ui.advance(.6)
+    assert screen.logs.told == old.id
+    assert [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id]
+    screen.shell.go("logs", execution_id=10**6)
+    settle(screen, ui)
+    assert ui.find(Snackbar).text == "This run is no longer in the history"
+
+
+def failures(container) -> ExecutionFilter:
+    """Of the last days."""
+    return ExecutionFilter(states=(State.FAILED,), start=container.clock.now() - timedelta(days=5))
+
+
+def test_the_list_loads_more_as_it_is_scrolled_until_everything_is_there(screen, container, ui):
+    tap(screen, ui, ui.find(Segment, text="All"))
+    everything = screen.logs._facts.count
+    assert everything > len(screen.logs.rows) == 100
+    for _page in range(20):
+        if len(screen.logs.rows) == everything:
+            break
+        ui.find(RunsCard).ids.runs.scroll_y = 0
+        settle(screen, ui)
+    ids = [row["key"] for row in screen.logs.rows]
+    assert len(ids) == len(set(ids)) == everything
+    planned = [row.planned_at for row in screen.logs._facts.rows]
+    assert planned == sorted(planned, reverse=True)
+
+
+def test_what_is_filtered_is_exported_and_its_place_is_told(screen, ui, tmp_path, monkeypatch):
+    documents = tmp_path / "Documents"
+    documents.mkdir()
+    monkeypatch.setattr("app.services.data_files.platformdirs.user_documents_path", lambda: documents)
+    tick(screen, ui, "Outcome", "Failed")
+    tap(screen, ui, ui.find(CommandButton, text="Export CSV"))
+    text = ui.find(Snackbar).text
+    count = screen.logs._facts.count
+    assert text.startswith(f"{count} runs written to {documents}")
+    with Path(text.partition(" to ")[2]).open(newline="", encoding="utf-8") as file:
+        lines = list(csv.reader(file))
+    assert tuple(lines[0]) == COLUMNS
+    assert len(lines) == count + 1
+    assert {line[COLUMNS.index("state")] for line in lines[1:]} == {"failed"}
+
+
+def test_an_export_that_cannot_be_written_is_told_in_one_sentence(screen, ui, tmp_path, monkeypatch):
+    monkeypatch.setattr("app.services.data_files.tempfile.mkstemp", no_room)
+    tap(screen, ui, ui.find(CommandButton, text="Export CSV"))
+    assert "No space left on device" in ui.find(Snackbar).text
+    assert not ui.find(CommandButton, text="Export CSV").busy
+
+
+def no_room(**_where):
+    raise OSError(28, "No space left on device")
+
+
+# ---------------------------------------------------------------------- layout
+def test_an_empty_history_teaches(tmp_path, ui):
+    container = month.plant(tmp_path, furnished=False)
+    try:
+        with shown(container, ui) as app:
+            app.shell.go("logs")
+            settle(app, ui)
+            tap(app, ui, ui.find(Segment, text="All"))
+            assert "Nothing has run yet" in ui.texts()
+            assert [card.value for card in ui.find_all(FigureCard)] == ["–"] * 5
+    finally:
+        container.close()
+
+
+def test_nothing_overlaps_or_is_too_small(screen, ui):
+    tap(screen, ui, rows(ui)[1])
+    assert checks.problems(screen.shell.navigator.screen("logs")) == []

@@ -1,0 +1,197 @@
+"""The words of the Logs from plain values: rows, stories, filters, figures."""
+from dataclasses import replace
+from datetime import UTC, date, datetime, timedelta
+from zoneinfo import ZoneInfo
+
+import pytest
+
+from app.models import Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.screens import logs_kpi_view as figures_view
+from app.screens import logs_view as view
+from app.screens.logs_facts import filter_of, period_with
+from app.screens.logs_figures import Figures
+from app.screens.logs_view import UNDER_WAY, Chosen, Period
+from app.services.kpi import Adherence, DayKpis, Delays, RobotKpis, ThesisKpis
+
+ZONE = ZoneInfo("Europe/Helsinki")
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
+PLANNED = datetime(2026, 11, 20, 11, 30, tzinfo=UTC)                   # 13:30 local
+USUAL = {(1, "g"): 360.0}
+DONE = Execution(
+    trigger=Trigger.SCHEDULED, robot_id=1, robot="Aino", mission="Deliver kits", mission_guid="g", planned_at=PLANNED, created_at=PLANNED,
+    closes_at=PLANNED + timedelta(minutes=15), token="t", timezone="Europe/Helsinki", id=7, schedule_id=3, schedule="Kits",
+    state=State.COMPLETED, attempts=1, queue_id=14026, submitted_at=PLANNED + timedelta(seconds=2),
+    started_at=PLANNED + timedelta(seconds=9), ended_at=PLANNED + timedelta(seconds=387), duration_s=378.0, robot_delay_s=7.0)
+FAILED = replace(DONE, state=State.FAILED, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal position 'Dock 3'"}))
+SKIPPED = replace(DONE, state=State.SKIPPED, attempts=0, queue_id=None, submitted_at=None, started_at=None, duration_s=None,
+                  robot_delay_s=None, reason=Reason(
+                      ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": "2026-11-20T11:45:00+00:00"}))
+
+
+# ---------------------------------------------------------------------- rows
+def test_a_completed_run_says_how_punctual_and_how_long_it_was():
+    row = view.row(DONE, NOW, ZONE, USUAL, opened=False)
+    assert (row["outcome"], row["tone"], row["mission"], row["robot"], row["trigger"]) == (
+        "Completed", "done", "Deliver kits", "Aino", "Schedule")
+    assert (row["when"], row["took"], row["reason"]) == ("13:30", "6 min 18 s", "Started on time, as long as usual")
+    assert "steps" not in row
+
+
+@pytest.mark.parametrize(("changes", "usual", "line"), [
+    ({}, {}, "Started on time"),
+    ({"duration_s": 600.0}, USUAL, "Started on time, longer than usual"),
+    ({"duration_s": 60.0}, USUAL, "Started on time, shorter than usual"),
+    ({"submitted_at": PLANNED + timedelta(minutes=4)}, USUAL, "Started 4 min late, as long as usual"),
+    ({"robot_delay_s": 300.0}, {}, "Started 5 min late"),
+    ({"trigger": Trigger.MANUAL}, {}, "Started by a person"),
+    ({"trigger": Trigger.IDLE}, {}, "After a time without work"),
+    ({"trigger": Trigger.IDLE}, USUAL, "As long as usual"),
+])
+def test_the_reason_line_of_a_completed_run(changes, usual, line):
+    assert view.reason_line(replace(DONE, **changes), ZONE, usual) == line
+
+
+def test_what_did_not_complete_says_why_and_what_is_open_what_it_waits_for():
+    assert view.reason_line(SKIPPED, ZONE, USUAL) == "Battery 12 % stayed under 30 % until 13:45"
+    waiting = replace(SKIPPED, state=State.WAITING, reason=None, wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30})
+    assert view.reason_line(waiting, ZONE, USUAL) == "Battery 12 % is under 30 %; waits until 13:45"
+    assert view.row(SKIPPED, NOW, ZONE, USUAL, opened=False)["took"] == "–"
+
+
+def test_a_run_of_another_day_has_its_date():
+    assert view.row(replace(DONE, planned_at=PLANNED - timedelta(days=1)), NOW, ZONE, USUAL, False)["when"] == "Thu 19 Nov 13:30"
+
+
+# ---------------------------------------------------------------------- the story
+def test_a_story_has_four_steps_and_ends_in_its_outcome():
+    row = view.row(FAILED, NOW, ZONE, USUAL, opened=True)
+    assert [(step["label"], step["time"], step["note"]) for step in row["steps"]] == [
+        ("Planned", "13:30:00", "Kits"), ("Submitted", "13:30:02", "1 attempt"), ("Started", "13:30:09", "after 7 s in the queue"),
+        ("Failed", "13:36:27", "after 6 min 18 s")]
+    assert [step["tone"] for step in row["steps"]] == ["neutral", "neutral", "neutral", "fault"]
+    assert [step["last"] for step in row["steps"]] == [False, False, False, True]
+    assert row["message"] == "Robot: Failed to reach goal position 'Dock 3' (queue item 14026)"
+
+
+def test_a_completed_story_compares_with_the_usual_duration():
+    assert view.story(DONE, ZONE, USUAL)[-1]["note"] == "after 6 min 18 s, usually 6 min"
+    assert view.message(DONE) == "Queue item 14026 of the robot"
+
+
+def test_a_story_goes_only_as_far_as_the_run_came():
+    assert [step["label"] for step in view.story(SKIPPED, ZONE, USUAL)] == ["Planned", "Skipped"]
+    refused = replace(SKIPPED, state=State.FAILED, attempts=3, reason=Reason(ReasonCode.RETRY_LIMIT))
+    assert [(step["label"], step["time"]) for step in view.story(refused, ZONE, USUAL)] == [
+        ("Planned", "13:30:00"), ("Tried", "3 attempts"), ("Failed", "13:36:27")]
+    running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None, robot_delay_s=0.2)
+    assert [(step["label"], step["note"]) for step in view.story(running, ZONE, USUAL)][2:] == [
+        ("Started", "no wait"), ("Running", "not ended yet")]
+    assert view.message(SKIPPED) == ""
+
+
+# ---------------------------------------------------------------------- filters
+def test_periods_are_whole_local_days():
+    assert view.period_start(Period.TODAY, NOW, ZONE) == datetime(2026, 11, 19, 22, 0, tzinfo=UTC)
+    assert view.period_start(Period.WEEK, NOW, ZONE) == datetime(2026, 11, 13, 22, 0, tzinfo=UTC)
+    assert view.period_start(Period.MONTH, NOW, ZONE) == datetime(2026, 10, 21, 21, 0, tzinfo=UTC)          # before the clock change
+    assert view.period_start(Period.ALL, NOW, ZONE) is None
+
+
+@pytest.mark.parametrize(("ago", "period"), [(timedelta(hours=1), Period.TODAY), (timedelta(days=2), Period.WEEK),
+                                             (timedelta(days=20), Period.MONTH), (timedelta(days=300), Period.ALL)])
+def test_the_shortest_period_with_an_instant(ago, period):
+    assert period_with(NOW - ago, NOW, ZONE) is period
+
+
+def test_what_is_chosen_becomes_the_repositorys_filter():
+    chosen = Chosen(Period.TODAY, 2, ("failed", UNDER_WAY), "Deliver kits", (Trigger.IDLE,), " dock ")
+    wanted = filter_of(chosen, NOW, ZONE)
+    assert (wanted.robot_ids, wanted.mission, wanted.triggers, wanted.text) == ((2,), "Deliver kits", (Trigger.IDLE,), "dock")
+    assert set(wanted.states) == {State.FAILED, State.WAITING, State.SUBMITTING, State.QUEUED, State.EXECUTING}
+    everything = filter_of(Chosen(Period.ALL), NOW, ZONE)
+    assert (everything.robot_ids, everything.states, everything.start) == (None, None, None)
+
+
+def test_chips_say_what_is_chosen():
+    assert (view.outcome_chip(Chosen()), view.trigger_chip(Chosen()), view.mission_chip(Chosen())) == ("", "", "")
+    assert view.outcome_chip(Chosen(outcomes=("failed",))) == "Failed"
+    assert view.outcome_chip(Chosen(outcomes=("failed", "skipped"))) == "2 outcomes"
+    assert view.trigger_chip(Chosen(triggers=(Trigger.IDLE, Trigger.MANUAL))) == "Run now, Idle"
+    assert view.mission_chip(Chosen(mission="x" * 80)) == "One mission"
+    assert view.robot_chip(Chosen(robot_id=2), [Robot("Aino", "", id=1), Robot("Veikko", "", id=2)]) == "Veikko"
+    assert view.robot_chip(Chosen(), []) == "All robots"
+
+
+def test_the_list_says_how_many_it_has_and_what_to_do_when_it_is_empty():
+    assert view.found(423, Chosen()) == "423, newest first"
+    assert view.found(3, Chosen(text="dock")) == "3 found, newest first"
+    assert view.nothing(Chosen(Period.ALL))[0] == "Nothing has run yet"
+    assert view.nothing(Chosen(text="dock"))[0] == "Nothing found"
+    assert not Chosen(Period.TODAY, 1).narrows
+
+
+# ---------------------------------------------------------------------- figures
+AINO = RobotKpis(1, "Aino", 405, 8, 2, 150_000.0, 326_000.0, 432_000.0)
+THESIS = ThesisKpis(405, 8, 2, 405, 150_660.0, 7, (AINO, RobotKpis(2, "Veikko")))
+DAYS = tuple(DayKpis(date(2026, 11, 14 + n), completed=n, failed=1 if n == 3 else 0, skipped=1, missed=1, timed=n, completed_s=360.0 * n)
+             for n in range(7))
+FIGURES = Figures(THESIS, THESIS, Adherence(380, 372, {ReasonCode.BATTERY_LOW: 6, ReasonCode.HOLD: 2}), Delays(300, 4.0, 65.0, 1.0, 3.0),
+                  DAYS, (None, .9, 1.0, .8, 1.0, 1.0, .97), (None, .3, .4, .5, .5, .4, .46), {1: 46_000.0}, Robot("Aino", "", id=1))
+NONE = ThesisKpis(0, 0, 0, 0, 0.0, 0, ())
+EMPTY = Figures(NONE, NONE, Adherence(0, 0, {}), Delays(0, None, None, None, None))
+
+
+def plain(markup):
+    return markup.replace("[size=18sp][font=Roboto]", "").replace("[/font][/size]", "")
+
+
+def test_five_cards_each_with_its_count():
+    cards = figures_view.cards(FIGURES)
+    assert [(card["label"], plain(card["value"]), card["note"]) for card in cards] == [
+        ("Success rate", "98.1 %", "405 of 413 ended runs"), ("Mean duration", "6 min 12 s", "405 completed runs"),
+        ("Missions per day", "58", "7 recorded days"), ("Utilisation, Aino", "46 %", "of 3 d 18 h observed"),
+        ("Schedule adherence", "97.9 %", "372 of 380 planned")]
+    assert cards[0]["history"] == [None, 1.0, 1.0, .75, 1.0, 1.0, 1.0]
+    assert cards[1]["history"] == [None, 360.0, 360.0, 360.0, 360.0, 360.0, 360.0]
+    assert cards[2]["history"] == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+
+
+def test_without_anything_recorded_every_figure_is_a_dash():
+    assert [(card["value"], card["note"]) for card in figures_view.cards(EMPTY)] == [
+        ("–", "no run has ended"), ("–", "no completed run"), ("–", "no recorded day"), ("–", "never observed"),
+        ("–", "nothing was planned")]
+
+
+def test_a_long_history_is_told_in_few_points():
+    assert figures_view.calm([float(n) for n in range(30)]) == [1.0 + 3 * n for n in range(10)]
+    assert figures_view.calm([1.0, None]) == [1.0, None]
+    assert figures_view.calm([None] * 29 + [4.0])[-1] == 4.0
+    assert figures_view.calm([]) == []
+
+
+@pytest.mark.parametrize("key", ["success", "duration", "per_day", "utilisation", "adherence"])
+def test_every_figure_can_be_explained(key):
+    for figures in (FIGURES, EMPTY):
+        title, text, rows = figures_view.explanation(key, figures)
+        assert title
+        assert text.endswith((".", ":"))
+        assert all(row["label"] and row["value"] for row in rows)
+
+
+def test_adherence_names_the_reasons_and_few_cases_how_far_they_can_be_trusted():
+    rows = {row["label"]: row["value"] for row in figures_view.explanation("adherence", FIGURES)[2]}
+    assert rows["Planned"] == "380"
+    assert rows["Battery stayed under the minimum all its start window long"] == "6"
+    assert rows["Start delay, median and 90 %"] == "4 s, 1 min 05 s"
+    few = replace(FIGURES, thesis=replace(THESIS, completed=9, failed=1))
+    assert {"label": "Few cases: probably between", "value": "60 % and 98 %"} in figures_view.explanation("success", few)[2]
+    assert "Few cases: probably between" not in [row["label"] for row in figures_view.explanation("success", FIGURES)[2]]
+
+
+def test_bars_compare_robots_and_days():
+    aino, veikko = figures_view.utilisation_rows(FIGURES)
+    assert aino == ("Aino", "46 %", "1 d 17 h", pytest.approx(.46, abs=.01), pytest.approx(.141, abs=.01))
+    assert veikko == ("Veikko", "–", "–", 0.0, 0.0)
+    assert figures_view.total_note(FIGURES) == "1 d 17 h in all"
+    assert figures_view.outcome_days(DAYS)[3] == ("Tu", 3, 2, 1, 0)
+    assert figures_view.outcome_days(DAYS * 3)[3][0] == "17"
