@@ -93,7 +93,7 @@ def test_reads_share_a_connection_and_writes_get_their_own(serve: Serve, connect
     robot.clear_error()
     robot.status()
     robot.status()
-    assert server.connections == 4
+    assert server.connections == 3
     lines = [request.split(b"\r\n")[0] for request in server.requests]
     assert lines[2] == b"POST /api/v2.0.0/mission_queue HTTP/1.1"
     assert b"\r\nConnection: close\r\n" in server.requests[2]
