@@ -36,6 +36,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
+KEPT = 1000                  # past alarms
 EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
                     "duplicate_running", "unknown_outcome"})
 
@@ -95,6 +96,10 @@ class Alarms:
     def shelve(self, alarm_id: int, until: datetime) -> None:
         self._db.write(lambda c: self._repository.shelve(c, alarm_id, until))
         self._changes.publish(Topic.ALARMS)
+
+    def prune(self) -> None:
+        """Keep the newest of those that are over."""
+        self._db.write(lambda c: self._repository.prune(c, KEPT))
 
     def standing(self) -> list[Alarm]:
         """Not yet cleared *and* acknowledged, most serious and newest first; shelved ones last."""

@@ -58,6 +58,7 @@ class Scheduler:
         if fallen.missed or fallen.skipped or mono - self._pruned_at >= PRUNE_EVERY:
             self._pruned_at = mono
             self._ledger.has_grown()
+            self._alarms.prune()
         self._ledger.prune()
         return fallen
 
