@@ -43,6 +43,12 @@ class ScheduleRepository:
                             (robot_id,)).fetchone()
         return to_optional_instant(row[0])
 
+    def robots_due(self, c: sqlite3.Connection, after: datetime, until: datetime) -> set[int]:
+        """Whose next occurrence comes after one instant and not after the other."""
+        rows = c.execute("""SELECT DISTINCT robot_id FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL
+                            AND next_at > ? AND next_at <= ?""", (to_text(after), to_text(until)))
+        return {row[0] for row in rows}
+
     def upcoming(self, c: sqlite3.Connection, limit: int, robot_id: int | None = None) -> list[Schedule]:
         """The next to fall due, earliest first."""
         where = "WHERE enabled = 1 AND next_at IS NOT NULL"

@@ -5,6 +5,7 @@ retried: the robot's queue is asked first. Called by the robot's lane only, one 
 """
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
 from collections.abc import Callable
@@ -71,6 +72,12 @@ class Dispatcher:
             else:
                 self._consider(execution)
         return self._next_call(only) if executions else math.inf
+
+    def prepare(self) -> None:
+        """Something falls due in about a second: the status is read ahead, so that then only the intent and the POST remain."""
+        if self._clock.monotonic() - self._status_read[0] > STATUS_IS_FRESH / 2:
+            with contextlib.suppress(RobotError, WrongRobot):         # it is asked again at the instant itself, and only that counts
+                self._status_read = (self._clock.monotonic(), self._read_status(), None)
 
     def _to_be_sent(self, only: int | None) -> list[Execution]:
         return [e for e in self._ledger.open_for(self._robot.id, (State.WAITING, State.SUBMITTING)) if only in (None, e.id)]

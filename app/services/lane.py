@@ -83,13 +83,19 @@ class Lane:
         self._observed_written = services.clock.monotonic()
 
     # ------------------------------------------------------------------ the steps
-    def step(self, poll: bool) -> float:
-        """One round: a whole poll when asked (or at first), else what is live or due. Returns the seconds until the next is wanted."""
+    def step(self, poll: bool, due_soon: bool = False) -> float:
+        """One round: a whole poll when asked (or at first), else what is live, due, or due in a moment. Returns the seconds until the next
+        is wanted."""
         was_live = self._wants_live()
+        wants_look = was_live and self._s.clock.monotonic() >= self._next_live
+        if self.polled and (poll or wants_look):
+            self._dispatcher.run()      # what is due does not wait for a look
         if poll or not self.polled:
             self._poll()
-        elif was_live and self._s.clock.monotonic() >= self._next_live:
+        elif wants_look:
             self._look(whole=False)
+        if due_soon and self.robot.enabled:
+            self._dispatcher.prepare()
         wake = self._dispatcher.run()
         if not self._wants_live():
             return wake

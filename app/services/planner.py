@@ -51,6 +51,11 @@ class Planner:
     def next_due(self) -> datetime | None:
         return self._schedules.next_due(self._db.read())
 
+    def robots_due(self, after: datetime, until: datetime) -> set[int]:
+        """Robots with an occurrence after one instant and not after the other."""
+        due = self.next_due()
+        return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
+
     def fall_due(self) -> Fallen:
         """Make a row of every occurrence up to now. Costs one indexed look when nothing is due."""
         fallen = Fallen()

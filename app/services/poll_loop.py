@@ -32,14 +32,15 @@ class _LaneThread:
     def __init__(self, lane: Lane, database_fails: Callable[[str], None]) -> None:
         self.lane, self._database_fails = lane, database_fails
         self._wake = threading.Condition()
-        self._poll_wanted = self._something_new = self._stopping = False
+        self._poll_wanted = self._due_soon = self._something_new = self._stopping = False
         self._thread = threading.Thread(target=self._run, name=f"lane-{lane.robot.name}", daemon=True)
         self._thread.start()
 
-    def kick(self, poll: bool = False) -> None:
-        """Something is due, or a cycle is wanted. A cycle still running is not started twice."""
+    def kick(self, poll: bool = False, due_soon: bool = False) -> None:
+        """Something is due, or soon, or a cycle is wanted. A cycle still running is not started twice."""
         with self._wake:
             self._poll_wanted |= poll
+            self._due_soon |= due_soon
             self._something_new = True
             self._wake.notify()
 
@@ -60,9 +61,10 @@ class _LaneThread:
             with self._wake:
                 if self._stopping:
                     break
-                poll, self._poll_wanted, self._something_new = self._poll_wanted, False, False
+                poll, due_soon = self._poll_wanted, self._due_soon
+                self._poll_wanted = self._due_soon = self._something_new = False
             try:
-                wait = self.lane.step(poll)
+                wait = self.lane.step(poll, due_soon)
             except DatabaseUnavailable as error:      # no durable intent, no POST
                 if not self._stopping:
                     self._database_fails(error.text)
@@ -138,12 +140,12 @@ class PollLoop:
             for thread in self._lanes.values():
                 thread.kick(poll=True)
 
-    def kick(self, robot_id: int, poll: bool = False) -> None:
-        """Something is new for this robot (a manual run, a cancellation)."""
+    def kick(self, robot_id: int, poll: bool = False, due_soon: bool = False) -> None:
+        """Something is new for this robot (a manual run, a cancellation), or will be soon."""
         with self._lock:
             thread = self._lanes.get(robot_id)
         if thread:
-            thread.kick(poll)
+            thread.kick(poll, due_soon)
 
     def watch(self, robot_id: int | None) -> None:
         """The robot on screen has its status read every 2 s."""
@@ -202,6 +204,8 @@ class PollLoop:
             self._scheduler.probe()          # raises as long as it does
         for robot_id in self._scheduler.tick().robot_ids:
             self.kick(robot_id)
+        for robot_id in self._scheduler.due_soon():
+            self.kick(robot_id, due_soon=True)
         if database_failed:
             self._alarms.database_works()
         for chore in self._chores:

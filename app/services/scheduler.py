@@ -22,6 +22,8 @@ log = logging.getLogger(__name__)
 
 LONGEST_WAIT = 1.0          # s: bounds what a clock step or a sleep can delay
 STEP_WORTH_TELLING = 5.0    # s
+AHEAD = timedelta(seconds=1.2)         # before an instant is due its robot is told; more than LONGEST_WAIT, or some would be passed over
+AHEAD_AT_ONCE = timedelta(seconds=0.5) # of due instants that are told together
 PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
 
 
@@ -36,6 +38,7 @@ class Scheduler:
         self._last_heartbeat: datetime | None = None          # of the previous run
         self._clock_doubted_since: datetime | None = None
         self._clock_trusted = False
+        self._told_until: datetime | None = None              # of what is due soon
 
     def start(self) -> None:
         """Find out for how long the app was off. Called once, before the first tick."""
@@ -61,6 +64,15 @@ class Scheduler:
             self._alarms.prune()
         self._ledger.prune()
         return fallen
+
+    def due_soon(self) -> set[int]:
+        """Robots with something due in a moment, told once for each instant."""
+        now, told = self._clock.now(), self._told_until
+        until = now + AHEAD
+        if not self._clock_trusted or (told is not None and now <= told <= until and until - told < AHEAD_AT_ONCE):
+            return set()
+        self._told_until = until
+        return self._planner.robots_due(told if told is not None and now < told < until else now, until)
 
     def probe(self) -> None:
         """Write something of no meaning. Raises DatabaseUnavailable as long as nothing can be written."""

@@ -1,0 +1,60 @@
+"""A second before something is due its robot's status is read, so that at the instant only the intent and the POST remain."""
+from __future__ import annotations
+
+import pytest
+
+from app.models import State
+from tests.support.network import Fate
+
+DUE = 300.0              # s from the beginning: 06:05
+
+
+@pytest.fixture
+def requests(site, plan) -> list[str]:
+    """What has been asked of the robot since the moment before the schedule is due."""
+    plan("2026-11-23T06:05")
+    site.run(DUE - 1.0)
+    asked: list[str] = []
+    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    return asked
+
+
+def test_each_instant_is_told_once_and_only_shortly_before(site, plan):
+    scheduler = site.container.scheduler
+    plan("2026-11-23T06:05")
+    site.run(DUE - 5.0)
+    assert scheduler.due_soon() == set()
+    site.run(4.0)
+    assert scheduler.due_soon() == {1}
+    assert scheduler.due_soon() == set()
+    site.run(0.6)
+    assert scheduler.due_soon() == set()
+    site.clock.step(-0.6)                          # set back: it may be told again, which costs one status read
+    site.clock.step(-3600.0)
+    assert scheduler.due_soon() == set()
+
+
+def test_at_the_instant_only_the_post_remains(site, requests):
+    [lane] = site._lanes.values()
+    lane.step(False, due_soon=True)
+    assert requests == ["GET /status"]
+    requests.clear()
+    site.run(1.05)
+    assert requests[0] == "POST /mission_queue"
+    assert [run.state for run in site.executions()] == [State.QUEUED]
+
+
+def test_a_look_ahead_that_fails_is_no_attempt(site, requests):
+    [lane] = site._lanes.values()
+    site.network.next("GET", "/status", Fate.REFUSED)
+    lane.step(False, due_soon=True)
+    site.run(1.05)
+    assert requests[:3] == ["GET /status", "GET /status", "POST /mission_queue"]
+    [run] = site.executions()
+    assert (run.state, run.attempts) == (State.QUEUED, 1)
+
+
+def test_what_is_due_does_not_wait_for_a_poll(site, requests):
+    """The poll of 06:05:00 comes together with the schedule."""
+    site.run(1.05)
+    assert requests[:2] == ["GET /status", "POST /mission_queue"]
