@@ -127,11 +127,21 @@ def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: Usual, opene
     line: Row = {
         "key": execution.id, **logs_looks.look(execution), "mission": execution.mission, "reason": reason_line(execution, zone, usual),
         "robot": execution.robot, "trigger": logs_looks.trigger_word(execution.trigger),
-        "when": formats.day_and_time(execution.planned_at, zone.key, now), "took": formats.duration(execution.duration_s),
+        "when": when(execution.planned_at.astimezone(zone), now.astimezone(zone)), "took": formats.duration(execution.duration_s),
         "opened": opened, "narrow": narrow}
     if opened:
         line |= {"steps": story(execution, zone, usual), "message": message(execution)}
     return line
+
+
+def when(at: datetime, now: datetime) -> str:
+    """Local times: 14:15 of today, Mon 14:15 within a week, 16 Nov 14:15 before; short, so that the columns of the list stay in line."""
+    time_of_day = formats.wall_time(at)
+    days = (now.date() - at.date()).days
+    if days == 0:
+        return time_of_day
+    weekday, _space, day = formats.wall_day(at.date(), year=at.year != now.year).partition(" ")
+    return f"{weekday if 0 < days < 7 else day} {time_of_day}"
 
 
 def reason_line(execution: Execution, zone: ZoneInfo, usual: Usual) -> str:

@@ -214,7 +214,7 @@ class SchedulerScreen(ScreenBase):
     lower_height = NumericProperty(0)    # least, of the form and the schedules
 
     def __init__(self, container: Container, shell: Shell, **kwargs: Any) -> None:
-        load_kv("slots", "scheduler")
+        load_kv("flow", "slots", "scheduler")
         super().__init__(vm=SchedulerViewModel(container, shell), **kwargs)
         self._page, self._lower = self.ids.page.__self__, self.ids.lower.__self__
         self._empty = SchedulerEmpty()

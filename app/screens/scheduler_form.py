@@ -158,7 +158,10 @@ class FormModel(EventDispatcher):
         self._choose(_("When the previous run is still open"), words.overlap_options(), "overlap", self._draft.overlap)
 
     def _choose(self, title: str, options: Sequence[dict[str, Any]], field: str, selected: Any) -> None:
-        self._shell.dialogs.choose(title, options, lambda key: self.set(**{field: key}), selected=selected)
+        def chosen(key: Any) -> None:
+            self.set(**{field: None if key == words.INHERIT else key})
+
+        self._shell.dialogs.choose(title, options, chosen, selected=words.INHERIT if selected is None else selected)
 
     # ------------------------------------------------------------------ saving
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:

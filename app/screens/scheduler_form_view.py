@@ -26,6 +26,7 @@ FIELDS = {
 }
 SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "last_day", "battery", "window", "overlap",
                 "name", "priority", "parameters")
+INHERIT = "inherit"          # key of the option that a setting decides
 BATTERIES = tuple(range(5, 100, 5))
 WINDOWS = (5, 10, 15, 20, 30, 45, 60, 90, 120, 180, 240, 480, 720, 1440)
 
@@ -214,7 +215,7 @@ def robot_options(facts: SchedulerFacts) -> list[Row]:
 def battery_options(facts: SchedulerFacts, present: float | None) -> list[Row]:
     general = battery_word(facts.settings.minimum_battery_percent)
     values = sorted({*BATTERIES, *({present} if present else ())})
-    return [{"key": None, "text": _("As in Settings"), "note": general},
+    return [{"key": INHERIT, "text": _("As in Settings"), "note": general},
             {"key": 0.0, "text": _("No minimum"), "note": _("starts at any charge")},
             *({"key": float(value), "text": formats.percent(value), "note": ""} for value in values)]
 
@@ -222,7 +223,7 @@ def battery_options(facts: SchedulerFacts, present: float | None) -> list[Row]:
 def window_options(facts: SchedulerFacts, present: int | None) -> list[Row]:
     general = window_word(facts.settings.start_window_minutes)
     values = sorted({*WINDOWS, *({present} if present else ())})
-    return [{"key": None, "text": _("As in Settings"), "note": general},
+    return [{"key": INHERIT, "text": _("As in Settings"), "note": general},
             {"key": 0, "text": _("Not at all"), "note": _("one minute at most")},
             *({"key": value, "text": window_word(value), "note": ""} for value in values)]
 

@@ -7,6 +7,7 @@ import pytest
 
 from app.models import Between, Overlap, ReasonCode, Schedule, State
 from app.screens.scheduler_cards import FormCard
+from app.services.mir.types import MissionParameter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog, MenuRow
 from app.widgets.fields import FormField, PickField, SearchField, StepField
@@ -408,3 +409,28 @@ def test_nothing_overlaps_or_is_too_small(screen, ui):
     choose(screen, ui, "Mission", KITS)
     kind(screen, ui, "Weekly")
     assert checks.problems(screen.shell.navigator.screen("scheduler")) == []
+
+
+def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, container, ui):
+    screen.plan.form._robot_missions.parameters = lambda _robot_id, _guid: (MissionParameter("count", "Pallets", "integer", 2, 1, 8),)
+    choose(screen, ui, "Mission", "Bring pallet to dock")
+    pallets = ui.find(FormField, label="Pallets")
+    pallets.text = "9"
+    ui.tap(save_button(ui))
+    settle(screen, ui)
+    assert pallets.problem == "It must be 1 to 8"
+    pallets.text = "3"
+    save(screen, ui)
+    assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"count": 3}
+
+
+def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    pick_time(screen, ui, "Time", "2015")
+    choose(screen, ui, "Late up to", "30 min")
+    choose(screen, ui, "Battery ≥", "No minimum")
+    choose(screen, ui, "Battery ≥", "As in Settings")
+    choose(screen, ui, "If running", "Queue it")
+    save(screen, ui)
+    saved = next(schedule for schedule in schedules(container) if schedule.start == datetime(2026, 11, 20, 20, 15))
+    assert (saved.minimum_battery_percent, saved.start_window_minutes, saved.overlap) == (None, 30, Overlap.QUEUE)

@@ -59,7 +59,8 @@ def test_what_did_not_complete_says_why_and_what_is_open_what_it_waits_for():
 
 
 def test_a_run_of_another_day_has_its_date():
-    assert view.row(replace(DONE, planned_at=PLANNED - timedelta(days=1)), NOW, ZONE, USUAL, False)["when"] == "Thu 19 Nov 13:30"
+    shown = [view.row(replace(DONE, planned_at=PLANNED - timedelta(days=days)), NOW, ZONE, USUAL, False)["when"] for days in (1, 6, 7, 400)]
+    assert shown == ["Thu 13:30", "Sat 13:30", "13 Nov 13:30", "16 Oct 2025 14:30"]
 
 
 # ---------------------------------------------------------------------- the story

@@ -232,7 +232,7 @@ def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
 
 def test_pickers_offer_the_setting_first_and_keep_odd_values():
     batteries = form.battery_options(facts(), 37.0)
-    assert (batteries[0]["key"], batteries[0]["note"], batteries[1]["key"]) == (None, "30 %", 0.0)
+    assert (batteries[0]["key"], batteries[0]["note"], batteries[1]["key"]) == (form.INHERIT, "30 %", 0.0)
     assert 37.0 in [row["key"] for row in batteries]
     assert form.window_options(facts(), None)[0]["note"] == "15 min"
     assert [row["key"] for row in form.also_options(draft())] == [hour for hour in range(24) if hour != 6]

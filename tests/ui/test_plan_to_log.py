@@ -1,0 +1,86 @@
+"""From the form to the log: a mission planned by taps starts by itself on a simulated robot and stands in the Logs with its figures."""
+from __future__ import annotations
+
+import time
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+import mir_sim
+from app.container import Container
+from app.models import Mission, Robot, State
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import PickField
+from app.widgets.figures import FigureCard
+from app.widgets.frame import NavItem
+from app.widgets.rows import LogRow, OptionRow, PlanRow
+from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
+
+
+class ShiftedClock:
+    """The tablet's clock, at a time of the test's choosing."""
+
+    def __init__(self, now: datetime) -> None:
+        self._ahead = now - datetime.now(UTC)
+
+    def now(self) -> datetime:
+        return datetime.now(UTC) + self._ahead
+
+    def monotonic(self) -> float:
+        return time.monotonic()
+
+    def leap_to(self, now: datetime) -> None:
+        self._ahead = now - datetime.now(UTC)
+
+
+@pytest.fixture
+def site(tmp_path: Path):
+    with mir_sim.serve(robots=1, time_scale=20.0, battery=90.0) as fleet:
+        container = Container.open(tmp_path, ShiftedClock(datetime(2026, 11, 23, 6, 29, 1, tzinfo=UTC)), with_window=True)
+        container.catalogue.change_settings(timezone="UTC", poll_interval_seconds=1)
+        container.catalogue.save_robot(Robot(fleet.robots[0].name, fleet.robots[0].url, USER), password=PASSWORD)
+        container.catalogue.save_mission(Mission("Home", GUIDS["Home"]))
+        yield container
+        container.close()
+
+
+def go(ui, name: str) -> None:
+    ui.tap(ui.find(NavItem, name=name))
+    ui.advance(.3)
+
+
+def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
+    with shown(site, ui) as app:
+        go(ui, "scheduler")
+        ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
+        ui.tap(ui.find(PickField, label="Mission"))
+        ui.wait(lambda: ui.find_all(ChoiceDialog))
+        ui.advance(.3)
+        ui.tap(ui.find(OptionRow, text="Home"))
+        ui.tap(ui.find(PickField, label="Time"))
+        for digit in "0630":
+            ui.key(ord(digit), digit)
+        ui.tap(ui.find(CommandButton, text="Set"))
+        ui.wait(lambda: not ui.find(CommandButton, text="Save schedule").disabled)
+        ui.tap(ui.find(CommandButton, text="Save schedule"))
+        ui.wait(lambda: site.repositories.schedules.all(site.db.read()))
+        go(ui, "home")
+        ui.wait(lambda: ui.find_all(PlanRow, mission="Home"))
+        assert ui.find(PlanRow, mission="Home").time == "06:30"
+
+        site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
+        site.loop.start()
+        ui.wait(lambda: site.history.last_finished(1), seconds=60)
+        execution, = site.history.last_finished(1)
+        assert (execution.state, execution.mission, execution.attempts) == (State.COMPLETED, "Home", 1)
+        assert timedelta(0) <= execution.submitted_at - execution.planned_at < timedelta(seconds=30)
+
+        go(ui, "logs")
+        ui.wait(lambda: [row.outcome for row in ui.find_all(LogRow)] == ["Completed"])
+        row = ui.find(LogRow)
+        assert (row.mission, row.robot, row.trigger, row.when) == ("Home", "Aino", "Schedule", "06:30")
+        ui.wait(lambda: ui.find_all(FigureCard, label="Success rate", note="1 of 1 ended run"))
+        ui.tap(row)
+        ui.wait(lambda: [step["label"] for step in ui.find(LogRow).steps] == ["Planned", "Submitted", "Started", "Completed"])
