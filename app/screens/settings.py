@@ -60,6 +60,7 @@ class SettingsViewModel(ViewModel):
     # ------------------------------------------------------------------ reading
     def opened(self, section: str | None = None, **intent: Any) -> None:
         self.keep(self._container.changes.subscribe(self._heard))
+        self.keep(self._read_soon.cancel)
         self.every(1, self.show)
         self.refresh()
 
@@ -72,7 +73,9 @@ class SettingsViewModel(ViewModel):
             self._read_soon()
 
     def refresh(self) -> None:
-        """Read anew. One reading at a time; what changes meanwhile asks for one more."""
+        """Read anew. One reading at a time; what changes meanwhile asks for one more. A screen that is not shown reads nothing."""
+        if not self.is_open:
+            return
         if self._reading:
             self._stale = True
             return
@@ -119,6 +122,12 @@ class SectionList(SectionCard):
     """The sections; a tap opens one."""
     screen = ObjectProperty(None, allownone=True)
 
+    def reveal(self, section: str) -> None:
+        """Scroll to the row of a section that was opened from elsewhere, where not all have room."""
+        rows = self.ids.section_rows
+        if rows.ids.rows.height > rows.height:
+            rows.show(section)
+
 
 class SectionContent(BoxLayout):
     """The open section under its name; ``narrow`` shows the way back to the list."""
@@ -155,6 +164,7 @@ class SettingsScreen(ScreenBase):
         self.vm.is_narrow_open = True
         self._place_page()
         self.vm.show()
+        Clock.schedule_once(lambda _dt: self._list.reveal(section), 0)       # after the rows have their places
         self._page.reached(**intent)
 
     def close(self) -> None:

@@ -28,6 +28,7 @@ class AboutModel(EventDispatcher):
     version = StringProperty()
     python = StringProperty("–")
     kivy = StringProperty("–")
+    kivymd = StringProperty("–")
     sqlite = StringProperty("–")
     directory = StringProperty()
     components = ListProperty()
@@ -39,7 +40,7 @@ class AboutPage(SettingsPage):
         found = components()
         versions = {component.name: component.version for component in found}
         self.vm.python, self.vm.sqlite = versions["Python"], versions["SQLite"]
-        self.vm.kivy = " · ".join(f"{name} {versions[name]}" for name in ("Kivy", "KivyMD") if name in versions)
+        self.vm.kivy, self.vm.kivymd = versions.get("Kivy", "–"), versions.get("KivyMD", "–")
         self.vm.components = [{"key": component.name, "name": component.name, "version": component.version or "–",
                                "licence": component.licence} for component in found]
 

@@ -13,11 +13,11 @@ from app.screens.problems import sentence_of
 from app.screens.settings_facts import SettingsFacts
 from app.screens.settings_missions_view import idle_panels, mission_options
 from app.screens.settings_page import Desk, SettingsPage
-from app.widgets.lists import Row
+from app.widgets.lists import RecycledRow
 from app.widgets.surfaces import Surface
 
 
-class IdlePanel(Row, Surface):
+class IdlePanel(RecycledRow, Surface):
     """One robot's rule. Actions: "switch" (wanted), "mission", "minutes" (number)."""
     name = StringProperty()
     active = BooleanProperty(False)

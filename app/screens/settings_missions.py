@@ -21,7 +21,7 @@ from app.screens.settings_missions_view import (
     offers,
     removal_sentence,
 )
-from app.screens.settings_page import Desk, OutcomeModel, SettingsPage
+from app.screens.settings_page import BAR_BESIDE, Desk, OutcomeModel, SettingsPage
 from app.screens.settings_view import NoticeView, went_wrong
 from app.services.catalogue import Edit
 from app.services.mir.types import MissionInfo
@@ -187,6 +187,7 @@ class MissionDialog(FormDialog):
         if mission is not None:
             form.name, form.guid, form.robot_id = mission.name, mission.guid, mission.robot_id or 0
         super().__init__(vm=form, **kwargs)
+        self.ids.page.bar_margin = BAR_BESIDE
         self._name_robot()
         for name in ("name", "guid"):
             form.fbind(name, self._edited, name)

@@ -7,6 +7,7 @@ from datetime import datetime
 from typing import Any
 
 from kivy.event import EventDispatcher
+from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
@@ -27,6 +28,7 @@ from app.widgets.tokens import TONES
 
 log = logging.getLogger(__name__)
 
+BAR_BESIDE = dp(-12)                         # the scroll bar stands in the margin, not on what scrolls
 FORESEEN = (InvalidInput, RobotError, DatabaseError)     # each brings its sentence; anything else belongs into the log as well
 
 

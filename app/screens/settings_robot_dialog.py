@@ -10,7 +10,7 @@ from kivy.properties import AliasProperty, BooleanProperty, ObjectProperty, Stri
 from app.i18n import _
 from app.models import InvalidInput, Robot
 from app.screens.problems import sentence_of
-from app.screens.settings_page import Desk, OutcomeModel
+from app.screens.settings_page import BAR_BESIDE, Desk, OutcomeModel
 from app.screens.settings_view import (
     NoticeView,
     asking_robot,
@@ -78,6 +78,7 @@ class RobotDialog(FormDialog):
             form.password_hint = _("needed to switch it on") if robot.needs_password else _("unchanged")
             form.enabled = robot.enabled or robot.needs_password
         super().__init__(vm=form, **kwargs)
+        self.ids.page.bar_margin = BAR_BESIDE
         for name in FIELDS:
             form.fbind(name, self._edited, name)
         self.fbind("width", self._widened)
@@ -96,6 +97,8 @@ class RobotDialog(FormDialog):
             self._tested, self._found = None, None
             self.vm.outcome.tell(NoticeView())
             self.vm.save_word = _("Save robot")
+        if name == "address":
+            self.vm.fingerprint_problem = ""
 
     # ------------------------------------------------------------------ what is pressed
     def test(self) -> None:

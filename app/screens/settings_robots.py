@@ -13,12 +13,12 @@ from app.screens.settings_missions_view import robot_removal_sentence
 from app.screens.settings_page import Desk, SettingsPage
 from app.screens.settings_robot_dialog import RobotDialog
 from app.screens.settings_view import NoticeView, asking_robot, connection_found, robot_panels, went_wrong
-from app.widgets.lists import Row
+from app.widgets.lists import RecycledRow
 from app.widgets.surfaces import Surface, TonedSurface
 from app.widgets.tokens import TONES
 
 
-class RobotPanel(Row, TonedSurface):
+class RobotPanel(RecycledRow, TonedSurface):
     """A robot's data sheet. Actions: "test", "edit"."""
     name = StringProperty()
     model = StringProperty()
@@ -37,16 +37,9 @@ class RobotPanel(Row, TonedSurface):
     result_icon = StringProperty()
 
 
-class AddPanel(Surface):
-    """The place of the next robot: ``on_add``."""
-    title = StringProperty()
-    text = StringProperty()
+class AddPanel(RecycledRow, Surface):
+    """The place of the next robot. Action: "add"."""
     first = BooleanProperty(False)
-
-    __events__ = ("on_add",)
-
-    def on_add(self) -> None:
-        """The button was pressed."""
 
 
 class RobotsModel(EventDispatcher):
@@ -60,7 +53,8 @@ class RobotsPage(SettingsPage):
         super().__init__(desk, RobotsModel(), **kwargs)
 
     def show(self, facts: SettingsFacts, now: datetime) -> None:
-        self.vm.panels = [{**row, **self._result(row["key"])} for row in robot_panels(facts, now)]
+        self.vm.panels = [*({**row, **self._result(row["key"])} for row in robot_panels(facts, now)),
+                          {"key": "add", "panelclass": "AddPanel", "first": not facts.robots}]
 
     def reached(self, **intent: Any) -> None:
         self._results.clear()
@@ -75,9 +69,11 @@ class RobotsPage(SettingsPage):
                 "result_icon": notice.icon}
 
     # ------------------------------------------------------------------ what is pressed
-    def act(self, robot_id: int, action: str) -> None:
-        robot = self.desk.facts.robot(robot_id)
-        if robot is not None:
+    def act(self, key: Any, action: str) -> None:
+        robot = self.desk.facts.robot(key)
+        if action == "add":
+            self.add()
+        elif robot is not None:
             {"test": self.test, "edit": self.edit}[action](robot)
 
     def add(self) -> None:

@@ -1,0 +1,109 @@
+"""Panels side by side, of which only the visible ones exist."""
+from __future__ import annotations
+
+import pytest
+from kivy.lang import Builder
+from kivy.properties import NumericProperty, StringProperty
+
+from app.widgets.buttons import CommandButton
+from app.widgets.lists import RecycledRow
+from app.widgets.panel_grid import PanelGrid, PanelShelf
+from app.widgets.surfaces import Surface
+
+
+class SamplePanel(RecycledRow, Surface):
+    word = StringProperty()
+    least = NumericProperty(100)
+
+
+class LastPanel(RecycledRow, Surface):
+    """Another kind of panel in the same grid."""
+
+
+KV = """
+<SamplePanel>:
+    size_hint_min_y: root.least
+    CommandButton:
+        text: root.word
+        height: dp(64)
+        on_release: root.act("press", root.word)
+<LastPanel>:
+    size_hint_min_y: dp(100)
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def kv():
+    Builder.load_string(KV, filename="panel-grid-test")
+    yield
+    Builder.unload_file("panel-grid-test")
+
+
+def grid(ui, count: int, width: float = 1000, **kwargs) -> PanelGrid:
+    panels = [{"key": number, "word": f"P{number}"} for number in range(count)]
+    return ui.show(PanelGrid(panelclass="SamplePanel", panels=panels, panel_width=300, spacing=16, **kwargs), size=(width, 500))
+
+
+def shelves(ui, root) -> list[list[str]]:
+    return [[child.word for child in shelf.children[::-1] if isinstance(child, SamplePanel)]
+            for shelf in sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.y)]
+
+
+@pytest.mark.parametrize(("width", "columns"), [(1000, 3), (932, 3), (931, 2), (400, 1), (150, 1)])
+def test_as_many_columns_as_fit(ui, width, columns):
+    root = grid(ui, 4, width)
+    assert len(shelves(ui, root)[0]) == columns
+
+
+def test_a_window_that_turns_arranges_the_panels_anew(ui):
+    root = grid(ui, 5)
+    assert shelves(ui, root) == [["P0", "P1", "P2"], ["P3", "P4"]]
+    root.width = 650
+    ui.advance(.1)
+    assert shelves(ui, root) == [["P0", "P1"], ["P2", "P3"], ["P4"]]
+
+
+def test_all_panels_of_a_row_are_equally_high_and_wide(ui):
+    root = grid(ui, 4)
+    root.panels = [{"key": 0, "word": "P0"}, {"key": 1, "word": "P1", "least": 180}, {"key": 2, "word": "P2"}, {"key": 3, "word": "P3"}]
+    ui.advance(.1)
+    first, second = (sorted(shelf.children, key=lambda child: child.x) for shelf in
+                     sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.y))
+    assert {child.height for child in first} == {180}
+    assert {round(child.width) for child in (*first, *second)} == {round((1000 - 2 * 16) / 3)}
+
+
+def test_presses_come_from_the_panel_that_was_pressed_in_every_column(ui):
+    root, pressed = grid(ui, 6), []
+    root.bind(on_action=lambda _grid, *values: pressed.append(values))
+    for number in (0, 1, 2, 4):
+        ui.tap(ui.find(CommandButton, root=root, text=f"P{number}"))
+    assert pressed == [(0, "press", "P0"), (1, "press", "P1"), (2, "press", "P2"), (4, "press", "P4")]
+
+
+def test_of_many_only_the_visible_exist_and_all_can_be_reached(ui):
+    root = grid(ui, 300, row_height=100)
+    assert len(ui.find_all(SamplePanel, root=root)) < 30
+    root.scroll_y = 0
+    ui.advance(.5)
+    assert "P299" in [panel.word for panel in ui.find_all(SamplePanel, root=root)]
+
+
+def test_new_values_keep_the_panels(ui):
+    root = grid(ui, 3)
+    before = ui.find_all(SamplePanel, root=root)
+    root.panels = [{"key": number, "word": f"Q{number}"} for number in range(3)]
+    ui.advance(.1)
+    assert ui.find_all(SamplePanel, root=root) == before
+    assert shelves(ui, root) == [["Q0", "Q1", "Q2"]]
+
+
+def test_another_kind_of_panel_stands_among_them(ui):
+    root = grid(ui, 2)
+    root.panels = [*root.panels, {"key": "last", "panelclass": "LastPanel"}]
+    ui.advance(.1)
+    assert len(ui.find_all(LastPanel, root=root)) == 1
+    root.panels = [*root.panels[:2], {"key": 2, "word": "P2"}, root.panels[2]]
+    ui.advance(.1)
+    assert shelves(ui, root) == [["P0", "P1", "P2"], []]
+    assert len(ui.find_all(LastPanel, root=root)) == 1
