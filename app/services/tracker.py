@@ -8,12 +8,14 @@ from app.models import Execution, Reason, ReasonCode, Robot, State
 from app.services.dispatcher import Dispatcher
 from app.services.ledger import Ledger, seconds_between
 from app.services.mir.client import RobotClient
-from app.services.mir.errors import Rejected, RobotError
+from app.services.mir.errors import Rejected, RobotError, Unreadable
 from app.services.mir.types import QueueItem, QueueState
 
 log = logging.getLogger(__name__)
 
 USER_REQUEST = "aborted - user request"       # how the robot words a cancellation, in en_US (reference, section 3: C)
+
+MANY = 3                     # open executions that are asked for in one request instead of one each
 
 
 class Tracker:
@@ -23,14 +25,22 @@ class Tracker:
         self._robot, self._client, self._ledger, self._dispatcher = robot, client, ledger, dispatcher
 
     def follow(self) -> None:
-        """Ask for every queued or executing item by its id."""
-        for execution in self._ledger.open_for(self._robot.id, (State.QUEUED, State.EXECUTING)):
-            if execution.queue_id is not None:
-                self._follow(execution, execution.queue_id)
+        """Ask for every queued or executing item by its id; for many together, where the robot can be asked so."""
+        executions = self._ledger.open_for(self._robot.id, (State.QUEUED, State.EXECUTING))
+        accepted = [(execution, execution.queue_id) for execution in executions if execution.queue_id is not None]
+        items = self._items_from(min(queue_id for _, queue_id in accepted)) if len(accepted) >= MANY else {}
+        for execution, queue_id in accepted:
+            self._follow(execution, queue_id, items.get(queue_id))
 
-    def _follow(self, execution: Execution, queue_id: int) -> None:
+    def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
-            item = self._client.queue_item(queue_id)
+            return {item.id: item for item in self._client.items_after(lowest - 1)}
+        except Unreadable:                                # too many at once: one by one then
+            return {}
+
+    def _follow(self, execution: Execution, queue_id: int, item: QueueItem | None) -> None:
+        try:
+            item = item or self._client.queue_item(queue_id)
         except Rejected as error:
             if error.status in (404, 410):
                 self._ledger.end(execution, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))

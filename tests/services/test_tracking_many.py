@@ -1,0 +1,51 @@
+"""Many executions of one robot are followed in one request, or one by one where that can't be."""
+from __future__ import annotations
+
+import pytest
+
+from app.models import State
+from app.services.mir.errors import Unreadable
+from app.services.tracker import MANY
+
+DUE = 300.0              # s from the beginning: 06:05
+COUNT = 2 * MANY
+
+
+@pytest.fixture
+def asked(site, plan) -> list[str]:
+    """What the robot is asked for while it has many missions in its queue."""
+    for number in range(COUNT):
+        plan("2026-11-23T06:05", name=f"S{number}")
+    site.run(DUE + 1.0)
+    asked: list[str] = []
+    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    return asked
+
+
+def test_many_are_followed_in_one_request(site, asked):
+    site.run(10.0)
+    assert "POST /mission_queue/search" in asked
+    assert not [path for path in asked if path.startswith("GET /mission_queue/")]
+    site.run(3600.0)
+    assert [run.state for run in site.executions()] == [State.COMPLETED] * COUNT
+
+
+def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
+    [lane] = site._lanes.values()
+
+    def too_many(floor):
+        raise Unreadable(problem="more than 5000 queue items")
+    monkeypatch.setattr(lane.client, "items_after", too_many)
+    site.run(3600.0)
+    assert {path for path in asked if path.startswith("GET /mission_queue/")}
+    assert [run.state for run in site.executions()] == [State.COMPLETED] * COUNT
+
+
+def test_those_that_are_not_in_the_list_are_asked_for_by_themselves(site, asked, monkeypatch):
+    """What the list does not show is not taken for gone."""
+    [lane] = site._lanes.values()
+    monkeypatch.setattr(lane.client, "items_after", lambda floor: [])
+    site.run(10.0)
+    assert len({path for path in asked if path.startswith("GET /mission_queue/")}) == COUNT
+    site.run(3600.0)
+    assert [run.state for run in site.executions()] == [State.COMPLETED] * COUNT
