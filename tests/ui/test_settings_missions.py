@@ -1,0 +1,143 @@
+"""Settings, Missions: from a robot's list, by hand, favourites, what is missing, and Undo."""
+from __future__ import annotations
+
+from datetime import datetime
+
+import pytest
+
+from app.models import Mission, Schedule
+from app.screens.settings_missions import MissionDialog, MissionRow
+from app.screens.settings_robots import RobotPanel
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.display import Notice
+from app.widgets.fields import PickBox, SearchField
+from app.widgets.rows import OptionRow, SectionRow
+from app.widgets.surfaces import Tap
+from tests.ui.integrator import enter, go, missions, page, press, says, tablet, undo
+from tests.ui.whole_app import GUIDS, shown
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    with tablet(tmp_path, monkeypatch) as site:
+        yield site
+
+
+@pytest.fixture
+def app(site, ui):
+    """The app on an empty database."""
+    with shown(site.container, ui) as app:
+        yield app
+
+
+def fetch(ui, robot: str) -> ChoiceDialog:
+    press(ui, "Fetch from robot")
+    ui.tap(ui.find(OptionRow, text=robot))
+    ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
+    return ui.find(ChoiceDialog)
+
+
+def test_missions_are_taken_over_from_a_checklist(site, app, ui):
+    site.add_robots()
+    site.add_missions("Deliver")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    dialog = fetch(ui, "Aino")
+    assert "Deliver" not in [option["text"] for option in dialog.options]         # here already
+    ui.tap(ui.find(OptionRow, root=dialog, text="Collect empties"))
+    press(ui, "Add chosen", dialog)
+    ui.wait(lambda: len(missions(site)) == 2)
+    assert {mission.name: mission.guid for mission in missions(site)} == {name: GUIDS[name] for name in ("Deliver", "Collect empties")}
+    ui.wait(lambda: says(ui, "1 mission added"))
+    ui.wait(lambda: len(ui.find_all(MissionRow)) == 2)
+
+
+def test_when_everything_is_here_that_is_said(site, app, ui):
+    _aino, veikko = site.add_robots()
+    found = site.container.operator.fetch_missions(veikko.id)
+    site.container.catalogue.edit(lambda edit: [edit.save_mission(Mission(mission.name, mission.guid)) for mission in found])
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    press(ui, "Fetch from robot")
+    ui.tap(ui.find(OptionRow, text="Veikko"))
+    ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are here already"))
+
+
+def test_a_robot_that_is_gone_while_its_missions_are_asked_for(site, app, ui):
+    site.add_robots()
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Fetch from robot", disabled=False))
+    site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
+    ui.tap(ui.find_all(CommandButton, text="Fetch from robot", disabled=False)[-1])
+    ui.tap(ui.find(OptionRow, text="Aino"))
+    ui.wait(lambda: ui.find_all(Notice, tone="fault"))
+    assert not ui.find(CommandButton, text="Fetch from robot").busy
+
+
+def test_a_mission_by_hand_with_its_bad_input_at_the_field(site, app, ui):
+    site.add_missions("Deliver")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    press(ui, "Add by hand")
+    dialog = ui.find(MissionDialog)
+    enter(ui, dialog.ids.name_field, "Deliver")
+    enter(ui, dialog.ids.guid_field, "no guid!")
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: dialog.ids.guid_field.problem.startswith("A mission's guid has"))
+    enter(ui, dialog.ids.guid_field, GUIDS["Home"])
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: dialog.ids.name_field.problem == "There is a mission Deliver already")
+    enter(ui, dialog.ids.name_field, "Home")
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: not ui.find_all(MissionDialog))
+    assert {mission.name for mission in missions(site)} == {"Deliver", "Home"}
+
+
+def test_a_mission_that_holds_for_one_robot_only(site, app, ui):
+    _aino, veikko = site.add_robots()
+    site.add_missions("Deliver")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    row = ui.find(MissionRow)
+    ui.tap(next(tap for tap in ui.find_all(Tap, root=row) if not isinstance(tap, IconButton)))
+    dialog = ui.find(MissionDialog)
+    ui.tap(ui.find(PickBox, root=dialog))
+    ui.tap(ui.find(OptionRow, text="Only Veikko"))
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: missions(site)[0].robot_id == veikko.id)
+    ui.wait(lambda: says(ui, "Only on Veikko"))
+
+
+def test_favourites_come_first_and_a_deleted_mission_comes_back(site, app, ui):
+    site.add_missions("Deliver", "Home", favourite=False)
+    go(ui, "missions")
+    ui.wait(lambda: len(ui.find_all(MissionRow)) == 2)
+    star, bin_ = ui.find_all(IconButton, root=ui.find(MissionRow, name="Home"))
+    ui.tap(star)
+    ui.wait(lambda: [row["name"] for row in page(app).vm.rows] == ["Home", "Deliver"])
+    star, bin_ = ui.find_all(IconButton, root=ui.find(MissionRow, name="Home"))
+    ui.tap(bin_)
+    ui.wait(lambda: [mission.name for mission in missions(site)] == ["Deliver"])
+    ui.wait(lambda: says(ui, "Home deleted"))
+    undo(ui)
+    ui.wait(lambda: {(mission.name, mission.favourite) for mission in missions(site)} == {("Home", True), ("Deliver", False)})
+
+
+def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
+    aino, _veikko = site.add_robots()
+    gone = site.container.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))
+    site.container.catalogue.save_schedule(Schedule("Morning", aino.id, gone.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY"))
+    go(ui, "missions")
+    ui.wait(lambda: [row.warning for row in ui.find_all(MissionRow)] == ["Not on Aino any more"])
+    assert ui.find(SectionRow, key="missions").note == "1 mission, 1 missing"
+    ui.tap(ui.find(SectionRow, key="robots"))
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").missions == "1 missing")
+
+
+def test_missions_are_found_while_typing(site, app, ui):
+    site.add_missions(*GUIDS)
+    go(ui, "missions")
+    ui.wait(lambda: len(page(app).vm.rows) == len(GUIDS))
+    ui.type(ui.find(SearchField), "empties")
+    assert [row["name"] for row in page(app).vm.rows] == ["Collect empties"]

@@ -1,0 +1,224 @@
+"""Settings, Robots, as an integrator uses it: taps and typing against simulated robots."""
+from __future__ import annotations
+
+import socket
+from datetime import datetime
+
+import pytest
+
+from app.models import Schedule
+from app.screens.settings_robot_dialog import RobotDialog
+from app.screens.settings_robots import RobotPanel
+from app.services.mir.credentials import Token
+from app.widgets.buttons import Toggle
+from app.widgets.frame import NavItem
+from app.widgets.rows import RobotChip
+from tests.ui.integrator import enter, fill_in, go, press, robots, says, schedules, tablet, undo
+from tests.ui.whole_app import PASSWORD, USER, shown
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    with tablet(tmp_path, monkeypatch) as site:
+        yield site
+
+
+@pytest.fixture
+def app(site, ui):
+    """The app on an empty database."""
+    with shown(site.container, ui) as app:
+        yield app
+
+
+def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
+    ui.wait(lambda: "Add your first robot" in ui.texts())
+    press(ui, "Add robot")
+    ui.wait(lambda: ui.find_all(RobotDialog))
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+    assert dialog.vm.outcome.text.startswith("Aino answers in ")
+    assert "MiR" in dialog.vm.outcome.note
+    assert "serial" in dialog.vm.outcome.note
+    assert robots(site) == []                                 # a test saves nothing
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: robots(site) and not ui.find_all(RobotDialog))
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    panel, = ui.find_all(RobotPanel)
+    assert (panel.name, panel.address) == ("Aino", site.fleet.robots[0].url.removeprefix("http://"))
+    ui.wait(lambda: panel.badge.startswith("Connected"))
+    assert panel.serial not in ("", "–")
+    ui.tap(ui.find(NavItem, name="home"))
+    ui.wait(lambda: [chip.name for chip in ui.find_all(RobotChip)] == ["Aino"])
+
+
+def test_saving_tests_first_and_says_what_is_wrong_at_the_field(site, app, ui):
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: dialog.vm.outcome.tone == "fault")
+    assert says(ui, "doesn't accept the user name and password")
+    assert dialog.ids.password_field.problem == "Check user name and password"
+    assert robots(site) == []
+    enter(ui, dialog.ids.password_field, PASSWORD)            # mended: the field is not red any more, Save saves
+    assert dialog.ids.password_field.problem == ""
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: [robot.name for robot in robots(site)] == ["Aino"])
+    assert robots(site)[0].token == Token.derive(USER, PASSWORD).header
+
+
+def test_a_robot_that_does_not_answer_can_be_saved_by_a_second_press(site, app, ui):
+    with socket.socket() as closed:                           # bound, not listening: refused
+        closed.bind(("127.0.0.1", 0))
+        go(ui, "robots")
+        press(ui, "Add robot")
+        dialog = fill_in(ui, name="Late", address=f"127.0.0.1:{closed.getsockname()[1]}", username=USER, password=PASSWORD)
+        press(ui, "Save robot", dialog)
+        ui.wait(lambda: dialog.vm.save_word == "Save anyway")
+        assert says(ui, "refused the connection")
+        assert robots(site) == []
+        press(ui, "Save anyway", dialog)
+        ui.wait(lambda: [robot.name for robot in robots(site)] == ["Late"])
+
+
+@pytest.mark.parametrize(("field", "text", "problem"), [
+    ("name", "", "Give the robot a name"),
+    ("address", "not an address", "An address has no spaces"),
+    ("username", "a:b", "A user name can't contain a colon"),
+    ("username", "", "Enter the robot's user name"),
+    ("password", "", f"Enter the password of {USER}"),
+])
+def test_bad_input_is_one_sentence_at_its_field_and_nothing_is_saved(site, app, ui, field, text, problem):
+    go(ui, "robots")
+    press(ui, "Add robot")
+    values = {"name": "Aino", "address": site.fleet.robots[0].url, "username": USER, "password": PASSWORD, field: text}
+    dialog = fill_in(ui, **values)
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: dialog.ids[f"{field}_field"].problem.startswith(problem))
+    ui.wait(lambda: app.shell.background.idle)
+    assert robots(site) == []
+    assert ui.find(RobotDialog).ids.address_field.text == values["address"]      # nothing that was entered is lost
+
+
+def test_a_name_that_is_taken_is_said_at_the_name(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[1].url, username=USER, password=PASSWORD)
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: dialog.ids.name_field.problem == "There is a robot Aino already")
+    assert len(robots(site)) == 2
+
+
+def test_something_else_at_the_address_is_no_robot(site, app, ui):
+    site.fleet.robots[0].control({"fault": {"kind": "html", "path": "*", "count": None}})
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Page", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: dialog.vm.outcome.tone == "fault")
+    assert "web page" in dialog.vm.outcome.text
+
+
+def test_the_panel_tests_the_stored_connection(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
+    panel = ui.find(RobotPanel, name="Veikko")
+    press(ui, "Test connection", panel)
+    ui.wait(lambda: panel.result_tone == "done")
+    assert panel.result.startswith("Veikko answers in")
+    aino = ui.find(RobotPanel, name="Aino")
+    site.container.catalogue.save_robot(next(robot for robot in robots(site) if robot.name == "Aino"), password="changed there")
+    press(ui, "Test connection", aino)
+    ui.wait(lambda: aino.result_tone == "fault")
+    assert "doesn't accept" in aino.result
+
+
+def test_editing_keeps_the_password_and_never_shows_it(site, app, ui):
+    site.add_robots()
+    token = robots(site)[0].token
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    dialog = ui.find(RobotDialog)
+    assert (dialog.ids.password_field.text, dialog.ids.password_field.hint) == ("", "unchanged")
+    enter(ui, dialog.ids.name_field, "Aino 2")
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    assert {robot.name: robot.token for robot in robots(site)}["Aino 2"] == token
+    assert says(ui, "Aino 2 saved")
+
+
+def test_another_user_needs_the_users_own_password(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    dialog = fill_in(ui, username="admin")
+    press(ui, "Save robot", dialog)
+    assert dialog.ids.password_field.problem == "Enter the password of admin"
+    enter(ui, dialog.ids.password_field, "admin")
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    assert robots(site)[0].username == "admin"
+
+
+def test_another_machine_is_told_before_it_is_accepted(site, app, ui):
+    site.add_robots()
+    ui.wait(lambda: all(robot.serial_number for robot in robots(site)))
+    before = robots(site)[0].serial_number
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    dialog = fill_in(ui, address=site.fleet.robots[1].url)
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: dialog.vm.save_word == "Save as this robot")
+    assert before in dialog.vm.outcome.text
+    assert robots(site)[0].serial_number == before
+    press(ui, "Save as this robot", dialog)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    assert robots(site)[0].serial_number == robots(site)[1].serial_number
+
+
+def test_a_robot_can_be_switched_off_without_answering(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    dialog = ui.find(RobotDialog)
+    ui.tap(ui.find(Toggle, root=dialog))
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    assert not robots(site)[0].enabled
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge == "Switched off")
+
+
+def test_a_certificate_is_asked_for_only_with_https(site, app, ui):
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Safe", address="https://10.0.0.1", username=USER, password=PASSWORD)
+    assert not dialog.ids.fingerprint_field.disabled
+    enter(ui, dialog.ids.fingerprint_field, "no fingerprint")
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: dialog.ids.fingerprint_field.problem.startswith("A SHA-256 fingerprint"))
+    enter(ui, dialog.ids.address_field, "10.0.0.1")
+    assert "Certificate fingerprint (SHA-256)" not in ui.texts(dialog)
+
+
+def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
+    aino, _veikko = site.add_robots()
+    mission, = site.add_missions("Deliver")
+    site.container.catalogue.save_schedule(Schedule("Morning", aino.id, mission.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY"))
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel, name="Aino"))
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    press(ui, "Delete robot", ui.find(RobotDialog))
+    ui.wait(lambda: len(robots(site)) == 1)
+    assert schedules(site) == []
+    ui.wait(lambda: says(ui, "Aino and its schedule deleted"))
+    undo(ui)
+    ui.wait(lambda: len(robots(site)) == 2)
+    assert [schedule.name for schedule in schedules(site)] == ["Morning"]
+    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
