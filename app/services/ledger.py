@@ -81,8 +81,9 @@ class Ledger:
         return self._change(execution, (State.QUEUED,), state=State.EXECUTING, started_at=self._clock.now(), robot_delay_s=robot_delay_s)
 
     def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None) -> Execution | None:
+        """Seen done; a fast one is first seen so, and then began about now."""
         return self._end(execution, (State.QUEUED, State.EXECUTING), state=State.COMPLETED, duration_s=duration_s,
-                         robot_delay_s=robot_delay_s)
+                         robot_delay_s=robot_delay_s, started_at=execution.started_at or self._clock.now())
 
     def end(self, execution: Execution, reason: Reason, duration_s: float | None = None) -> Execution | None:
         """End an open execution with a reason, whose code tells the state."""

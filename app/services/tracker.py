@@ -57,7 +57,7 @@ class Tracker:
         """Move the execution to where its queue item stands."""
         delay = seconds_between(item.ordered, item.started)
         duration = seconds_between(item.started, item.finished)
-        if item.state is not QueueState.PENDING and execution.state is State.QUEUED and item.started is not None:
+        if item.state not in (QueueState.PENDING, QueueState.DONE) and execution.state is State.QUEUED and item.started is not None:
             execution = self._ledger.started(execution, delay) or execution
         if item.state is QueueState.DONE:
             self._ledger.completed(execution, duration, delay)
