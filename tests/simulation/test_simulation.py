@@ -37,6 +37,16 @@ def violations(tmp_path, hours=8.0, profile=ROUGH, seed=1):
     return World(tmp_path, seed, profile).run(hours).violations
 
 
+def is_found(tmp_path, words, hours=8.0):
+    """Whether any of some seeds meets the bug: a crash has to fall into the one step where it shows."""
+    for seed in range(1, 7):
+        directory = tmp_path / f"seed-{seed}"
+        directory.mkdir(parents=True)
+        if any(word in problem for problem in violations(directory, hours, seed=seed) for word in words):
+            return True
+    return False
+
+
 def test_without_a_planted_bug_the_rough_world_is_clean(tmp_path):
     assert violations(tmp_path) == []
 
@@ -51,7 +61,7 @@ def test_a_blind_retry_is_found(tmp_path, monkeypatch):
         else:
             original(self, intent, error, settings)
     monkeypatch.setattr(dispatcher.Dispatcher, "_not_accepted", blind)
-    assert any("items with one token" in problem for problem in violations(tmp_path))
+    assert is_found(tmp_path, ["items with one token"])
 
 
 def test_an_intent_that_is_not_committed_is_found(tmp_path, monkeypatch):
@@ -65,7 +75,7 @@ def test_an_intent_that_is_not_committed_is_found(tmp_path, monkeypatch):
                             submitted_at=self._clock.now())
     monkeypatch.setattr(ledger.Ledger, "begin_attempt", begin)
     monkeypatch.setattr(ledger.Ledger, "accepted", accepted)
-    assert any("items with one token" in problem for problem in violations(tmp_path))
+    assert is_found(tmp_path, ["items with one token"])
 
 
 def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
@@ -93,8 +103,7 @@ def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     without = re.sub(r"(token +TEXT NOT NULL) UNIQUE", r"\1", without)
     open_database = planner.Database.open.__func__
     monkeypatch.setattr(open_database, "__kwdefaults__", {**open_database.__kwdefaults__, "migrations": (without,)})
-    (tmp_path / "without").mkdir()
-    assert any("2 rows" in problem or "one token" in problem for problem in violations(tmp_path / "without"))
+    assert is_found(tmp_path / "without", ["2 rows", "one token"])
 
 
 def test_a_fold_that_runs_twice_is_found(tmp_path, monkeypatch):
@@ -107,7 +116,7 @@ def test_a_fold_that_runs_twice_is_found(tmp_path, monkeypatch):
             return after.replace(hour=1, minute=30, second=0, microsecond=0)
         return found
     monkeypatch.setattr(planner, "next_occurrence", twice)
-    assert any("never planned" in problem for problem in violations(tmp_path, hours=16.0))
+    assert is_found(tmp_path, ["never planned"], hours=16.0)
 
 
 @pytest.mark.parametrize("seed", [11, 12])
