@@ -38,7 +38,8 @@ Fields (fields.py; ``label`` above, ``help`` below, ``problem`` = one sentence t
     StepField(value, minimum, maximum, step, unit, optional; on_commit(value)) · PickField(label, value, icon, problem; on_release) ·
     SearchField(text, hint)
 
-Lists (lists.py, long_list.py; rows are dicts of the row class's properties with a ``key``; ``on_action(key, action, *values)`` comes from the rows)
+Lists (lists.py, long_list.py; rows are dicts of the row class's properties with a ``key``;
+``on_action(key, action, *values)`` comes from the rows)
     Rows          all rows, in a box of your making
     ScrollRows    some dozens; scrolls, rests on whole rows; ``empty_text``; ``direction: "x"`` for a strip
     LongList      thousands; row classes mix in ``RecycledRow``; ``on_end`` asks for the next page
