@@ -23,6 +23,8 @@ log = logging.getLogger(__name__)
 
 STOP_WITHIN = 4.0           # s: the contract gives a stop 5 s; a request under way is left to its time-out
 FIRST_POLL_WITHIN = 5.0     # s until "ready" whatever the robots do
+POLLED_AT_ONCE = 20         # robots
+TURN_EVERY = 0.1            # s between them
 AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes on
 
 
@@ -89,7 +91,8 @@ class PollLoop:
         self._lock = threading.Lock()
         self._wake = threading.Condition()
         self._woken = self._stopping = False
-        self._cycle_at = -math.inf
+        self._cycle_at = self._turn_at = -math.inf
+        self._to_poll: list[int] = []             # robots of this cycle whose turn has not come yet
         self._window_drives = False
         self._thread: threading.Thread | None = None
         self._chores: list[Callable[[], None]] = []
@@ -133,12 +136,22 @@ class PollLoop:
 
     # ------------------------------------------------------------------ asked by others
     def request_cycle(self, by_window: bool = False) -> None:
-        """Poll every robot now, in parallel."""
+        """Poll every robot now, in parallel; very many in short turns, so that neither the window nor what falls due has to wait."""
         self._window_drives |= by_window
         self._cycle_at = self._clock.monotonic()
         with self._lock:
-            for thread in self._lanes.values():
-                thread.kick(poll=True)
+            self._to_poll += self._lanes.keys() - set(self._to_poll)
+        self._poll_some()
+        if self._to_poll:
+            self.wake()
+
+    def _poll_some(self) -> None:
+        self._turn_at = self._clock.monotonic() + TURN_EVERY
+        with self._lock:
+            turn, self._to_poll = self._to_poll[:POLLED_AT_ONCE], self._to_poll[POLLED_AT_ONCE:]
+            threads = [self._lanes[key] for key in turn if key in self._lanes]
+        for thread in threads:
+            thread.kick(poll=True)
 
     def kick(self, robot_id: int, poll: bool = False, due_soon: bool = False) -> None:
         """Something is new for this robot (a manual run, a cancellation), or will be soon."""
@@ -179,7 +192,7 @@ class PollLoop:
         while not self._stopping:
             try:
                 self._round(first_look)
-                wait = self._scheduler.seconds_to_next()
+                wait = self._scheduler.seconds_to_next(longest=TURN_EVERY if self._to_poll else LONGEST_WAIT)
             except DatabaseUnavailable as error:
                 self._alarms.database_fails(error.text)
                 wait = LONGEST_WAIT
@@ -213,6 +226,8 @@ class PollLoop:
         due = self._poll_interval() * (2 if self._window_drives else 1)
         if self._clock.monotonic() - self._cycle_at >= due:
             self.request_cycle()
+        elif self._to_poll and self._clock.monotonic() >= self._turn_at:
+            self._poll_some()
 
     def _quickly(self) -> None:
         """Not everybody has answered yet: look again soon."""

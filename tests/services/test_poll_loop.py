@@ -1,0 +1,98 @@
+"""The threads around the services: a cycle reaches every robot, in turns when there are very many, and nobody waits for a dead one."""
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from app.models import Robot
+from app.services import poll_loop
+from app.services.alarms import Alarms
+from app.services.changes import Changes
+from app.services.clock import SystemClock
+from app.services.planner import Fallen
+from app.services.poll_loop import POLLED_AT_ONCE, PollLoop
+from tests.support.process import wait_for
+
+
+class CountingLane:
+    """A lane that only counts its polls; ``hangs`` until the test ends."""
+
+    def __init__(self, robot: Robot, polls: Counter[int]) -> None:
+        self.robot, self.polled, self.watched, self.clock_offset = robot, False, False, None
+        self._polls = polls
+        self.hangs: Callable[[], None] = lambda: None
+
+    def step(self, poll: bool, due_soon: bool = False) -> float:
+        self.hangs()
+        self._polls[self.robot.id] += poll
+        self.polled = True
+        return 60.0
+
+    def close(self) -> None: ...
+
+
+class QuietScheduler:
+    """Nothing is ever due."""
+
+    def start(self) -> None: ...
+    def stop(self) -> None: ...
+
+    def tick(self) -> Fallen:
+        return Fallen()
+
+    def due_soon(self) -> set[int]:
+        return set()
+
+    def seconds_to_next(self, longest: float = 1.0) -> float:
+        return longest
+
+
+@pytest.fixture
+def polls() -> Counter[int]:
+    return Counter()
+
+
+@pytest.fixture
+def start(site, polls) -> Iterator[Callable[..., PollLoop]]:
+    """A loop over so many robots; those whose number is given hang."""
+    loops, free = [], poll_loop.threading.Event()
+
+    def make(count: int, *, hanging: int | None = None, every: float = 0.2) -> PollLoop:
+        def lane_of(robot: Robot) -> CountingLane:
+            lane = CountingLane(robot, polls)
+            if robot.id == hanging:
+                lane.hangs = free.wait
+            return lane
+        alarms = Alarms(site.container.db, site.container.repositories.alarms, SystemClock(), Changes())
+        loop = PollLoop(site.container.db, scheduler=QuietScheduler(), clock=SystemClock(), alarms=alarms, changes=Changes(),  # type: ignore[arg-type]
+                        robots=lambda: [Robot(f"R{n}", "http://r", id=n) for n in range(count)], make_lane=lane_of,  # type: ignore[arg-type]
+                        poll_interval=lambda: every)
+        loops.append(loop)
+        loop.start()
+        return loop
+    yield make
+    free.set()
+    for loop in loops:
+        loop.stop()
+
+
+@pytest.mark.parametrize("count", [3, 2 * POLLED_AT_ONCE + 1])
+def test_every_robot_is_polled_again_and_again(start, polls, count):
+    start(count)
+    wait_for(lambda: len(polls) == count and min(polls.values()) >= 3)
+
+
+def test_very_many_are_polled_in_turns_that_a_new_cycle_does_not_begin_anew(start, polls):
+    """Even when a cycle takes longer than the interval, the last ones get their turn."""
+    count = 20 * POLLED_AT_ONCE
+    start(count, every=0.3)
+    wait_for(lambda: len(polls) == count and min(polls.values()) >= 1)
+
+
+def test_a_robot_that_hangs_holds_up_itself_alone(start, polls, monkeypatch):
+    monkeypatch.setattr(poll_loop, "FIRST_POLL_WITHIN", 0.2)
+    start(5, hanging=2)
+    wait_for(lambda: len(polls) == 4 and min(polls.values()) >= 3)
+    assert 2 not in polls
