@@ -5,8 +5,9 @@ translations stay, new texts come in empty, texts that are gone leave. ``check``
 and exits 1. ``compile`` writes .mo files for packagers; the app itself reads the .po files.
 
 Texts are the constants in ``_("…")``, ``ngettext``, ``pgettext`` and ``N_("…")`` (marked here, translated later) of Python and in
-``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. Services that get ``translate`` handed in keep their sentences in tables; of such files every
-constant counts that reads like words: it begins with a capital, has a space or a placeholder.
+``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``) and the tables named SENTENCES are told by msgid, too.
+Services that get ``translate`` handed in keep their sentences in tables; of such files every constant counts that reads like words: it
+begins with a capital, has a space or a placeholder.
 """
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ from app.i18n import CONTEXT_MARK, DOMAIN, LOCALE_DIR, compile_mo, languages, po
 ROOT = Path(__file__).resolve().parents[1]
 # name of a function: which of its arguments are context, msgid, plural
 CALLS = {"_": (None, 0, None), "N_": (None, 0, None), "gettext": (None, 0, None), "ngettext": (None, 0, 1), "pgettext": (0, 1, None),
-         "n_": (None, 0, 1), "p_": (0, 1, None)}
+         "n_": (None, 0, 1), "p_": (0, 1, None),
+         "InvalidInput": (None, 1, None), "InvalidAddress": (None, 0, None), "_wrong": (None, 0, None)}
 LIKE_WORDS = re.compile(r"(?![A-Z_0-9]+$)(?=.*[A-Za-z]{2})([A-Z]|.*[ {])", re.DOTALL)
 KV_CALL = re.compile(r"\btr\.(?:_|n_|p_)\(")
 
@@ -63,6 +65,8 @@ def _python_texts(path: Path) -> Iterator[tuple[int, Text]]:
     found = list(_calls(tree, path, 0))
     if any(isinstance(node, ast.arg) and node.arg == "translate" for node in ast.walk(tree)):
         found += _tables(tree)
+    else:
+        found += [text for node in ast.walk(tree) if _is_sentences(node) for text in _tables(node)]
     yield from sorted(found, key=lambda item: item[0])
 
 
@@ -75,6 +79,11 @@ def _tables(tree: ast.AST) -> Iterator[tuple[int, Text]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in passed_over and LIKE_WORDS.match(node.value):
             yield node.lineno, Text(node.value)
+
+
+def _is_sentences(node: ast.AST) -> bool:
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+    return any(isinstance(target, ast.Name) and target.id == "SENTENCES" for target in targets)
 
 
 def _logs(node: ast.AST) -> bool:
@@ -107,7 +116,8 @@ def _calls(tree: ast.AST, path: Path, offset: int) -> Iterator[tuple[int, Text]]
         if name not in CALLS or (path.suffix == ".py" and isinstance(node.func, ast.Attribute)):
             continue
         context, msgid, plural = (None if n is None else _constant(node, n, path) for n in CALLS[name])
-        if msgid is None and isinstance(node.args[0] if node.args else None, ast.Name | ast.Attribute):
+        place = CALLS[name][1]
+        if msgid is None and isinstance(node.args[place] if len(node.args) > place else None, ast.Name | ast.Attribute):
             continue                         # _(word) of a word that is marked elsewhere
         if msgid is None:
             raise NotConstant(f"{path}:{node.lineno + offset}: not a constant text")

@@ -1,14 +1,14 @@
 """What a schedule does, in one sentence: "Every Mon, Wed, Fri at 06:30". English msgids with named placeholders."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from datetime import datetime
+from collections.abc import Sequence
+from datetime import datetime, time
 from types import MappingProxyType
 
 from app.models import InvalidInput, Schedule
+from app.services import written
 from app.services.recurrence import Frequency, Recurrence
-
-Translate = Callable[[str], str]
+from app.services.written import Translate
 
 _WEEKDAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 _MONTHS = ("January", "February", "March", "April", "May", "June", "July", "August", "September", "October", "November", "December")
@@ -45,12 +45,12 @@ class _Words:
     def sentence(self) -> str:
         start, rule = self._schedule.start, self._rule
         if rule.frequency is Frequency.ONCE:
-            return self._say("Once on {day} at {time}", day=f"{start:%Y-%m-%d}", time=f"{start:%H:%M}")
+            return self._say("Once on {day} at {time}", day=written.day(start, self._translate), time=self._time(start))
         head = self._every()
         if not rule.frequency.is_sub_daily:
             head = self._say("{every} at {times}", every=head, times=self._times())
         elif between := self._schedule.between:
-            head = self._say("{every} from {start} to {end}", every=head, start=f"{between.start:%H:%M}", end=f"{between.end:%H:%M}")
+            head = self._say("{every} from {start} to {end}", every=head, start=self._time(between.start), end=self._time(between.end))
         working_days = [self._say("not on non-working days")] if self._schedule.respect_working_days else []
         return ", ".join([head, *self._limits(), *self._end(), *working_days])
 
@@ -87,7 +87,11 @@ class _Words:
 
     def _times(self) -> str:
         rule, start = self._rule, self._schedule.start
-        return self._list([f"{hour:02}:{minute:02}" for hour in rule.hours or (start.hour,) for minute in rule.minutes or (start.minute,)])
+        return self._list([self._time(time(hour, minute))
+                           for hour in rule.hours or (start.hour,) for minute in rule.minutes or (start.minute,)])
+
+    def _time(self, at: datetime | time) -> str:
+        return written.time_of_day(at, self._translate)
 
     def _limits(self) -> list[str]:
         """What narrows a rule down further."""
@@ -109,9 +113,9 @@ class _Words:
         rule = self._rule
         if rule.count is not None:
             return [self._say("once only") if rule.count == 1 else self._say("{number} times", number=rule.count)]
-        return [] if rule.until is None else [self._say("until {day}", day=_day_of(rule.until))]
+        return [] if rule.until is None else [self._say("until {day}", day=self._day_of(rule.until))]
 
-
-def _day_of(until: datetime) -> str:
-    is_whole_day = (until.hour, until.minute, until.second) == (23, 59, 59)
-    return f"{until:%Y-%m-%d}" if is_whole_day and until.tzinfo is None else f"{until:%Y-%m-%d %H:%M}" + (" UTC" if until.tzinfo else "")
+    def _day_of(self, until: datetime) -> str:
+        if (until.hour, until.minute, until.second) == (23, 59, 59) and until.tzinfo is None:
+            return written.day(until, self._translate)
+        return written.day_and_time(until, self._translate) + (" UTC" if until.tzinfo else "")

@@ -5,15 +5,16 @@ Nothing here ever fails: a row of an older version, or one whose details are mis
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime, tzinfo
 from types import MappingProxyType
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.models import Execution, Reason, ReasonCode, State, Wait
+from app.services import written
+from app.services.written import Translate
 
-Translate = Callable[[str], str]
 Template = tuple[tuple[str, ...], str]                       # the details it needs, and the English text
 
 # The first template whose details are known is taken; the last one of each code needs none.
@@ -91,7 +92,7 @@ def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, tra
 
 
 def _tell(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
-    known = _known(details, known_zone(zone))
+    known = _known(details, known_zone(zone), translate)
     text = next((text for needed, text in templates if known.keys() >= set(needed)), templates[-1][1])
     translated = translate(text)
     try:
@@ -100,13 +101,13 @@ def _tell(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinf
         return text.format(**known) if text != translated else text
 
 
-def _known(details: Mapping[str, Any], zone: tzinfo) -> dict[str, str]:
+def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> dict[str, str]:
     """What can be told, as text. Times have their date with them when they lie on different days, or as ``…_with_date``."""
     instants = {name: instant for name in _INSTANTS if (instant := _instant(details.get(name), zone)) is not None}
-    with_date = {name: f"{instant:%Y-%m-%d %H:%M}" for name, instant in instants.items()}
+    with_date = {name: written.day_and_time(instant, translate) for name, instant in instants.items()}
     is_one_day = len({instant.date() for instant in instants.values()}) == 1
     known = {f"{name}_with_date": text for name, text in with_date.items()}
-    known |= {name: f"{instant:%H:%M}" for name, instant in instants.items()} if is_one_day else with_date
+    known |= {name: written.time_of_day(instant, translate) for name, instant in instants.items()} if is_one_day else with_date
     for name, value in details.items():
         if name not in _INSTANTS and (text := _text(value)) and (name, value) != ("attempts", 0):
             known[str(name)] = text

@@ -1,0 +1,22 @@
+"""Dates and times of day inside the services' sentences, as the language of ``translate`` writes them; the English ones are ISO 8601."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import date, datetime, time
+
+Translate = Callable[[str], str]
+
+
+def time_of_day(at: datetime | time, translate: Translate) -> str:
+    """06:30"""
+    return translate("{hour:02}:{minute:02}").format(hour=at.hour, minute=at.minute)
+
+
+def day(at: date, translate: Translate) -> str:
+    """2026-11-23"""
+    return translate("{year:04}-{month:02}-{day:02}").format(year=at.year, month=at.month, day=at.day)
+
+
+def day_and_time(at: datetime, translate: Translate) -> str:
+    """2026-11-23 06:30"""
+    return f"{day(at, translate)} {time_of_day(at, translate)}"

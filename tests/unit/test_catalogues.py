@@ -1,0 +1,99 @@
+"""The catalogues that the app ships: complete, and read as a speaker of the language would write. No kivy."""
+from __future__ import annotations
+
+from datetime import UTC, datetime, time
+
+import pytest
+
+from app.i18n import DOMAIN, LOCALE_DIR, Translator, languages, po_entries
+from app.models import Between, Reason, ReasonCode, Schedule
+from app.screens import formats
+from app.screens.settings_view import LANGUAGE_NAMES
+from app.services import phrases, reasons
+from tests import catalogues
+
+TRANSLATED = languages()[1:]
+
+
+def test_no_catalogue_has_a_finding():
+    assert catalogues.problems() == []
+
+
+@pytest.mark.parametrize("language", TRANSLATED)
+def test_no_entry_is_empty_or_fuzzy(language):
+    entries = list(po_entries(LOCALE_DIR / language / "LC_MESSAGES" / f"{DOMAIN}.po"))
+    assert len(entries) > 700
+    assert [entry for entry in entries if "fuzzy" in entry] == []
+    assert [entry for entry in entries if not all(text for name, text in entry.items() if name.startswith("msgstr"))] == []
+
+
+def test_every_language_has_a_name_and_its_own_way_to_write_dates():
+    assert languages() == ["en", "fi"]
+    assert LANGUAGE_NAMES.keys() == formats.LANGUAGES.keys() == set(languages())
+    assert LANGUAGE_NAMES["fi"] == "Suomi"
+
+
+def test_what_is_refused_and_what_robots_answer_is_extracted(tmp_path):
+    (tmp_path / "app").mkdir()
+    (tmp_path / "app" / "errors.py").write_text('''
+SENTENCES: dict[str, str] = {"no_answer": "{address} doesn't answer"}
+def demand(field, msgid):
+    if not field:
+        raise InvalidInput("name", "enter a name")
+    raise InvalidInput(field, msgid)
+''', encoding="utf-8")
+    assert set(catalogues.texts_of_code(tmp_path)) == {"{address} doesn't answer", "enter a name"}
+
+
+@pytest.mark.parametrize("damage", ["missing", "unused", "placeholder", "fuzzy", "empty"])
+def test_the_check_notices_every_kind_of_damage(tmp_path, damage):
+    source = (LOCALE_DIR / "fi" / "LC_MESSAGES" / f"{DOMAIN}.po").read_text(encoding="utf-8")
+    entry = 'msgid "{robot} doesn\'t answer"\nmsgstr "{robot} ei vastaa"\n'
+    assert entry in source
+    damaged = {
+        "missing": "", "unused": entry + '\nmsgid "Nobody says this"\nmsgstr "Kukaan ei sano"\n',
+        "placeholder": entry.replace('"{robot} ei', '"{robotti} ei'), "fuzzy": "#, fuzzy\n" + entry,
+        "empty": entry.replace("{robot} ei vastaa", "")}[damage]
+    target = tmp_path / "fi" / "LC_MESSAGES"
+    target.mkdir(parents=True)
+    (target / f"{DOMAIN}.po").write_text(source.replace(entry, damaged), encoding="utf-8")
+    word = {"unused": "unused", "placeholder": "other placeholders"}.get(damage, "missing")
+    found = catalogues.problems(tmp_path)
+    assert len(found) == 1
+    assert found[0].startswith(f"fi: {word}")
+
+
+# ---------------------------------------------------------------------- Finnish
+@pytest.fixture
+def finnish() -> Translator:
+    translator = Translator()
+    translator.use("fi")
+    return translator
+
+
+@pytest.mark.parametrize(("n", "text"), [(0, "0 tehtävää"), (1, "1 tehtävä"), (2, "2 tehtävää")])
+def test_numbers_take_the_partitive(finnish, n, text):
+    assert finnish.ngettext("{n} mission", "{n} missions", n).format(n=n) == text
+
+
+@pytest.mark.parametrize(("rule", "text"), [
+    (None, "Kerran 23.11.2026 klo 06.30"),
+    ("FREQ=DAILY;INTERVAL=2", "2 päivän välein klo 06.30"),
+    ("FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR", "Viikoittain ma–pe klo 06.30"),
+    ("FREQ=MONTHLY;BYDAY=-1FR", "Joka kuukausi: viimeinen pe klo 06.30"),
+    ("FREQ=YEARLY", "Joka vuosi: marraskuun 23. päivä klo 06.30"),
+    ("FREQ=DAILY;UNTIL=20261231", "Joka päivä klo 06.30, 31.12.2026 asti")])
+def test_a_schedule_reads_in_finnish(finnish, rule, text):
+    schedule = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki", rule, respect_working_days=False)
+    assert phrases.sentence(schedule, finnish.gettext) == text
+
+
+def test_a_part_of_the_day_reads_in_finnish(finnish):
+    schedule = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 0), "Europe/Helsinki", "FREQ=HOURLY;INTERVAL=3",
+                        between=Between(time(6), time(18)))
+    assert phrases.sentence(schedule, finnish.gettext) == "3 tunnin välein klo 06.00–18.00, vain työpäivinä"
+
+
+def test_a_reason_reads_in_finnish(finnish):
+    reason = Reason(ReasonCode.BATTERY_LOW, {"battery": 17.0, "minimum": 20, "until": datetime(2026, 11, 23, 5, 0, tzinfo=UTC)})
+    assert reasons.sentence(reason, "Europe/Helsinki", finnish.gettext) == "Akku 17 % pysyi alle 20 %:n 07.00 asti"
