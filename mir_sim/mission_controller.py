@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mir_sim.robot import SimulatedRobot
 
 START_DELAY = 1.0             # s from "next in the queue" to Executing: right after a POST, /status still says Ready
-TRANSIENT = 0.5               # s for which Completed and Aborted are shown
+TRANSIENT = 0.5               # s for which Completed and Aborted are shown, and Abort of a queue item (guess: only reported as short)
 WAITING_TEXT = "Waiting for new missions..."
 
 Event = tuple[float, Callable[[], object]]
@@ -34,6 +34,7 @@ class MissionController:
         self._text = WAITING_TEXT
         self._starts_at: float | None = None
         self._ended: tuple[StateId, float] = (StateId.READY, 0.0)
+        self._aborting: tuple[QueueItem, float] | None = None
 
     # What it shows
 
@@ -83,6 +84,8 @@ class MissionController:
         """What is due next, as (simulated second, what to do)."""
         if self._starts_at is not None:
             yield self._starts_at, self._start_next
+        if self._aborting is not None:
+            yield self._aborting[1], self.finish_abort
         run = self.run
         if run is not None and run.since is not None:
             ends = run.step.ends_at(self._robot, run.since, run.done)
@@ -99,7 +102,7 @@ class MissionController:
                 self.run.go_on(robot.now)
             else:
                 self.run.freeze(robot.now)
-        if free and self.run is None and robot.queue.pending():
+        if free and self.run is None and self._aborting is None and robot.queue.pending():
             self._starts_at = robot.now + START_DELAY if self._starts_at is None else self._starts_at
         else:
             self._starts_at = None
@@ -179,24 +182,34 @@ class MissionController:
 
     def end(self, state: ItemState, message: str) -> None:
         """End the running mission, if there is one, where it is."""
-        run, robot = self.run, self._robot
-        if run is None:
-            return
+        if self.run is not None:
+            self.run.item.finish(state, self._robot.stamp(), message)
+            self._stop(StateId.COMPLETED if state is ItemState.DONE else StateId.ABORTED, message)
+
+    def _stop(self, shown: StateId, message: str) -> None:
+        """Leave the running mission where it is and show for a moment what became of it."""
+        robot = self._robot
         self._leave_step()
-        run.item.finish(state, robot.stamp(), message)
         self.run = None
         if robot.prompt is not None and not robot.prompt.blocks:
             robot.prompt = None
         self._text = message or WAITING_TEXT
-        self._ended = (StateId.COMPLETED if state is ItemState.DONE else StateId.ABORTED, robot.now + TRANSIENT)
+        self._ended = (shown, robot.now + TRANSIENT)
 
     def cancel(self, item: QueueItem) -> None:
-        """End an open item as the user's wish; an ended one stays as it is."""
+        """End an open item as the user's wish: a waiting one at once, the running one by way of Abort. An ended one stays as it is."""
         if item.state is ItemState.PENDING:
             self._robot.queue.leave_pending(item)
             item.finish(ItemState.ABORTED, self._robot.stamp(), USER_ABORT)
         elif self.run is not None and self.run.item is item:
-            self.end(ItemState.ABORTED, USER_ABORT)
+            self._stop(StateId.ABORTED, USER_ABORT)
+            item.state, self._aborting = ItemState.ABORT, (item, self._robot.now + TRANSIENT)
+
+    def finish_abort(self) -> None:
+        """Put an item that is being aborted among the ended ones. Nothing holds this up: the mission has stopped already."""
+        if self._aborting is not None:
+            item, self._aborting = self._aborting[0], None
+            item.finish(ItemState.ABORTED, self._robot.stamp(), USER_ABORT)
 
     def forget_text(self) -> None:
         """Show that the robot waits, no longer what became of its last mission."""

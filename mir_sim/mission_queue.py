@@ -12,12 +12,13 @@ class ItemState(StrEnum):
 
     PENDING = "Pending"
     EXECUTING = "Executing"
+    ABORT = "Abort"            # reported: for a moment, while a cancelled mission is being stopped
     DONE = "Done"
     ABORTED = "Aborted"
 
     @property
     def is_open(self) -> bool:
-        return self in (ItemState.PENDING, ItemState.EXECUTING)
+        return self in (ItemState.PENDING, ItemState.EXECUTING, ItemState.ABORT)
 
 
 USER_ABORT = "Aborted - User Request"     # clients tell a cancellation from a failure by exactly this text

@@ -25,6 +25,7 @@ from mir_sim.run import Run
 from mir_sim.site import USER_GROUPS, Row, Site
 from mir_sim.state import BATTERY_EMPTY, MISSION_CONTROLLER, ModeId, Prompt, RobotError, StateId
 
+GOING_DOWN = 1.0              # s of state ShuttingDown before a reboot (guess)
 STARTING_UP = 3.0             # s of state Starting after a reboot
 API_RESTART = 5.0             # s of 503 after the clock was set
 MONDAY = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
@@ -76,6 +77,7 @@ class SimulatedRobot:
         self.error_causes: list[RobotError] = []
         self.fail_next: str | None = None
         self.prompt: Prompt | None = None
+        self.shutting_down = False
         self.offline_until: float | None = None
         self.api_down_until = 0.0
         self.reboots = 0
@@ -129,7 +131,7 @@ class SimulatedRobot:
 
     def _settle(self) -> None:
         """Bring missions and battery in line with the state after anything has changed."""
-        held = self.emergency_stop or self.errors or self.manual or self.paused or self.state is StateId.STARTING
+        held = self.emergency_stop or self.errors or self.manual or self.paused or self.state in (StateId.STARTING, StateId.SHUTTING_DOWN)
         held = held or self.mode is not ModeId.MISSION or (self.prompt is not None and self.prompt.blocks)
         self.controller.settle(free=not held)
         self.battery.set_rate(self.controller.battery_rate, self.now)
@@ -142,6 +144,8 @@ class SimulatedRobot:
 
     @property
     def state(self) -> StateId:
+        if self.shutting_down:
+            return StateId.SHUTTING_DOWN
         if not self.online or (self.reboots and self.now < self.switched_on + STARTING_UP):
             return StateId.STARTING
         if self.emergency_stop:
@@ -155,6 +159,8 @@ class SimulatedRobot:
     @property
     def mission_text(self) -> str:
         state = self.state
+        if state is StateId.SHUTTING_DOWN:
+            return "Shutting down..."                # guess, after the recorded text below
         if state is StateId.STARTING:
             return "Starting..."
         if state is StateId.EMERGENCY_STOP:
@@ -202,7 +208,7 @@ class SimulatedRobot:
         return item
 
     def cancel(self, item: QueueItem) -> None:
-        """End an open item as the user's wish; an ended one stays as it is."""
+        """End an open item as the user's wish; the running one is shown as Abort for a moment. An ended one stays as it is."""
         self.controller.cancel(item)
         self._settle()
 
@@ -314,13 +320,28 @@ class SimulatedRobot:
             self.error_causes = [error for error in self.error_causes if error != BATTERY_EMPTY]
 
     def reboot(self, real_seconds: float) -> None:
-        """Go off the air. The queue is kept; what was executing is aborted (guess: no robot was recorded rebooting)."""
+        """Shut down and be off the air for so long. The queue is kept; what was executing is aborted.
+
+        All this is a guess: no robot was recorded rebooting. A robot that is shutting down already goes on doing so; one that is
+        off the air stays so for as long as is asked now.
+        """
+        if self.shutting_down:
+            return
         self.controller.end(ItemState.ABORTED, "Mission was stopped..")
+        self.controller.finish_abort()
+        if self.online:
+            self.shutting_down = True
+            self.call_at(self.now + GOING_DOWN, lambda: self._go_offline(real_seconds))
+        else:
+            self._go_offline(real_seconds)
+        self._settle()
+
+    def _go_offline(self, real_seconds: float) -> None:
+        self.shutting_down = False
         self.prompt = None
         self.manual = False
         self.errors = list(self.error_causes)
         self.offline_until = self.in_real(real_seconds)
-        self._settle()
 
     def _come_online(self) -> None:
         self.switched_on, self.offline_until = self.now, None

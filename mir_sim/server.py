@@ -56,7 +56,7 @@ class Station:
 
     async def follow_power(self) -> None:
         """Go off the air with the robot and come back with it. The port stays reserved meanwhile, and connections to it are refused."""
-        if not self.robot.online:
+        if self.robot.shutting_down or not self.robot.online:
             self.robot.catch_up()
         if not self.robot.online and self._listener is not None:
             self.close()
@@ -89,6 +89,8 @@ class Station:
         except Exception:
             logging.getLogger("mir_sim").exception("%s %s could not be answered", request.method, request.path)
             result = Exchange(Fate.ANSWERED, refuse(self.robot, ApiError(500, "Internal server error")))
+        if not self.robot.online:     # it went down a moment ago, and follow_power has not looked yet
+            result = Exchange(Fate.REFUSED)
         if result.seconds:
             await asyncio.sleep(result.seconds)
         if result.fate is Fate.HELD:

@@ -25,6 +25,7 @@ class Life(RuleBasedStateMachine):
     def switch_on(self, software: str, seed: int, battery: float) -> None:
         self.asker = Asker(software=software, seed=seed, battery=battery, failure_rate=0.2, history=3)
         self.items: dict[int, dict[str, Any]] = {}
+        self.aborting: dict[int, float] = {}
         self.metres = 0.0
         self.tokens = 0
 
@@ -50,14 +51,14 @@ class Life(RuleBasedStateMachine):
         before, run = item.full() if item is not None else None, self.asker.robot.run
         answer = self.asker.exchange("DELETE", f"/mission_queue/{number}")
         if item is not None and answer.fate is Fate.ANSWERED and answer.response is not None and answer.response.status == 204:
-            assert item.state == "Aborted" or ended
+            assert item.state in ("Abort", "Aborted") or ended
             assert not ended or item.full() == before
             assert self.asker.robot.run is run or (run is not None and run.item is item)
 
     @rule()
     def cancel_all(self) -> None:
         answer = self.asker.send("DELETE", "/mission_queue")
-        assert answer.status != 204 or not self.open_items()
+        assert answer.status != 204 or all(item.state == "Abort" for item in self.open_items())
 
     @rule(state=st.sampled_from([3, 4, 11]), mode=st.sampled_from([3, 7, 7, 7]), clear=st.booleans())
     def tell(self, state: int, mode: int, clear: bool) -> None:
@@ -89,10 +90,21 @@ class Life(RuleBasedStateMachine):
         return [item for item in self.asker.robot.queue if item.state not in ENDED]
 
     @invariant()
-    def at_most_one_item_executes_and_it_is_the_robots_run(self) -> None:
-        executing = [item for item in self.asker.robot.queue if item.state == "Executing"]
+    def at_most_one_item_executes_or_aborts_and_what_executes_is_the_robots_run(self) -> None:
+        busy = [item for item in self.asker.robot.queue if item.state in ("Executing", "Abort")]
         run = self.asker.robot.run
-        assert executing == ([run.item] if run is not None else [])
+        assert len(busy) <= 1
+        assert [item for item in busy if item.state == "Executing"] == ([run.item] if run is not None else [])
+
+    @invariant()
+    def an_abort_passes_in_a_moment_and_ends_as_the_users_wish(self) -> None:
+        for item in self.asker.robot.queue:
+            before = self.aborting.pop(item.id, None)
+            if item.state == "Abort":
+                since = self.aborting[item.id] = self.asker.robot.now if before is None else before
+                assert self.asker.robot.now < since + 0.5
+            elif before is not None:
+                assert (item.state, item.message) == ("Aborted", "Aborted - User Request")
 
     @invariant()
     def ids_ascend_and_no_item_vanishes(self) -> None:
@@ -109,6 +121,7 @@ class Life(RuleBasedStateMachine):
                 assert now["mission_id"] == before["mission_id"] or before["state"] == "Pending"
                 assert (now["description"], now["ordered"]) == (before["description"], before["ordered"])
                 assert now["state"] != "Pending" or before["state"] == "Pending"
+                assert before["state"] != "Abort" or now["state"] in ("Abort", "Aborted")
             self.items[item.id] = now
 
     @invariant()

@@ -121,9 +121,46 @@ def test_cancelling_the_running_item_stops_the_robot_where_it_is(aino: Asker) ->
     aino.send("DELETE", f"/mission_queue/{number}")
     after = aino.status()
     assert (after["state_text"], after["velocity"]["linear"], after["position"]) == ("Aborted", 0.0, before["position"])
-    assert (aino.item(number)["state"], aino.item(number)["message"]) == ("Aborted", "Aborted - User Request")
     aino.pass_time(1)
+    assert (aino.item(number)["state"], aino.item(number)["message"]) == ("Aborted", "Aborted - User Request")
     assert aino.status()["state_text"] == "Ready"
+
+
+@pytest.mark.parametrize("path", ["/mission_queue/1", "/mission_queue"])
+def test_a_cancelled_running_item_is_in_abort_for_a_moment(either: Asker, path: str) -> None:
+    number = either.order()
+    either.pass_time(8)
+    either.send("DELETE", path)
+    item = either.item(number)
+    assert (item["state"], item["finished"], item["message"]) == ("Abort", None, "")
+    body = {"filters": [{"fieldname": "state", "operator": "IN", "value": ["Pending", "Executing"]}]}
+    assert either.send("POST", "/mission_queue/search", body).json() == []
+    assert either.send("DELETE", path).status == 204                         # once more changes nothing
+    assert either.item(number) == item
+    either.pass_time(0.5)
+    ended = either.item(number)
+    assert (ended["state"], ended["message"]) == ("Aborted", "Aborted - User Request")
+    assert ended["finished"] is not None
+    action = either.get(f"/mission_queue/{number}/actions")[0]["id"]
+    assert either.get(f"/mission_queue/{number}/actions/{action}")["finished"] is not None
+
+
+def test_the_next_item_starts_after_the_cancelled_one_has_ended(aino: Asker) -> None:
+    cancelled, following = aino.order(), aino.order("Home")
+    aino.pass_time(8)
+    aino.send("DELETE", f"/mission_queue/{cancelled}")
+    seen = []
+    for _ in range(20):
+        seen.append((aino.state_of(cancelled), aino.state_of(following)))
+        aino.pass_time(0.125)
+    assert list(dict.fromkeys(seen)) == [("Abort", "Pending"), ("Aborted", "Pending"), ("Aborted", "Executing")]
+
+
+def test_cancelling_all_ends_waiting_items_at_once(aino: Asker) -> None:
+    running, waiting = aino.order(), aino.order()
+    aino.pass_time(5)
+    aino.send("DELETE", "/mission_queue")
+    assert (aino.state_of(running), aino.state_of(waiting)) == ("Abort", "Aborted")
 
 
 def test_cancelling_all_ends_everything_open(aino: Asker) -> None:
@@ -132,6 +169,7 @@ def test_cancelling_all_ends_everything_open(aino: Asker) -> None:
     numbers = [aino.order() for _ in range(3)]
     aino.pass_time(5)
     assert aino.send("DELETE", "/mission_queue").status == 204
+    aino.pass_time(1)
     assert [aino.state_of(number) for number in numbers] == ["Aborted"] * 3
     assert aino.state_of(done) == "Done"
 

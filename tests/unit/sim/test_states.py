@@ -164,13 +164,59 @@ def test_setting_the_clock_restarts_the_api_and_stops_the_robot(aino: Asker) -> 
     assert aino.robot.stamp().startswith("2027-01-01T12:00:0")
 
 
+# ---------------------------------------------------------------------- while aborting
+@pytest.mark.parametrize(("wishes", "fields"), [
+    ({}, {"state_id": 4}), ({}, {"state_id": 11}), ({}, {"mode_id": 3}), ({"emergency_stop": True}, {}),
+    ({"error": {"code": 10120, "description": "Blocked"}}, {}), ({"error": {"code": 701, "description": "Hot"}}, {}),
+    ({"reboot_seconds": 5}, {})])
+def test_whatever_happens_an_abort_comes_to_its_end(aino: Asker, wishes: dict[str, object], fields: dict[str, object]) -> None:
+    number = aino.order()
+    aino.pass_time(8)
+    aino.send("DELETE", f"/mission_queue/{number}")
+    assert aino.state_of(number) == "Abort"
+    if wishes:
+        aino.control(**wishes)
+    if fields:
+        aino.put_status(**fields)
+    aino.pass_time(10)
+    item = aino.item(number)
+    assert (item["state"], item["message"]) == ("Aborted", "Aborted - User Request")
+    assert item["finished"] is not None
+
+
+def test_what_is_held_is_cancelled_all_the_same(aino: Asker) -> None:
+    number = aino.order()
+    aino.pass_time(8)
+    aino.put_status(state_id=4)
+    aino.send("DELETE", f"/mission_queue/{number}")
+    assert (aino.state_of(number), aino.status()["state_text"]) == ("Abort", "Pause")
+    aino.pass_time(1)
+    assert (aino.state_of(number), aino.status()["state_text"]) == ("Aborted", "Pause")
+
+
 # ---------------------------------------------------------------------- reboot
+def test_a_robot_shows_that_it_shuts_down_before_it_is_gone(aino: Asker) -> None:
+    running, waiting = aino.order(), aino.order("Home")
+    aino.pass_time(5)
+    aino.control(reboot_seconds=20)
+    status = aino.status()
+    assert (status["state_id"], status["state_text"]) == (2, "ShuttingDown")
+    assert (aino.state_of(running), aino.state_of(waiting)) == ("Aborted", "Pending")
+    assert aino.put_status(state_id=3)["state_id"] == 2
+    aino.control(reboot_seconds=3600)                                        # it is on its way already
+    aino.pass_time(1)
+    assert aino.exchange("GET", "/status").fate is Fate.REFUSED
+    aino.pass_time(20)
+    assert aino.status()["state_text"] == "Starting"
+
+
 def test_a_reboot_keeps_the_queue(aino: Asker) -> None:
     done = aino.order("Home")
     aino.pass_time(60)
     running, waiting = aino.order(), aino.order("Home")
     aino.pass_time(5)
     aino.control(reboot_seconds=20)
+    aino.pass_time(1)
     assert aino.exchange("GET", "/status").fate is Fate.REFUSED
     aino.pass_time(21)
     status = aino.status()
@@ -182,6 +228,8 @@ def test_a_reboot_keeps_the_queue(aino: Asker) -> None:
 def test_the_seconds_of_a_reboot_are_real_ones() -> None:
     asker = Asker(time_scale=100)
     asker.control(reboot_seconds=2)
+    asker.pass_time(1)                                                       # shutting down
+    assert not asker.robot.online
     asker.pass_time(199)
     assert not asker.robot.online
     asker.pass_time(2)
