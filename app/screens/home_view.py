@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any
 
 from app.i18n import _
-from app.models import Robot, RobotSnapshot
+from app.models import Connection, Robot, RobotSnapshot
 from app.screens import formats
 from app.screens.home_facts import HomeFacts
 from app.screens.home_lists import finished_rows, planned_rows, queue_empty, queue_note, queue_rows
@@ -218,7 +218,8 @@ def controls(facts: HomeFacts, robot: Robot) -> ControlsView:
     """Pause can be tried even on a robot that doesn't answer just now: stopping must never wait for the next poll."""
     status = facts.snapshot.status
     state = status.state if status else RobotState.UNKNOWN
-    off = not robot.enabled or state in (RobotState.STARTING, RobotState.SHUTTING_DOWN)
+    answers = facts.snapshot.connection in (Connection.CONNECTED, Connection.SLOW)
+    off = not robot.enabled or (answers and state in (RobotState.STARTING, RobotState.SHUTTING_DOWN))
     resumes = state in (RobotState.PAUSE, *STOPPED)
     count = len(facts.snapshot.queue) + len(facts.not_in_queue)
     return ControlsView(

@@ -279,3 +279,17 @@ def test_a_mission_cancelled_on_the_robot_is_cancelled_here(site, plan):
     site.container.make_client(site.container.repositories.robots.all(site.container.db.read())[0]).cancel(site.executions()[0].queue_id)
     site.run(60)
     assert outcome(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED)]
+
+
+def test_a_poll_in_the_moment_of_aborting_waits_for_what_the_robot_says(site, plan):
+    """``Abort`` has no message yet: judged then, a cancellation would look like a failure."""
+    plan("2026-11-23T06:05")
+    site.run_until(lambda: site.executions(State.EXECUTING))
+    [run] = site.executions()
+    robot = site.container.repositories.robots.all(site.container.db.read())[0]
+    site.container.make_client(robot).cancel(run.queue_id)
+    assert str(items(site)[0].state) == "Abort"
+    site.container.make_lane(robot).step(poll=True)
+    assert site.executions()[0].state is State.EXECUTING
+    site.run(60)
+    assert outcome(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED)]

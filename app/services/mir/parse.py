@@ -221,7 +221,7 @@ def _pose(value: Any, x: str = "x", y: str = "y") -> Pose | None:
 
 # ---------------------------------------------------------------------- queue
 _QUEUE_STATES = {"pending": QueueState.PENDING, "executing": QueueState.EXECUTING, "starting": QueueState.EXECUTING,
-                 "done": QueueState.DONE, "aborted": QueueState.ABORTED, "abort": QueueState.ABORTED}
+                 "done": QueueState.DONE, "aborted": QueueState.ABORTED, "abort": QueueState.ABORTING}
 
 
 def queue_id(value: Any) -> int:

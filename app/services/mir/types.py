@@ -84,10 +84,11 @@ class RobotStatus:
 
 
 class QueueState(Enum):
-    """State of a queue item. ``Abort`` is the short moment of aborting; clients in the field fold it into Aborted."""
+    """State of a queue item. In the short moment of ``Abort`` nobody can tell yet why: message and times come with Aborted."""
     PENDING = "Pending"
     EXECUTING = "Executing"
     DONE = "Done"
+    ABORTING = "Abort"
     ABORTED = "Aborted"
     UNKNOWN = ""
 

@@ -149,7 +149,7 @@ def test_a_recorded_queue_item() -> None:
 
 @pytest.mark.parametrize(("text", "state"), [
     ("Pending", QueueState.PENDING), ("Executing", QueueState.EXECUTING), ("Starting", QueueState.EXECUTING), ("Done", QueueState.DONE),
-    ("Aborted", QueueState.ABORTED), ("Abort", QueueState.ABORTED), ("ABORTED", QueueState.ABORTED), ("Outbound", QueueState.UNKNOWN)])
+    ("Aborted", QueueState.ABORTED), ("Abort", QueueState.ABORTING), ("ABORTED", QueueState.ABORTED), ("Outbound", QueueState.UNKNOWN)])
 def test_queue_states(text: str, state: QueueState) -> None:
     found = parse.queue_item({"id": 1, "state": text})
     assert (found.state, found.state_text) == (state, text)
