@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from kivy.clock import Clock
@@ -31,7 +32,7 @@ PAGES: dict[str, type[SettingsPage]] = {
     "robots": RobotsPage, "missions": MissionsPage, "constraints": ConstraintsPage, "idle": IdlePage, "scheduler": SchedulerPage,
     "display": DisplayPage, "data": DataPage, "about": AboutPage}
 FIRST = "robots"
-SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS, Topic.SNAPSHOT)
+SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS)       # snapshots are looked at once a second
 KV = ("settings", *(f"settings_{name}" for name in PAGES), "dialogs/robot", "dialogs/mission")
 
 
@@ -61,7 +62,7 @@ class SettingsViewModel(ViewModel):
     def opened(self, section: str | None = None, **intent: Any) -> None:
         self.keep(self._container.changes.subscribe(self._heard))
         self.keep(self._read_soon.cancel)
-        self.every(1, self.show)
+        self.every(1, self._look)
         self.refresh()
 
     def retranslated(self) -> None:
@@ -110,6 +111,15 @@ class SettingsViewModel(ViewModel):
                                            key=("settings", "missions", robot.id))
 
     # ------------------------------------------------------------------ showing
+    def _look(self) -> None:
+        """A second has passed: how the robots answer now, which is in memory."""
+        facts = self.desk.facts
+        snapshots = {robot.id: self._container.snapshots.get(robot.id) for robot in facts.robots}
+        if any(snapshot.connection is not facts.snapshot(robot_id).connection for robot_id, snapshot in snapshots.items()):
+            self.refresh()                               # a robot that answers for the first time has told who it is
+        self.desk.facts = replace(facts, snapshots=snapshots)
+        self.show()
+
     def show(self) -> None:
         marked = "" if self.is_narrow and not self.is_narrow_open else self.current
         self.sections = section_rows(self.desk.facts, self.desk.now(), marked)

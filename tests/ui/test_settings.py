@@ -174,6 +174,17 @@ def test_the_theme_changes_at_once_and_is_kept(site, app, ui):
     assert settings(site).theme == "contrast"
 
 
+def test_the_language_changes_at_once_everywhere_and_back(site, app, ui):
+    go(ui, "display")
+    ui.tap(ui.find(Segment, text="Suomi"))
+    ui.wait(lambda: "Asetukset" in ui.texts())
+    assert settings(site).language == "fi"
+    assert ui.find(SectionRow, key="robots").text == "Robotit"
+    assert "Näyttö ja kieli" in ui.texts()
+    ui.tap(ui.find(Segment, text="English"))                  # each language stands there in its own words
+    ui.wait(lambda: "Display & language" in ui.texts())
+
+
 # ---------------------------------------------------------------------- the screen itself
 def test_every_section_can_be_opened_and_shows_its_name(site, app, ui):
     site.add_robots()

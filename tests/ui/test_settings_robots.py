@@ -6,7 +6,7 @@ from datetime import datetime
 
 import pytest
 
-from app.models import Schedule
+from app.models import Robot, Schedule
 from app.screens.settings_robot_dialog import RobotDialog
 from app.screens.settings_robots import RobotPanel
 from app.services.mir.credentials import Token
@@ -222,3 +222,12 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     ui.wait(lambda: len(robots(site)) == 2)
     assert [schedule.name for schedule in schedules(site)] == ["Morning"]
     ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
+
+
+def test_a_robot_that_answers_for_the_first_time_shows_who_it_is(site, app, ui):
+    go(ui, "robots")
+    robot = site.fleet.robots[0]
+    site.container.catalogue.save_robot(Robot("New", robot.url, USER), PASSWORD)
+    ui.wait(lambda: ui.find_all(RobotPanel, name="New"))
+    panel = ui.find(RobotPanel, name="New")
+    ui.wait(lambda: panel.badge.startswith("Connected") and panel.serial != "–" and panel.model.startswith("MiR"))
