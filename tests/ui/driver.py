@@ -63,7 +63,7 @@ class Driver:
         self._time.now += FRAME
         EventLoop.idle()
 
-    def wait(self, condition: Callable[[], object], seconds: float = 10.) -> None:
+    def wait(self, condition: Callable[[], object], seconds: float = 60.) -> None:
         """Run frames until ``condition()`` holds that another thread brings about; AssertionError after ``seconds`` of wall time."""
         end = time.monotonic() + seconds
         while not condition():
