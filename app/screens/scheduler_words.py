@@ -21,7 +21,8 @@ def rule_sentence(schedule: Schedule, settings: Settings) -> str:
     minimum = decisions.minimum_battery(schedule, settings)
     if minimum is None:
         return _when(schedule)
-    return _("{when}, if battery ≥ {percent}").format(when=_when(schedule), percent=formats.percent(minimum).replace(" ", NO_BREAK))
+    condition = _("if battery ≥ {percent}").format(percent=formats.percent(minimum))
+    return f"{_when(schedule)}, {condition.replace('≥ ', f'≥{NO_BREAK}').replace(' %', f'{NO_BREAK}%')}"
 
 
 def _when(schedule: Schedule) -> str:

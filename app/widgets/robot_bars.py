@@ -1,5 +1,5 @@
 """Utilisation of robots side by side, with the time behind each share."""
-from kivy.metrics import dp
+from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty
 
 from app.widgets.chart import Chart
@@ -9,7 +9,7 @@ from app.widgets.tokens import tk
 class RobotBars(Chart):
     """``rows`` = [(robot, share, time, busy, charging), …]: words of the share and of the time, then fractions 0..1 of the time seen."""
     rows = ListProperty()
-    row_height = NumericProperty("40dp")
+    row_height = NumericProperty("40sp")
     wanted_height = NumericProperty(0)       # of all rows; for lists that scroll
     watch = ("rows",)
 
@@ -27,8 +27,8 @@ class RobotBars(Chart):
             y = self.top - slot * (n + .5)
             self.text(name, self.x, y, tk.ink, 16)
             self._track(x, y - h / 2, w, h, busy, charging)
-            self.text(share, self.right, y + dp(7), tk.ink, 20, 1, font="RobotoMedium")
-            self.text(time, self.right, y - dp(11), tk.ink3, 14, 1)
+            self.text(share, self.right, y + sp(7), tk.ink, 20, 1, font="RobotoMedium")
+            self.text(time, self.right, y - sp(11), tk.ink3, 14, 1)
 
     def _track(self, x, y, w, h, busy, charging):
         self.box(x, y, w, h, tk.track, dp(4))

@@ -1,23 +1,29 @@
 """Seven chips for the days of the week, of which any number is chosen."""
 from kivy.properties import ListProperty
-from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.gridlayout import GridLayout
 
 from app.widgets.buttons import Segment
+from app.widgets.tokens import tk
 
 
-class WeekdayChips(BoxLayout):
-    """``data`` = [{"key", "text", "selected"}, …] as wide as the row; a tap fires ``on_choose(key)`` and changes nothing by itself."""
+class WeekdayChips(GridLayout):
+    """``data`` = [{"key", "text", "selected"}, …] as wide as the row, in two rows where one is too narrow for fingers; a tap fires
+    ``on_choose(key)`` and changes nothing by itself."""
     data = ListProperty()
 
     __events__ = ("on_choose",)
 
     def __init__(self, **kwargs):
-        super().__init__(**kwargs)
+        super().__init__(cols=7, **kwargs)
         self.fbind("data", self._build)
+        self.fbind("width", self._fit)
         self._build()
 
     def on_choose(self, key):
         """A day was tapped."""
+
+    def _fit(self, *_):
+        self.cols = 7 if self.width >= 7 * tk.h_touch + 6 * self.spacing[0] else 4
 
     def _build(self, *_):
         if [row["key"] for row in self.data] != [chip.key for chip in reversed(self.children)]:

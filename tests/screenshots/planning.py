@@ -108,7 +108,7 @@ def more(studio: Any) -> Any:
     stand = planning(studio, kind=Kind.DAILY, more_hours=(14, 22), last_day=date(2027, 1, 31))
     stand.vm.form.more = True
     stand.settle()
-    page = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "ScrollPage")
+    page = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "LowColumn")
     page.scroll_y = 0
     return stand.settle()
 

@@ -43,6 +43,7 @@ class Site:
                                                          start=self.clock.now(), timezone=timezone, battery=90.0)
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
+        self.switched_on: Callable[[], None] = lambda: None       # the simulation makes the database shaky here
         self.container: Container
         self.switch_on()
 
@@ -66,6 +67,7 @@ class Site:
         self._due: dict[int, float] = {}
         self._polls: set[int] = set()
         self._next_tick = self._next_cycle = -math.inf
+        self.switched_on()
         self.container.scheduler.start()
 
     def switch_off(self, *, cleanly: bool = True) -> None:

@@ -11,7 +11,7 @@ from app.services.mir.types import MissionParameter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog, MenuRow
 from app.widgets.fields import FormField, PickField, SearchField, StepField
-from app.widgets.lists import ScrollPage
+from app.widgets.pages import LowColumn
 from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.rows import NextStart, OptionRow
@@ -127,7 +127,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
         ui.tap(ui.find(Segment, text=day))
     choose(screen, ui, "Battery ≥", "40 %")
     view = ui.find(FormCard).view
-    assert view.sentence == "Every Tue, Thu, Fri at 06:30, not on non-working days, if battery ≥ 40\N{NO-BREAK SPACE}%"
+    assert view.sentence == "Every Tue, Thu, Fri at 06:30, not on non-working days, if battery ≥\N{NO-BREAK SPACE}40\N{NO-BREAK SPACE}%"
     assert [(start.day, start.time) for start in ui.find_all(NextStart)] == [
         ("Tue 24 Nov", "06:30"), ("Thu 26 Nov", "06:30"), ("Fri 27 Nov", "06:30"), ("Tue 1 Dec", "06:30"), ("Thu 3 Dec", "06:30")]
     save(screen, ui)
@@ -142,7 +142,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
 def test_a_one_time_mission_is_planned(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     pick_time(screen, ui, "Time", "2015")
-    assert ui.find(FormCard).view.sentence == "Once on Fri 20 Nov 2026 at 20:15, if battery ≥ 30\N{NO-BREAK SPACE}%"
+    assert ui.find(FormCard).view.sentence == "Once on Fri 20 Nov 2026 at 20:15, if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
     before = {schedule.id for schedule in schedules(container)}
     save(screen, ui)
     new, = (schedule for schedule in schedules(container) if schedule.id not in before)
@@ -204,7 +204,7 @@ def test_what_is_seldom_needed_stands_under_more(screen, container, ui):
 def reveal(ui, widget) -> None:
     """Scroll the form's fields until it can be seen."""
     ui.advance(.2)
-    ui.find(ScrollPage, ui.find(FormCard)).scroll_to(widget, animate=False)
+    ui.find(LowColumn, ui.find(FormCard)).scroll_to(widget, animate=False)
     ui.advance(.2)
 
 
@@ -434,3 +434,28 @@ def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container,
     save(screen, ui)
     saved = next(schedule for schedule in schedules(container) if schedule.start == datetime(2026, 11, 20, 20, 15))
     assert (saved.minimum_battery_percent, saved.start_window_minutes, saved.overlap) == (None, 30, Overlap.QUEUE)
+
+
+def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_taps(screen, container, ui):
+    from app.screens.scheduler import SchedulerScreen
+    screen.shell.go("home")
+    low = ui.show(SchedulerScreen(container, screen.shell), (976, 440))
+    low.shown()
+    screen.plan = low.vm
+    low.vm.form._robot_missions.learn_names = lambda _robot_id: False
+    low.vm.form._robot_missions.parameters = lambda _robot_id, _guid: ()
+    settle(screen, ui)
+    page = low.ids.page
+    assert page.do_scroll_y
+    choose(screen, ui, "Mission", KITS)
+    page.scroll_y = 0
+    ui.advance(.3)
+    kind(screen, ui, "Daily")
+    ui.advance(.5)
+    assert low.vm.form.draft.kind == "daily"
+    line = ui.find_all(ScheduleLine)[0]
+    ui.tap(ui.find(Toggle, line))
+    ui.advance(.5)
+    settle(screen, ui)
+    assert not container.repositories.schedules.get(container.db.read(), line.key).enabled
+    low.hidden()
