@@ -29,6 +29,7 @@ from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL
 from tests.support.clock import VirtualClock
 
 EVERY_SIZE = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
+HOME = "/home/operator"
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 ROBOTS = (("Aino", "10.40.12.21", "MiR250", "200104012", "3.5.4", Connection.CONNECTED, 2),
           ("Veikko", "10.40.12.22", "MiR100", "180003127", "2.13.4", Connection.CONNECTED, 2),
@@ -96,6 +97,11 @@ class Plant:
         studio.show(framed(screen))
         screen.shown(section=section, **intent)
         studio.driver.wait(lambda: self.shell.background.idle and not screen.vm._waiting)
+        if section == "data":                    # where they would lie on a tablet
+            screen._page.vm.export_configuration.path = f"{HOME}/Documents/amr-scheduler-2026-11-20.json"
+            screen._page.vm.export_log.path = f"{HOME}/Documents/amr-scheduler-log-2026-11-20.csv"
+        elif section == "about":
+            screen._page.vm.directory = f"{HOME}/.local/share/amr-scheduler"
         studio.driver.advance(.2)
         return screen
 
@@ -150,7 +156,7 @@ def data_done(studio):
     page = screen._page
     page._configuration_taken(["robot R4 added", "mission Deliver kits to line 3 added", "schedule Morning delivery changed"])
     page.vm.export_log.problem = "/media/usb/log.csv can't be written: No space left on device"
-    page.vm.backup_outcome.tell(NoticeView("Backup made", "/home/operator/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db",
+    page.vm.backup_outcome.tell(NoticeView("Backup made", f"{HOME}/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db",
                                            "done", "check-circle"))
     return screen
 

@@ -2,13 +2,21 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from app.screens.base import Background, Dialogs, Navigator, Snackbars, UiBus
+from app.screens.settings import SettingsScreen
 from app.screens.settings_data import FileRow
+from app.screens.shell import Shell
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
-from tests.ui.integrator import enter, go, missions, page, press, settings, tablet
+from app.widgets.rows import OptionRow
+from tests.ui.integrator import enter, go, missions, page, press, says, settings, tablet
 from tests.ui.whole_app import GUIDS, shown
 
 
@@ -104,3 +112,52 @@ def test_log_and_backup_say_where_they_are(site, app, ui):
     ui.wait(lambda: outcome(app, "backup").text == "Backup made")
     assert outcome(app, "backup").note.startswith(str(site.container.db.path.parent))
     ui.wait(lambda: page(app).vm.backups.startswith("1 backup"))
+
+
+@dataclass(frozen=True)
+class ShellThatRestores(Shell):
+    """A window that can put a backup in place and go on."""
+    restore: Callable[[Path], object] = print
+
+
+@pytest.fixture
+def restored(site, ui):
+    """Settings, Data, in such a window; what it was told to restore."""
+    asked: list[Path] = []
+    bus = UiBus()
+    shell = ShellThatRestores(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, Background(bus), asked.append)
+    screen = SettingsScreen(site.container, shell)
+    ui.show(screen)
+    screen.shown(section="data")
+    ui.wait(lambda: ui.find_all(FileRow))
+    yield asked
+    screen.hidden()
+    shell.background.close()
+
+
+def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
+    assert ui.find(CommandButton, text="Restore …").disabled          # there is none yet
+    press(ui, "Back up now")
+    ui.wait(lambda: not ui.find(CommandButton, text="Restore …").disabled)
+    press(ui, "Restore …")
+    ui.tap(ui.find(OptionRow))
+    press(ui, "Cancel", ui.find(ConfirmDialog))
+    assert restored == []
+    press(ui, "Restore …")
+    ui.tap(ui.find(OptionRow))
+    press(ui, "Restore", ui.find(ConfirmDialog))
+    ui.wait(lambda: restored)
+    assert restored[0].parent == site.container.db.path.parent / "backups"
+
+
+def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
+    backups = site.container.db.path.parent / "backups"
+    backups.mkdir(exist_ok=True)
+    (backups / "daily-2026-01-01.db").write_bytes(b"no database")
+    site.container.catalogue.change_settings(retry_limit=4)            # anything: Settings reads anew
+    ui.wait(lambda: not ui.find(CommandButton, text="Restore …").disabled)
+    press(ui, "Restore …")
+    ui.tap(ui.find(OptionRow))
+    press(ui, "Restore", ui.find(ConfirmDialog))
+    ui.wait(lambda: says(ui, "can't be restored"))
+    assert restored == []
