@@ -37,6 +37,7 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("--export-log", metavar="FILE", help="write the execution history as CSV (- = stdout)")
     one.add_argument("--run-now", nargs=2, metavar=("ROBOT", "MISSION"), help="start one mission and print its queue id")
     one.add_argument("--restore-backup", type=Path, metavar="FILE", help="put a backup in the place of the database")
+    one.add_argument("--remove-pin", action="store_true", help="open Settings again when its PIN is forgotten")
     p.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the mission of --run-now")
     return p
 
@@ -53,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
     except Failure as problem:
         return _say(problem, 1)
     except KeyboardInterrupt:
-        return 0
+        return _say("interrupted; what was begun may still be done", 1) if _one_shot(options) else 0
     except Exception as problem:           # the traceback goes to the log file
         from app.logs import note_crash
         return _say(f"unexpected error: {type(problem).__name__}{note_crash(problem)}", 1)
@@ -65,7 +66,8 @@ def _say(problem: object, code: int) -> int:
 
 
 def _one_shot(options: argparse.Namespace) -> bool:
-    return any((options.import_config, options.export_config, options.export_log, options.run_now, options.restore_backup))
+    return any((options.import_config, options.export_config, options.export_log, options.run_now, options.restore_backup,
+                options.remove_pin))
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -82,7 +84,7 @@ def _live(options: argparse.Namespace) -> int:
     if options.demo:
         with _demo_directory(options.data_dir) as path, _fleet() as robots:
             return _life(options, DataDirectory.prepare(path), robots)
-    directory = DataDirectory.prepare(options.data_dir)
+    directory = DataDirectory.prepare(options.data_dir, only_to_read=bool(options.export_config or options.export_log))
     if _one_shot(options):
         from app import commands
         return commands.run(options, directory)

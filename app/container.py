@@ -1,10 +1,14 @@
 """Builds the services once, without kivy: the window, ``--headless``, the one-shot commands and the tests use the same."""
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from app.database.alarms import AlarmRepository
+from app.database.calendar import CalendarRepository
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.holds import HoldRepository
@@ -14,7 +18,9 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.models import Robot, Settings
+from app.services.access import Access
 from app.services.alarms import Alarms
+from app.services.calendar import WorkingCalendar, working_calendar
 from app.services.catalogue import Catalogue
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock, SystemClock, local_timezone_name
@@ -32,10 +38,15 @@ from app.services.operator import ClientFactory, Operator
 from app.services.plan import Plan
 from app.services.planner import Planner
 from app.services.poll_loop import PollLoop
+from app.services.robot_maps import RobotMaps
 from app.services.scheduler import Scheduler
 from app.services.snapshots import Snapshots
 
+log = logging.getLogger(__name__)
+T = TypeVar("T")
+
 DATABASE_NAME = "amr-scheduler.db"
+MAPS = "maps"                            # directory beside the database
 
 
 @dataclass(frozen=True)
@@ -48,11 +59,12 @@ class Repositories:
     alarms: AlarmRepository
     holds: HoldRepository
     observed: ObservedRepository
+    calendar: CalendarRepository
 
     @classmethod
     def build(cls) -> Repositories:
         return cls(RobotRepository(), MissionRepository(), ScheduleRepository(), ExecutionRepository(), SettingsRepository(),
-                   AlarmRepository(), HoldRepository(), ObservedRepository())
+                   AlarmRepository(), HoldRepository(), ObservedRepository(), CalendarRepository())
 
 
 class Container:
@@ -65,28 +77,34 @@ class Container:
         self.repositories = repositories = Repositories.build()
         self.changes = Changes()
         self.make_client = make_client or connect
-        self._settings = _SettingsCache(db, repositories.settings, self.changes)
+        self._settings = _Kept(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
+        self._calendar = _Kept(lambda: working_calendar(db.read(), self.settings()), self.changes, Topic.SETTINGS, Topic.CALENDAR)
+        self.access = Access(db, repositories.settings, clock, self.changes)
         self.downtime = Downtime()
         self.snapshots = Snapshots(self.changes)
         self.alarms = Alarms(db, repositories.alarms, clock, self.changes)
         self.holds = Holds(db, repositories.holds, clock, self.changes)
         self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes, self.alarms)
-        self.history = History(db, repositories.executions)
+        self.history = History(db, repositories.executions, repositories.missions)
         self.catalogue = Catalogue(db, clock, self.changes)
         self.kpis = Kpis(db, clock)
         self.plan = Plan(db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
                          executions=repositories.executions, settings=repositories.settings, clock=clock)
         self.planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
                                missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
-                               alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
+                               alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window,
+                               ready=lambda robot_id: self.loop.ready(robot_id), hand_over=lambda intent: self.loop.hand_over(intent))
         self.scheduler = Scheduler(db, settings=repositories.settings, clock=clock, planner=self.planner, ledger=self.ledger,
                                    holds=self.holds, alarms=self.alarms, downtime=self.downtime,
                                    clock_offsets=lambda: self.loop.clock_offsets())
         self.loop = PollLoop(db, scheduler=self.scheduler, clock=clock, alarms=self.alarms, changes=self.changes,
                              robots=lambda: repositories.robots.all(db.read()), make_lane=self.make_lane,
                              poll_interval=lambda: self.settings().poll_interval_seconds)
+        self.loop.add_chore(self._read_holidays)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
                                  loop=self.loop, settings=self.settings, make_client=self.make_client)
+
+        self.maps = RobotMaps(db.path.parent / MAPS, lambda robot_id: repositories.robots.get(db.read(), robot_id), self.make_client, clock)
 
     @classmethod
     def open(cls, data_dir: Path, clock: Clock | None = None, *, make_client: ClientFactory | None = None,
@@ -100,6 +118,14 @@ class Container:
     def settings(self) -> Settings:
         return self._settings()
 
+    def calendar(self) -> WorkingCalendar:
+        """Working days as they stand now, exceptions and public holidays included."""
+        return self._calendar()
+
+    def _read_holidays(self) -> None:
+        """So that the large library they come from is not first read when something is due."""
+        self.calendar().look(self.clock.now().date())
+
     def first_start(self) -> None:
         """A fresh database takes the tablet's own time zone, and its identity before the first backup can be made."""
         settings = self.repositories.settings
@@ -108,12 +134,14 @@ class Container:
         if not settings.is_stored(self.db.read(), "timezone"):
             self.db.write(lambda c: settings.save(c, timezone=local_timezone_name()))
             self.changes.publish(Topic.SETTINGS)
+        for line in self.catalogue.edit(lambda edit: edit.leave_unknown_zones(local_timezone_name())):
+            log.warning("At the start %s", line)
 
     def make_lane(self, robot: Robot) -> Lane:
         r = self.repositories
         return Lane(robot, self.make_client(robot), LaneServices(
             self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
-            r.observed, self.settings, lambda: r.settings.restored_at(self.db.read())))
+            r.observed, self.settings, self.calendar, r.settings.restored_at(self.db.read())))
 
     def close(self) -> None:
         self.loop.stop()
@@ -125,22 +153,25 @@ def connect(robot: Robot) -> RobotClient:
     return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256)
 
 
-class _SettingsCache:
-    """Settings are read at every step of every lane and change rarely."""
+class _Kept(Generic[T]):
+    """What is read at every step of every lane and changes rarely: kept until one of the topics is published."""
 
-    def __init__(self, db: Database, repository: SettingsRepository, changes: Changes) -> None:
-        self._db, self._repository = db, repository
-        self._value: Settings | None = None
+    def __init__(self, read: Callable[[], T], changes: Changes, *topics: Topic) -> None:
+        self._read, self._topics = read, topics
+        self._value: T | None = None
+        self._version = 0
         changes.subscribe(self._forget)
 
     def _forget(self, topic: Topic, _about: int | None) -> None:
-        if topic is Topic.SETTINGS:
+        if topic in self._topics:
+            self._version += 1
             self._value = None
 
-    def __call__(self) -> Settings:
+    def __call__(self) -> T:
         value = self._value
         if value is None:
-            value = self._value = self._repository.load(self._db.read())
+            version = self._version
+            value = self._read()
+            if version == self._version:         # else it may be of before the change
+                self._value = value
         return value
-
-

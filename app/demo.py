@@ -9,11 +9,13 @@ from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.container import Container
+from app.failures import BadInput
 from app.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger
 from app.services import decisions
 
 USER, PASSWORD = "distributor", "distributor"          # the simulator's
 DAYS = 21
+LIVE = "Deliver kits to line 2"                         # every ten minutes, whatever day it is, so that there is always something to see
 FAVOURITES = ("Deliver kits to line 2", "Collect empties", "Return to charger")
 
 
@@ -39,10 +41,15 @@ PLAN: Sequence[Sequence[_Rule]] = (
 
 
 def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: Mapping[str, str]) -> None:
-    """Fill an empty database; in one that is there already only the robots' addresses are brought up to date."""
+    """Fill an empty database; in one of an earlier demo only the robots' addresses are brought up to date.
+
+    Raises BadInput for a database that is no demo's: its robots are real ones.
+    """
     c = container.db.read()
     known = {robot.name: robot for robot in container.repositories.robots.all(c)}
     if known:
+        if any("//127.0.0.1:" not in robot.address for robot in known.values()):
+            raise BadInput("this data directory is no demo's, its robots are real: leave --data-dir out, or give the demo one of its own")
         for name, url in robots:
             if name in known:
                 container.catalogue.save_robot(replace(known[name], address=url))
@@ -58,6 +65,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
             mission = by_name[rule.mission]
             schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
             history += _history(schedule, rule, robot, mission, settings, now, rng)
+    container.catalogue.save_schedule(_live_schedule(saved[-1], by_name[LIVE], settings, now))
     container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
     container.db.write(lambda w: container.repositories.executions.add_many(w, sorted(history, key=lambda e: e.planned_at)))
     for robot in saved:
@@ -70,6 +78,12 @@ def _schedule(rule: _Rule, robot: Robot, mission: Mission, settings: Settings, n
     first = (now.astimezone(ZoneInfo(settings.timezone)) - timedelta(days=DAYS)).replace(
         hour=rule.hour, minute=rule.minute, second=0, microsecond=0, tzinfo=None)
     return Schedule(f"{mission.name} on {robot.name}", robot.id, mission.id, first, settings.timezone, rule.recurrence)
+
+
+def _live_schedule(robot: Robot, mission: Mission, settings: Settings, now: datetime) -> Schedule:
+    first = (now.astimezone(ZoneInfo(settings.timezone)) + timedelta(seconds=90)).replace(second=0, microsecond=0, tzinfo=None)
+    return Schedule(f"{mission.name} on {robot.name}", robot.id, mission.id, first, settings.timezone, "FREQ=MINUTELY;INTERVAL=10",
+                    respect_working_days=False)
 
 
 def _instants(rule: _Rule, settings: Settings, now: datetime) -> Iterator[datetime]:

@@ -1,9 +1,11 @@
 """The life without a window: schedule until SIGINT or SIGTERM."""
 from __future__ import annotations
 
+import contextlib
+import queue
 import signal
 import sys
-import threading
+import time
 from collections.abc import Mapping, Sequence
 
 from app import logs
@@ -16,21 +18,30 @@ DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
 def live(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
     """Returns the exit code, 0, after a stop was asked for."""
-    stop = threading.Event()
+    # Not an Event: its lock may be held by the very wait that the signal interrupts, which would then wait for ever.
+    stop: queue.SimpleQueue[int] = queue.SimpleQueue()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+        signal.signal(number, lambda number, _frame: stop.put(number))
     logs.start(directory.logs, stderr=True)
     with host(directory, demo=demo_robots) as container:
-        if not stop.is_set():
+        if stop.empty():
             _say_ready(container, stop)
-            stop.wait()
+        _wait_for(stop)
     return 0
 
 
-def _say_ready(container: Container, stop: threading.Event) -> None:
+def _wait_for(stop: queue.SimpleQueue[int]) -> None:
+    """Look again each second: a signal that comes in the moment before a wait begins does not end that one."""
+    while True:
+        with contextlib.suppress(queue.Empty):
+            stop.get(timeout=1.0)
+            return
+
+
+def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
     """Once every robot has answered its first poll, or 5 s after the start (contract: "ready")."""
     deadline = container.clock.monotonic() + 5.0
-    while not container.loop.is_ready and container.clock.monotonic() < deadline and not stop.is_set():
-        stop.wait(0.02)
+    while not container.loop.is_ready and container.clock.monotonic() < deadline and stop.empty():
+        time.sleep(0.02)
     print("ready", flush=True)
     sys.stdout.flush()

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
@@ -23,6 +24,7 @@ log = logging.getLogger(__name__)
 def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Mapping[str, str]] | None = None,
          with_window: bool = False) -> Iterator[Container]:
     """Open the data and schedule until the block ends. Raises BadInput when another process does, or when the database is damaged."""
+    began = time.time()
     lock = InstanceLock(directory.path)
     try:
         lock.acquire()
@@ -33,7 +35,7 @@ def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Map
         try:
             if demo is not None:
                 furnish(container, *demo)
-            container.loop.add_chore(Inbox(directory.path, handlers(container)).tick)
+            container.loop.add_chore(Inbox(directory.path, handlers(container), began - 1.0).tick)
             container.loop.add_chore(DailyBackup(container.db, container.clock, container.alarms).tick)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)
             container.loop.start()

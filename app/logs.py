@@ -1,4 +1,4 @@
-"""Where log lines go: one line per event on stderr (headless), everything with tracebacks into a rotating file."""
+"""Where log lines go: one line per event, on stderr (headless) in brief and with tracebacks into a rotating file."""
 from __future__ import annotations
 
 import logging
@@ -6,39 +6,73 @@ import logging.handlers
 import os
 import sys
 import threading
-import traceback
 from pathlib import Path
 from types import TracebackType
 
+from app.failures import BadInput
+
 FILE_NAME = "amr-scheduler.log"
 BYTES, FILES = 1_000_000, 5
+NEW_LINE = " ⏎ "             # where a line of a traceback or of a robot's text ended
+
+log = logging.getLogger(__name__)
 
 _file: Path | None = None
 
 
+def one_line(text: str) -> str:
+    """Its lines in one, and what would move a terminal's cursor or turn its writing round in escapes: a robot's text could carry it."""
+    if text.isprintable():
+        return text
+    line = NEW_LINE.join(part.rstrip() for part in text.splitlines() if part.strip())
+    return "".join(character if character.isprintable() else character.encode("unicode_escape").decode("ascii") for character in line)
+
+
 class _OneLine(logging.Formatter):
-    """Never a traceback, never a line break (a robot's text could carry one)."""
+    """For people who watch: never a traceback, never a line break."""
 
     def format(self, record: logging.LogRecord) -> str:
-        text = " ".join(record.getMessage().split())
+        text = one_line(" ".join(record.getMessage().split()))
         return f"{self.formatTime(record, '%Y-%m-%d %H:%M:%S')} {record.levelname:<7} {text}"
+
+
+class _FileLine(logging.Formatter):
+    """Everything, tracebacks too, on one line for each event."""
+
+    def __init__(self) -> None:
+        super().__init__("%(asctime)s %(levelname)-7s %(threadName)s %(name)s: %(message)s")
+
+    def format(self, record: logging.LogRecord) -> str:
+        return one_line(super().format(record))
 
 
 class _OwnerOnly(logging.handlers.RotatingFileHandler):
     def _open(self):  # type: ignore[no-untyped-def]
         return open(self.baseFilename, self.mode, encoding=self.encoding, opener=lambda path, flags: os.open(path, flags, 0o600))
 
+    def shouldRollover(self, record: logging.LogRecord) -> bool:
+        """As the library does, without its two looks at the disk, which cost more than the line itself."""
+        if self.stream is None:
+            self.stream = self._open()       # type: ignore[no-untyped-call]
+        return self.stream.tell() >= self.maxBytes
 
-def start(directory: Path, *, stderr: bool) -> None:
-    """Set the root logger up. Called once per life."""
+
+def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
+    """Set the root logger up. Called once per life. Where no file can be written one that is ``only_to_read`` goes on without; any other
+    raises BadInput."""
     global _file
-    directory.mkdir(mode=0o700, exist_ok=True)
-    _file = directory / FILE_NAME
-    handler = _OwnerOnly(_file, maxBytes=BYTES, backupCount=FILES, encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(threadName)s %(name)s: %(message)s"))
     root = logging.getLogger()
     root.setLevel(logging.INFO)
-    root.addHandler(handler)
+    try:
+        directory.mkdir(mode=0o700, exist_ok=True)
+        handler = _OwnerOnly(directory / FILE_NAME, maxBytes=BYTES, backupCount=FILES, encoding="utf-8")
+        handler.setFormatter(_FileLine())
+        root.addHandler(handler)
+        _file = directory / FILE_NAME
+    except OSError as error:
+        if not only_to_read:
+            raise BadInput(f"{directory / FILE_NAME} can't be written: {error.strerror}; "
+                           "check the permissions of the data directory") from None
     logging.getLogger("urllib3").setLevel(logging.WARNING)       # its debug lines carry headers
     if stderr:
         console = logging.StreamHandler(sys.stderr)
@@ -49,13 +83,14 @@ def start(directory: Path, *, stderr: bool) -> None:
 
 
 def _crashed(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-    logging.getLogger(__name__).critical("Unexpected error", exc_info=(kind, error, trace))
+    log.critical("Unexpected error", exc_info=(kind, error, trace))
 
 
 def note_crash(error: BaseException) -> str:
     """Write the traceback into the log file; returns the words that say where it is."""
     if _file is None:
         return f" ({str(error)[:200]})"
+    record = log.makeRecord(log.name, logging.CRITICAL, __file__, 0, "Unexpected error", (), (type(error), error, error.__traceback__))
     with open(_file, "a", encoding="utf-8") as file:
-        file.write("".join(traceback.format_exception(error)))
+        file.write(f"{_FileLine().format(record)}\n")
     return f"; details in {_file}"

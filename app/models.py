@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from app.services.mir.types import QueueItem, RobotStatus
+from app.told import Told, tell, told
 
 WEEKDAYS = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
 
@@ -139,6 +140,7 @@ class Mission:
     id: int = 0
     robot_id: int | None = None
     favourite: bool = False
+    usual_minutes: int | None = None     # how long it takes as a person typed it, until runs on a robot show it
 
 
 @dataclass(frozen=True)
@@ -168,7 +170,29 @@ class Schedule:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     changed_at: datetime | None = None   # instants up to here write no row
     next_at: datetime | None = None      # next occurrence, UTC; None when none is left or it is switched off
-    paused_until: datetime | None = None
+    paused_until: datetime | None = None # occurrences before it are skipped
+
+    def is_paused(self, at: datetime) -> bool:
+        """Whether an occurrence at that instant is skipped because a person paused the schedule."""
+        return self.paused_until is not None and at < self.paused_until
+
+
+@dataclass(frozen=True)
+class Usual:
+    """How long a mission takes on a robot, in seconds: the median of the runs lately, what nine of ten stayed under, of how many runs; or
+    what a person typed, which is both and rests on none."""
+    median_s: float
+    slow_s: float
+    lasted_s: tuple[float, ...] = ()         # each of them, shortest first
+    typed: bool = False
+
+    @property
+    def runs(self) -> int:
+        return len(self.lasted_s)
+
+    def share_over(self, seconds: float) -> float:
+        """Of the runs, those that took longer; 0 … 1."""
+        return sum(lasted > seconds for lasted in self.lasted_s) / len(self.lasted_s) if self.lasted_s else 0.0
 
 
 @dataclass(frozen=True)
@@ -228,8 +252,12 @@ class RobotSnapshot:
     queue: tuple[QueueItem, ...] = ()    # running first, then pending in order, whoever put them there
     queue_read_at: datetime | None = None
     since: datetime | None = None        # of this connection state
-    problem: str = ""                    # English sentence of the last failure, empty when it answers
+    problem: Told = ""                   # what the last failure says, empty when it answers
     idle_since: datetime | None = None
+
+
+KEYBOARDS = ("auto", "on", "off")        # on the screen: when the tablet has none of its own, always, never
+FONT_SCALES = (100, 115, 130)            # %, of the size that texts have by themselves
 
 
 @dataclass(frozen=True)
@@ -246,6 +274,11 @@ class Settings:
     # the tablet's own, not part of the configuration file
     language: str = "en"
     theme: str = "light"
+    gloves: bool = False                 # larger targets
+    font_scale_percent: int = 100        # one of FONT_SCALES
+    keyboard: str = "auto"               # one of KEYBOARDS
+    holiday_country: str = ""            # ISO 3166 code whose public holidays are no working days; empty: none are
+    holiday_subdivision: str = ""        # ISO 3166-2 part of it that has some of its own
     selected_robot_id: int | None = None
 
     @property
@@ -258,6 +291,18 @@ class Settings:
 
     def is_working_day(self, day: date) -> bool:
         return WEEKDAYS[day.weekday()] in self.working_days
+
+
+@dataclass(frozen=True)
+class DayException:
+    """Days on which the weekly rule of working days does not hold: closed ones, or extra working days. Both ends are included."""
+    name: str
+    first_day: date
+    last_day: date
+    is_working: bool = False
+    yearly: bool = False                 # again in every later year
+    source: str = ""                     # the file it came with; empty: entered by hand
+    id: int = 0
 
 
 class Priority(StrEnum):
@@ -293,7 +338,12 @@ class InvalidInput(ValueError):
 
     def __init__(self, field: str, msgid: str, **details: Any) -> None:
         self.field, self.msgid, self.details = field, msgid, details
-        super().__init__(msgid.format(**details))
+        super().__init__(tell(self.told))
+
+    @property
+    def told(self) -> Mapping[str, Any]:
+        """What its sentence is made of."""
+        return told(self.msgid, **self.details)
 
     @property
     def text(self) -> str:

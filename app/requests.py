@@ -8,16 +8,18 @@ from typing import Any
 
 from app.container import Container
 from app.models import Execution, InvalidInput, Mission, Robot, State
-from app.services import configuration
+from app.services import configuration, names
 from app.services.inbox import Handler
 from app.services.reasons import sentence
+from app.told import tell
 
 MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0      # s: the longest start window and what an unknown outcome may take beyond
 
 
 def find_robot(container: Container, name: str) -> Robot:
     """Raises InvalidInput."""
-    robot = container.repositories.robots.by_name(container.db.read(), name)
+    by_name, db = container.repositories.robots.by_name, container.db.read()
+    robot = by_name(db, name) or by_name(db, names.normal(name))
     if robot is None:
         known = ", ".join(r.name for r in container.repositories.robots.all(container.db.read())) or "none yet"
         raise InvalidInput("robot", "there is no robot {name}; known: {known}", name=repr(name), known=known)
@@ -27,7 +29,7 @@ def find_robot(container: Container, name: str) -> Robot:
 def find_mission(container: Container, name: str, robot: Robot) -> Mission:
     """The mission of that name for this robot, else the one for all. Raises InvalidInput."""
     missions = container.repositories.missions.all(container.db.read())
-    named = [m for m in missions if m.name == name and m.robot_id in (None, robot.id)]
+    named = [m for m in missions if m.name in (name, names.normal(name)) and m.robot_id in (None, robot.id)]
     if not named:
         known = ", ".join(sorted({m.name for m in missions})) or "none yet"
         raise InvalidInput("mission", "there is no mission {name} for {robot}; known: {known}",
@@ -53,7 +55,7 @@ def handlers(container: Container) -> Mapping[str, Handler]:
         if hashlib.sha256(content).hexdigest() != request["sha256"]:
             return {"exit": 2, "error": f"{path} changed while it was handed over; nothing was changed"}
         try:
-            return {"changes": configuration.import_configuration(container.catalogue, content)}
+            return {"changes": [tell(line) for line in configuration.import_configuration(container.catalogue, content)]}
         except InvalidInput as error:
             return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
 
@@ -69,4 +71,7 @@ def handlers(container: Container) -> Mapping[str, Handler]:
                 return {"exit": 2, "error": str(error)}
         return None if execution.state in (State.WAITING, State.SUBMITTING) else outcome(execution)
 
-    return {"import": take_import, "run_now": take_run_now}
+    def take_remove_pin(_request: Mapping[str, Any]) -> Mapping[str, Any]:
+        return {"was_set": container.access.remove()}
+
+    return {"import": take_import, "run_now": take_run_now, "remove_pin": take_remove_pin}

@@ -18,10 +18,10 @@ class AlarmRepository:
                         (alarm.code, alarm.key)).fetchone()
         details, last_at = to_json(alarm.details), to_text(alarm.last_at or alarm.raised_at)
         if row is None:
-            c.execute("""INSERT INTO alarms (code, key, priority, details, raised_at, last_at, count, cleared_at)
-                         VALUES (?, ?, ?, ?, ?, ?, ?, ?)""",
+            c.execute("""INSERT INTO alarms (code, key, priority, details, raised_at, last_at, count, cleared_at, shelved_until)
+                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)""",
                       (alarm.code, alarm.key, alarm.priority, details, to_text(alarm.raised_at), last_at, alarm.count,
-                       to_optional_text(alarm.cleared_at)))
+                       to_optional_text(alarm.cleared_at), self._shelf_of_the_last(c, alarm, last_at)))
             return True
         lasts = row["cleared_at"] is None and alarm.cleared_at is None
         if not lasts:
@@ -31,14 +31,23 @@ class AlarmRepository:
             c.execute("UPDATE alarms SET details = ? WHERE id = ?", (details, row["id"]))
         return False
 
+    @staticmethod
+    def _shelf_of_the_last(c: sqlite3.Connection, alarm: Alarm, now: str) -> str | None:
+        """Shelved is what the alarm is about, not one line of it: until then it stays out of the way although it was over in between."""
+        row = c.execute("SELECT shelved_until FROM alarms WHERE code = ? AND key = ? ORDER BY id DESC LIMIT 1",
+                        (alarm.code, alarm.key)).fetchone()
+        until: str | None = row["shelved_until"] if row is not None else None
+        return until if until is not None and until > now else None
+
     def clear(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
         """The cause is gone. Whether there was something to clear."""
         return c.execute("UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",
                          (to_text(now), code, key)).rowcount > 0
 
     def acknowledge(self, c: sqlite3.Connection, alarm_id: int, now: datetime, note: str = "") -> None:
-        """Somebody has seen it."""
-        c.execute("UPDATE alarms SET acknowledged_at = ?, note = ? WHERE id = ?", (to_text(now), note, alarm_id))
+        """Somebody has seen it; the first time counts."""
+        c.execute("UPDATE alarms SET acknowledged_at = ?, note = ? WHERE id = ? AND acknowledged_at IS NULL",
+                  (to_text(now), note, alarm_id))
 
     def shelve(self, c: sqlite3.Connection, alarm_id: int, until: datetime | None) -> None:
         """Out of the way until then; None takes that back."""
@@ -57,6 +66,10 @@ class AlarmRepository:
         """Cleared and acknowledged, newest first."""
         rows = c.execute(f"SELECT * FROM alarms WHERE NOT {_STANDING} ORDER BY last_at DESC, id DESC LIMIT ?", (limit,))
         return [_alarm(row) for row in rows]
+
+    def count_past(self, c: sqlite3.Connection) -> int:
+        """How many are cleared and acknowledged."""
+        return int(c.execute(f"SELECT count(*) FROM alarms WHERE NOT {_STANDING}").fetchone()[0])
 
     def prune(self, c: sqlite3.Connection, limit: int) -> int:
         """Keep the newest N of the past ones; returns how many were dropped."""

@@ -12,7 +12,10 @@ from pathlib import Path
 from app.database import files
 from app.database.errors import DatabaseRefused, DatabaseUnavailable, translated
 from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.database.settings import SettingsRepository
 from app.database.values import to_json, to_text
+from app.models import Settings
+from app.told import Told, of_system, told
 
 BACKUPS = "backups"          # the directory, in the data directory
 KEPT = 7                     # daily ones
@@ -46,37 +49,47 @@ def back_up(path: Path, target: Path) -> None:
             source.backup(copy)
             copy.execute("PRAGMA journal_mode = DELETE")      # one file, without -wal and -shm
         if problem := problem_of(part, any_version=True):
-            raise DatabaseUnavailable(f"The backup {target} could not be made: {problem}")
+            raise DatabaseUnavailable("The backup {path} could not be made: {problem}", path=target, problem=problem)
         files.sync_file(part)
         part.replace(target)
         files.sync_directory(target.parent)
     except sqlite3.Error as error:
         raise translated(error, path) from error
     except OSError as error:
-        raise DatabaseUnavailable(f"The backup {target} can't be written: {error.strerror or error}") from error
+        raise DatabaseUnavailable("The backup {path} can't be written: {problem}", path=target, problem=of_system(error)) from error
 
 
-def problem_of(backup: Path, any_version: bool = False) -> str | None:
+def problem_of(backup: Path, any_version: bool = False) -> Told | None:
     """Why this file can't be restored; None when it can. ``any_version``: only whether it is whole."""
     if not backup.is_file():
-        return "there is no such file"
+        return told("there is no such file")
     try:
         with contextlib.closing(sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as connection:
             if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-                return "it is not a database of this app"
+                return told("it is not a database of this app")
             version: int = connection.execute("PRAGMA user_version").fetchone()[0]
             if version > len(MIGRATIONS) and not any_version:
-                return "it was written by a newer version"
+                return told("it was written by a newer version")
             verdict: str = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
             return None if verdict == "ok" else verdict.splitlines()[-1]
     except (sqlite3.Error, OSError) as error:
-        return str(error)
+        return of_system(error) if isinstance(error, OSError) else str(error)
 
 
 def newest_good_backup(path: Path) -> Path | None:
     """The newest backup of the database at ``path`` that can be restored."""
     made = sorted((path.parent / BACKUPS).glob("*.db"), key=lambda file: file.stat().st_mtime_ns, reverse=True)
     return next((backup for backup in made if problem_of(backup) is None), None)
+
+
+def settings_in(backup: Path) -> Settings:
+    """What was set when the backup was made; the defaults when that can't be read."""
+    try:
+        with contextlib.closing(sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as connection:
+            connection.row_factory = sqlite3.Row
+            return SettingsRepository().load(connection)
+    except (sqlite3.Error, OSError, ValueError, TypeError):
+        return Settings()
 
 
 def restore(backup: Path, path: Path, now: datetime) -> Path | None:
@@ -87,7 +100,7 @@ def restore(backup: Path, path: Path, now: datetime) -> Path | None:
     """
     path = path.absolute()
     if problem := problem_of(backup):
-        raise DatabaseRefused(f"The backup {backup} can't be restored: {problem}")
+        raise DatabaseRefused("The backup {path} can't be restored: {problem}", path=backup, problem=problem)
     part = path.with_name(path.name + ".restore")
     try:
         files.make_directory(path.parent)
@@ -100,7 +113,7 @@ def restore(backup: Path, path: Path, now: datetime) -> Path | None:
     except sqlite3.Error as error:
         raise translated(error, path) from error
     except OSError as error:
-        raise DatabaseUnavailable(f"The backup {backup} can't be restored: {error.strerror or error}") from error
+        raise DatabaseUnavailable("The backup {path} can't be restored: {problem}", path=backup, problem=of_system(error)) from error
     return kept
 
 

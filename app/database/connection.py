@@ -4,6 +4,7 @@ Journal settings that lose no committed row at a power cut (WAL with synchronous
 """
 from __future__ import annotations
 
+import os
 import sqlite3
 import threading
 from collections.abc import Callable
@@ -12,11 +13,12 @@ from typing import TypeVar
 
 from app.database import files
 from app.database.backups import BACKUPS, newest_good_backup
-from app.database.errors import DatabaseDamaged, DatabaseError, DatabaseRefused, DatabaseUnavailable, translated
+from app.database.errors import DatabaseDamaged, DatabaseError, DatabaseRefused, DatabaseUnavailable, primary_code, translated
 from app.database.migrations import migrate
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.database.writer import InlineWriter, ThreadedWriter, Writer
 from app.services.clock import Clock, SystemClock
+from app.told import Told, of_system, told
 
 T = TypeVar("T")
 
@@ -49,7 +51,7 @@ class Database:
         files.make_directory(path.parent)
         _refuse_marked(path, clock)
         if _is_lost(path):
-            raise _keep_aside(path, "its content is gone", clock)
+            raise _keep_aside(path, told("its content is gone"), clock)
         files.make_private(path)
 
         def connect() -> sqlite3.Connection:
@@ -62,7 +64,7 @@ class Database:
                 raise _keep_aside(path, known.problem, clock) from error
             raise known from error
         except OSError as error:
-            raise DatabaseUnavailable(f"{path} can't be used: {error.strerror or error}") from error
+            raise DatabaseUnavailable("{path} can't be used: {problem}", path=path, problem=of_system(error)) from error
         return cls(path, writer)
 
     @classmethod
@@ -70,18 +72,22 @@ class Database:
         """Open beside a running app, or without one, changing nothing: for exports. ``write`` then raises DatabaseUnavailable."""
         path = path.absolute()
         if files.is_marked_damaged(path):
-            raise DatabaseDamaged(path, "found at an earlier start", files.kept_as(path), newest_good_backup(path))
+            raise DatabaseDamaged(path, told("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
         if not path.exists():
-            raise DatabaseUnavailable(f"There is no database in {path.parent}: check --data-dir")
+            raise DatabaseUnavailable("There is no database in {path}: check --data-dir", path=path.parent)
         db = cls(path, None)
         try:
             _check_identity(db.read(), path, len(MIGRATIONS))
             version = db.read().execute("PRAGMA user_version").fetchone()[0]
         except sqlite3.Error as error:
+            wal = files.beside_of(path, "-wal")
+            if primary_code(error) in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY) and files.size_of(wal):
+                raise DatabaseUnavailable("The newest changes lie in {path}, which can't be read where nothing can be written: copy the "
+                                          "data directory elsewhere and name the copy with --data-dir", path=wal) from error
             raise translated(error, path) from error
         if version < len(MIGRATIONS):
             db.close()
-            raise DatabaseRefused(f"{path} was written by an older version: start the app once so that it is brought up to date")
+            raise DatabaseRefused("{path} was written by an older version: start the app once so that it is brought up to date", path=path)
         return db
 
     def write(self, work: Callable[[sqlite3.Connection], T]) -> T:
@@ -91,13 +97,13 @@ class Database:
         DatabaseUnavailable. Never call ``write`` from inside a work: RuntimeError.
         """
         if self._writer is None:
-            raise DatabaseUnavailable(f"{self.path} is open for reading only")
+            raise DatabaseUnavailable("{path} is open for reading only", path=self.path)
         return self._writer.run(work)
 
     def read(self) -> sqlite3.Connection:
         """This thread's read-only connection. It sees everything that was committed before each statement began."""
         if self._closed:
-            raise DatabaseUnavailable(f"{self.path} is closed")
+            raise DatabaseUnavailable("{path} is closed", path=self.path)
         reader: _Reader | None = getattr(self._readers, "reader", None)
         if reader is None:
             try:
@@ -126,9 +132,17 @@ class _Reader:
 
 def connect_for_reading(path: Path) -> sqlite3.Connection:
     # Each connection is handed to one thread only; the check is off because the collector may close it on another.
-    connection = sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT, check_same_thread=False)
+    mode = "mode=ro&immutable=1" if _is_at_rest(path) else "mode=ro"
+    connection = sqlite3.connect(f"{path.as_uri()}?{mode}", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT, check_same_thread=False)
     connection.execute("PRAGMA query_only = ON")
     return _configured(connection)
+
+
+def _is_at_rest(path: Path) -> bool:
+    """Whether it lies where nothing can be written and all of it is in the one file: then SQLite has to be told that it needs no files
+    beside it (sqlite.org/wal.html, "Read-Only Databases"). Where an app has been killed they are there already."""
+    return (not os.access(path.parent, os.W_OK) and not files.beside_of(path, "-shm").exists()
+            and files.size_of(files.beside_of(path, "-wal")) == 0)
 
 
 def _configured(connection: sqlite3.Connection) -> sqlite3.Connection:
@@ -172,9 +186,10 @@ def _check_identity(connection: sqlite3.Connection, path: Path, newest: int) -> 
     if is_empty and _has_backups(path):
         raise _damage("its content is gone")
     if not is_empty and application_id != APPLICATION_ID:
-        raise DatabaseRefused(f"{path} is a database of another program: choose another data directory")
+        raise DatabaseRefused("{path} is a database of another program: choose another data directory", path=path)
     if version > newest:
-        raise DatabaseRefused(f"{path} was written by a newer version (database version {version}, here {newest}): update the app")
+        raise DatabaseRefused("{path} was written by a newer version (database version {version}, here {newest}): update the app",
+                              path=path, version=version, newest=newest)
 
 
 def _has_backups(path: Path) -> bool:
@@ -186,7 +201,7 @@ def _is_lost(path: Path) -> bool:
     return files.size_of(path) == 0 and (_has_backups(path) or files.size_of(files.beside_of(path, "-wal")) > 0)
 
 
-def _keep_aside(path: Path, problem: str, clock: Clock) -> DatabaseDamaged:
+def _keep_aside(path: Path, problem: Told, clock: Clock) -> DatabaseDamaged:
     kept = files.put_aside(path, "damaged", clock.now())
     return DatabaseDamaged(path, problem, kept, newest_good_backup(path))
 
@@ -196,9 +211,9 @@ def _refuse_marked(path: Path, clock: Clock) -> None:
     if not files.is_marked_damaged(path):
         return
     if not path.exists():
-        raise DatabaseDamaged(path, "found at an earlier start", files.kept_as(path), newest_good_backup(path))
+        raise DatabaseDamaged(path, told("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
     if not files.is_aside(path):
-        raise _keep_aside(path, "found at an earlier start", clock)
+        raise _keep_aside(path, told("found at an earlier start"), clock)
     files.clear_mark(path)                    # a restore was cut off after its last step but one
 
 

@@ -1,12 +1,19 @@
 """What can go wrong with the database, each with one English sentence that says what and how to mend it."""
 from __future__ import annotations
 
+import shlex
 import sqlite3
 from pathlib import Path
 
+from app.told import Told, tell, told
+
 
 class DatabaseError(Exception):
-    """Base of all below; ``text`` is one English sentence for people."""
+    """Base of all below; ``text`` is one English sentence for people, ``told`` what it is made of."""
+
+    def __init__(self, msgid: str, **params: object) -> None:
+        self.told = told(msgid, **params)
+        super().__init__(tell(self.told))
 
     @property
     def text(self) -> str:
@@ -28,15 +35,19 @@ class DatabaseDamaged(DatabaseError):
     ``backup`` the newest good backup (None: there is none).
     """
 
-    def __init__(self, path: Path, problem: str, kept_as: Path | None = None, backup: Path | None = None) -> None:
+    def __init__(self, path: Path, problem: Told, kept_as: Path | None = None, backup: Path | None = None) -> None:
         self.path, self.problem, self.kept_as, self.backup = path, problem, kept_as, backup
-        kept = f", kept as {kept_as}" if kept_as else ""
-        mend = (f"restore the newest good backup with --data-dir {path.parent} --restore-backup {backup}" if backup
-                else "there is no good backup in the data directory: restore one from elsewhere with --restore-backup FILE")
-        super().__init__(f"The database {path} is damaged ({problem}){kept}; {mend}")
+        kept = told(", kept as {path}", path=kept_as) if kept_as else ""
+        mend = (told("restore the newest good backup with: python main.py --data-dir {directory} --restore-backup {backup}",
+                     directory=shlex.quote(str(path.parent)), backup=shlex.quote(str(backup)))
+                if backup else
+                told("there is no good backup in the data directory: restore one from elsewhere with: "
+                     "python main.py --data-dir {directory} --restore-backup FILE", directory=shlex.quote(str(path.parent))))
+        whole = told("The database {path} is damaged ({problem}){kept}; {mend}", path=path, problem=problem, kept=kept, mend=mend)
+        super().__init__(whole["msgid"], **whole["params"])
 
 
-_SENTENCES = {
+SENTENCES = {
     sqlite3.SQLITE_FULL: "The disk is full, so {path} can't be written: free some space",
     sqlite3.SQLITE_READONLY: "{path} can't be written because it is read-only: check the permissions of the data directory",
     sqlite3.SQLITE_PERM: "{path} can't be opened: check the permissions of the data directory",
@@ -59,6 +70,6 @@ def translated(error: BaseException, path: Path) -> BaseException:
     code = primary_code(error)
     if code in _DAMAGE:
         return DatabaseDamaged(path, str(error))
-    if code in _SENTENCES:
-        return DatabaseUnavailable(_SENTENCES[code].format(path=path))
+    if msgid := SENTENCES.get(code):
+        return DatabaseUnavailable(msgid, path=path)
     return error

@@ -5,12 +5,14 @@ import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from datetime import datetime
+from math import ceil
+from operator import attrgetter
 from statistics import median
 from types import MappingProxyType
 from typing import Any
 
 from app.database.values import from_json, marks, to_instant, to_json, to_optional_instant, to_text
-from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Usual, Wait
 
 _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
@@ -21,7 +23,8 @@ PRUNED_AT_ONCE = 500         # so that a lowered limit never holds the writer fo
 _INSTANTS = ("hold_until", "planned_at", "closes_at", "created_at", "submitted_at", "started_at", "ended_at")
 _OBJECTS = ("parameters", "wait_details")
 _FIELDS = tuple(field.name for field in fields(Execution) if field.name != "id")
-_COLUMNS = (*(name for name in _FIELDS if name != "reason"), "reason_code", "reason_details")
+_PLAIN = tuple(name for name in _FIELDS if name != "reason")         # columns of the same name
+_COLUMNS = (*_PLAIN, "reason_code", "reason_details")
 
 
 @dataclass(frozen=True)
@@ -61,9 +64,7 @@ class ExecutionRepository:
 
     def add_many(self, c: sqlite3.Connection, executions: Iterable[Execution]) -> int:
         """Thousands at once, those in the ledger already passed over; returns how many were new."""
-        before = c.total_changes
-        c.executemany(f"{_INSERT} ON CONFLICT DO NOTHING", map(_row_of, executions))
-        return c.total_changes - before
+        return max(0, c.executemany(f"{_INSERT} ON CONFLICT DO NOTHING", map(_row_of, executions)).rowcount)
 
     def change(self, c: sqlite3.Connection, execution_id: int, expected: Sequence[State], **columns: Any) -> Execution | None:
         """Change columns of a row that still stands in one of the expected states.
@@ -129,6 +130,12 @@ class ExecutionRepository:
         found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
         return found is not None
 
+    def has_unsent(self, c: sqlite3.Connection, robot_id: int) -> bool:
+        """Whether anything of a robot waits, or is on its way to it."""
+        found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state IN ('waiting', 'submitting') LIMIT 1",
+                          (robot_id,)).fetchone()
+        return found is not None
+
     def open_all(self, c: sqlite3.Connection) -> list[Execution]:
         """Open ones of all robots, oldest first."""
         return self._list(c, f"INDEXED BY executions_open WHERE {_OPEN} ORDER BY planned_at, id")
@@ -138,19 +145,47 @@ class ExecutionRepository:
         where = f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {_OPEN}"
         return self._list(c, f"{where} ORDER BY planned_at, id", schedule_id)
 
+    def has_row(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
+        """Whether that occurrence is in the ledger already, whatever became of it."""
+        return c.execute("SELECT 1 FROM executions WHERE schedule_id = ? AND planned_at = ?",
+                         (schedule_id, to_text(planned_at))).fetchone() is not None
+
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
         """The one with the latest planned instant."""
         return self._one(c, "WHERE schedule_id = ? ORDER BY planned_at DESC LIMIT 1", schedule_id)
+
+    def low_batteries(self, c: sqlite3.Connection, robot_id: int, since: datetime) -> list[datetime]:
+        """Planned instants of a robot's scheduled runs that were skipped since then because its battery stayed too low."""
+        rows = c.execute("""SELECT planned_at FROM executions WHERE state = 'skipped' AND reason_code = 'battery_low' AND ended_at >= ?
+                            AND robot_id = ? AND trigger = 'scheduled'""", (to_text(since), robot_id))
+        return [to_instant(row[0]) for row in rows]
+
+    def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Execution | None:
+        """The newest that a robot took into its queue, open or ended."""
+        return self._one(c, "WHERE robot_id = ? AND queue_id IS NOT NULL ORDER BY id DESC LIMIT 1", robot_id)
+
+    def is_claimed(self, c: sqlite3.Connection, robot_id: int, queue_id: int) -> bool:
+        """Whether a queue item of a robot belongs to a row. Reads the history: asked only where a robot forgets descriptions."""
+        found = c.execute("SELECT 1 FROM executions WHERE robot_id = ? AND queue_id = ? LIMIT 1", (robot_id, queue_id)).fetchone()
+        return found is not None
 
     def last_idle(self, c: sqlite3.Connection, robot_id: int) -> Execution | None:
         """The newest idle execution of a robot, open or ended."""
         return self._one(c, "WHERE robot_id = ? AND trigger = 'idle' ORDER BY id DESC LIMIT 1", robot_id)
 
-    def usual_duration(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> float | None:
-        """Seconds: the median of the newest 20 completed runs of that mission on that robot; None when there is none."""
+    def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> Usual | None:
+        """Of the newest 20 completed runs of that mission on that robot; None when there is none. P90 by nearest rank."""
         rows = c.execute("""SELECT duration_s FROM executions WHERE robot_id = ? AND mission_guid = ? AND state = 'completed'
                             AND duration_s IS NOT NULL ORDER BY ended_at DESC LIMIT ?""", (robot_id, mission_guid, _USUAL_OF)).fetchall()
-        return median(row[0] for row in rows) if rows else None
+        if not rows:
+            return None
+        lasted = sorted(row[0] for row in rows)
+        return Usual(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], tuple(lasted))
+
+    def usual_duration(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> float | None:
+        """Seconds: the median of these."""
+        found = self.usual(c, robot_id, mission_guid)
+        return found.median_s if found else None
 
     # ------------------------------------------------------------------ history
     def page(self, c: sqlite3.Connection, wanted: ExecutionFilter, before: PageKey | None, limit: int) -> list[Execution]:
@@ -213,6 +248,8 @@ _INSERT = f"INSERT INTO executions (id, {', '.join(_COLUMNS)}) VALUES (?, {', '.
 
 _TO_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType({
     **dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json)})
+_CONVERTERS = tuple(_TO_COLUMN.get(name) for name in _PLAIN)
+_plain_values = attrgetter(*_PLAIN)
 
 
 def _stored(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -231,8 +268,10 @@ def _stored(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _row_of(execution: Execution) -> tuple[Any, ...]:
-    stored = _stored({name: getattr(execution, name) for name in _FIELDS})
-    return (execution.id or None, *(stored[name] for name in _COLUMNS))
+    reason = execution.reason
+    plain = [value if convert is None or value is None else convert(value)
+             for convert, value in zip(_CONVERTERS, _plain_values(execution), strict=True)]
+    return execution.id or None, *plain, reason and reason.code, to_json(reason.details) if reason else "{}"
 
 
 def execution_of(row: sqlite3.Row) -> Execution:

@@ -1,18 +1,27 @@
-"""The sums behind the KPIs, each from one index; what they mean is ``app.services.kpi``'s part.
+"""The sums behind the KPIs, each from one index, over whole days from the table that keeps them; what they mean is ``app.services.kpi``'s
+part.
 
 Instants are text as in the columns, so that a period is a range of an index. An empty robot list means none, None means all.
 """
 from __future__ import annotations
 
+import heapq
 import sqlite3
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from datetime import date, timedelta
+from itertools import islice
+from typing import NamedTuple
 
+from app.database.executions import execution_of
 from app.database.values import marks
+from app.models import Execution
 
 ENDED = ("completed", "failed", "cancelled", "skipped", "missed")
 EARLIEST, LATEST = "", "~"           # before and after every instant as text
 NOBODY = (-1,)                       # INDEXED BY can't be met with an empty list
+_MIDNIGHT = "T00:00:00.000000Z"
 
 
 @dataclass(frozen=True)
@@ -33,18 +42,60 @@ class RobotSum:
     seconds: float
 
 
+Outcome = tuple[str, str | None, bool]       # state, reason code, only those that the robot had accepted
+
+
+class Timing(NamedTuple):
+    """Seconds of one run: planned to submitted, in the robot's queue, on the robot (None: not known)."""
+    app_s: float
+    queue_s: float
+    run_s: float | None
+
+
+def _parted(span: Span) -> tuple[Span | None, list[Span]]:
+    """The whole UTC days in a span (None: there is none), as days, and what is left of it at its ends, as instants."""
+    first = span.start
+    if first != EARLIEST and not first.endswith(_MIDNIGHT):
+        first = f"{date.fromisoformat(first[:10]) + timedelta(days=1):%Y-%m-%d}"
+    first, end = first[:10], span.end if span.end == LATEST else span.end[:10]
+    if first >= end:
+        return None, [span]
+    ends = [Span(span.start, first, span.robot_ids), Span(end, span.end, span.robot_ids)]
+    return Span(first, end, span.robot_ids), [part for part in ends if part.start < part.end]
+
+
 class KpiRepository:
     def by_robot(self, c: sqlite3.Connection, span: Span) -> list[RobotSum]:
         """One sum per robot and state."""
-        robots = (span.robot_ids if span.robot_ids is not None else self._robots(c)) or NOBODY
+        days, ends = _parted(span)
+        found = {(one.robot_id, one.state): one for one in self._by_robot_of_days(c, days)} if days else {}
+        for one in (one for end in ends for one in self._by_robot_of_rows(c, end)):
+            key = one.robot_id, one.state
+            known = found.get(key) or RobotSum(*key, 0, 0, 0.0)
+            found[key] = RobotSum(*key, known.number + one.number, known.timed + one.timed, known.seconds + one.seconds)
+        return list(found.values())
+
+    def _by_robot_of_days(self, c: sqlite3.Connection, days: Span) -> Iterator[RobotSum]:
+        robots, values = self._of_robots(days)
+        rows = c.execute(f"""SELECT robot_id, state, sum(number), sum(timed), sum(microseconds) / 1e6 FROM ended_days
+                             WHERE day >= ? AND day < ? AND robot_id <> 0 {robots} GROUP BY robot_id, state""",
+                         (days.start, days.end, *values))
+        return (RobotSum(*row) for row in rows)
+
+    def _by_robot_of_rows(self, c: sqlite3.Connection, span: Span) -> list[RobotSum]:
+        robots = self._robots_of(c, span)
         rows = c.execute(f"""SELECT robot_id, state, count(*), count(duration_s), total(duration_s)
                              FROM executions INDEXED BY executions_by_robot
                              WHERE robot_id IN ({marks(robots)}) AND state IN ({marks(ENDED)}) AND ended_at >= ? AND ended_at < ?
                              GROUP BY robot_id, state""", (*robots, *ENDED, span.start, span.end))
         return [RobotSum(*row) for row in rows]
 
+    def _robots_of(self, c: sqlite3.Connection, span: Span) -> Sequence[int]:
+        """Never empty, so that INDEXED BY can be met."""
+        return (span.robot_ids if span.robot_ids is not None else self.robots(c)) or NOBODY
+
     @staticmethod
-    def _robots(c: sqlite3.Connection) -> list[int]:
+    def robots(c: sqlite3.Connection) -> list[int]:
         """Robots with history, removed ones too: leaps over the index instead of reading it."""
         return [row[0] for row in c.execute("""
             WITH RECURSIVE found (id) AS (
@@ -78,14 +129,36 @@ class KpiRepository:
         return row is not None
 
     def by_state(self, c: sqlite3.Connection, span: Span) -> dict[str, tuple[int, int, float]]:
-        """(number, number with a known duration, seconds) by state."""
-        robots, values = self._of_robots(span)
-        rows = c.execute(f"""SELECT state, count(*), count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_day
-                             WHERE ended_at >= ? AND ended_at < ? {robots} GROUP BY state""", (span.start, span.end, *values))
-        return {row[0]: (row[1], row[2], row[3]) for row in rows}
+        """(number, number with a known duration, seconds) by state; states without any are left out."""
+        robots = self._robots_of(c, span)
+        found = {}
+        for state in ENDED:                  # one by one: grouping them would cost twice as much as counting them
+            row = c.execute(f"""SELECT count(*), count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_robot
+                                WHERE robot_id IN ({marks(robots)}) AND state = ? AND ended_at >= ? AND ended_at < ?""",
+                            (*robots, state, span.start, span.end)).fetchone()
+            if row[0]:
+                found[state] = tuple(row)
+        return found
 
-    def outcome(self, c: sqlite3.Connection, span: Span, state: str, code: str | None, *, submitted: bool = False) -> int:
-        """How many scheduled ones ended in this state for this reason; only those that the robot had accepted, if so wanted."""
+    def outcomes(self, c: sqlite3.Connection, span: Span, wanted: Iterable[Outcome]) -> dict[Outcome, int]:
+        """How many scheduled ones ended so."""
+        days, ends = _parted(span)
+        of_days = self._outcomes_of_days(c, days) if days else Counter[Outcome]()
+        return {outcome: of_days[outcome] + sum(self._outcome_of_rows(c, end, *outcome) for end in ends) for outcome in wanted}
+
+    def _outcomes_of_days(self, c: sqlite3.Connection, days: Span) -> Counter[Outcome]:
+        robots, values = self._of_robots(days)
+        rows = c.execute(f"""SELECT state, reason_code, is_submitted, sum(number) FROM ended_days
+                             WHERE day >= ? AND day < ? AND is_scheduled = 1 {robots} GROUP BY state, reason_code, is_submitted""",
+                         (days.start, days.end, *values))
+        found = Counter[Outcome]()
+        for state, code, is_submitted, number in rows:
+            found[state, code or None, False] += number
+            if is_submitted:
+                found[state, code or None, True] += number
+        return found
+
+    def _outcome_of_rows(self, c: sqlite3.Connection, span: Span, state: str, code: str | None, submitted: bool) -> int:
         robots, values = self._of_robots(span)
         only = "AND submitted_at IS NOT NULL" if submitted else ""
         number: int = c.execute(f"""
@@ -94,16 +167,85 @@ class KpiRepository:
             {robots} {only}""", (state, code, span.start, span.end, *values)).fetchone()[0]
         return number
 
-    def start_delays(self, c: sqlite3.Connection, span: Span, limit: int) -> list[tuple[float, float]]:
-        """(submitted − planned, robot's started − ordered) in seconds of the newest that ran, newest first."""
+    def timings(self, c: sqlite3.Connection, span: Span, limit: int) -> list[Timing]:
+        """Of the newest scheduled ones that started on the robot, newest first."""
         robots, values = self._of_robots(span)
-        return [(row[0], row[1]) for row in c.execute(f"""
-            SELECT (julianday(submitted_at) - julianday(planned_at)) * 86400.0, robot_delay_s
-            FROM executions INDEXED BY executions_by_day
+        return [Timing(*row) for row in c.execute(f"""
+            SELECT (julianday(submitted_at) - julianday(planned_at)) * 86400.0, robot_delay_s, duration_s
+            FROM executions INDEXED BY executions_timings
             WHERE ended_at >= ? AND ended_at < ? {robots}
             AND trigger = 'scheduled' AND submitted_at IS NOT NULL AND robot_delay_s IS NOT NULL
             ORDER BY ended_at DESC LIMIT ?""", (span.start, span.end, *values, limit))]
 
+    def failures(self, c: sqlite3.Connection, span: Span) -> list[tuple[str | None, str | None, int]]:
+        """(reason code, the robot's own words, number) of everything that failed, whatever had triggered it."""
+        robots = self._robots_of(c, span)
+        return [tuple(row) for row in c.execute(f"""
+            SELECT reason_code, json_extract(reason_details, '$.message'), count(*) FROM executions INDEXED BY executions_by_robot
+            WHERE robot_id IN ({marks(robots)}) AND state = 'failed' AND ended_at >= ? AND ended_at < ? GROUP BY 1, 2""",
+            (*robots, span.start, span.end))]
+
+    def troubled(self, c: sqlite3.Connection, span: Span, limit: int) -> list[Execution]:
+        """Those that ended in any state but completed, newest first."""
+        robots, values = self._of_robots(span)
+        return [execution_of(row) for row in c.execute(f"""
+            SELECT * FROM executions INDEXED BY executions_by_day
+            WHERE ended_at >= ? AND ended_at < ? {robots} AND state <> 'completed' ORDER BY ended_at DESC, id DESC LIMIT ?""",
+            (span.start, span.end, *values, limit))]
+
+    # ------------------------------------------------------------------ per mission
+    def missions(self, c: sqlite3.Connection, span: Span) -> dict[str, tuple[int, float]]:
+        """(completed runs with a known duration, their seconds) by the mission's guid, of missions that have any."""
+        robots = self._robots_of(c, span)
+        guids = {guid for robot in robots for guid in self._guids(c, robot)}
+        found = {}
+        for guid in sorted(guids):
+            number, seconds = c.execute(f"""
+                SELECT count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_mission
+                WHERE state = 'completed' AND robot_id IN ({marks(robots)}) AND mission_guid = ? AND ended_at >= ? AND ended_at < ?""",
+                (*robots, guid, span.start, span.end)).fetchone()
+            if number:
+                found[guid] = (number, seconds)
+        return found
+
+    @staticmethod
+    def _guids(c: sqlite3.Connection, robot_id: int) -> list[str]:
+        """Missions that a robot ever completed, by leaps like ``robots``."""
+        return [row[0] for row in c.execute("""
+            WITH RECURSIVE found (guid) AS (
+                SELECT min(mission_guid) FROM executions WHERE state = 'completed' AND robot_id = :robot
+                UNION ALL
+                SELECT (SELECT min(mission_guid) FROM executions
+                        WHERE state = 'completed' AND robot_id = :robot AND mission_guid > found.guid)
+                FROM found WHERE guid IS NOT NULL
+            ) SELECT guid FROM found WHERE guid IS NOT NULL""", {"robot": robot_id})]
+
+    def durations(self, c: sqlite3.Connection, span: Span, guid: str) -> list[tuple[str, float]]:
+        """(ended_at, seconds) of a mission's completed runs, in no order."""
+        robots = self._robots_of(c, span)
+        return c.execute(f"""SELECT ended_at, duration_s FROM executions INDEXED BY executions_by_mission
+                             WHERE state = 'completed' AND robot_id IN ({marks(robots)}) AND mission_guid = ? AND ended_at >= ?
+                             AND ended_at < ? AND duration_s IS NOT NULL""", (*robots, guid, span.start, span.end)).fetchall()
+
+    def newest_durations(self, c: sqlite3.Connection, span: Span, guid: str, limit: int) -> list[tuple[str, float]]:
+        """The same, only the newest, newest first."""
+        newest = [c.execute("""SELECT ended_at, duration_s FROM executions INDEXED BY executions_by_mission
+                               WHERE state = 'completed' AND robot_id = ? AND mission_guid = ? AND ended_at >= ? AND ended_at < ?
+                               AND duration_s IS NOT NULL ORDER BY ended_at DESC LIMIT ?""", (robot, guid, span.start, span.end, limit))
+                  for robot in self._robots_of(c, span)]
+        merged = heapq.merge(*(map(tuple, rows) for rows in newest), reverse=True)       # reads no more than is wanted
+        return list(islice(merged, limit))
+
+    def name_of_mission(self, c: sqlite3.Connection, guid: str, robot_ids: Sequence[int] | None) -> str:
+        """What it was called when it was last completed."""
+        robots = self._robots_of(c, Span(robot_ids=robot_ids))
+        found = [c.execute("""SELECT ended_at, mission FROM executions INDEXED BY executions_by_mission
+                              WHERE state = 'completed' AND robot_id = ? AND mission_guid = ? ORDER BY ended_at DESC LIMIT 1""",
+                           (robot, guid)).fetchone() for robot in robots]
+        name: str = max((tuple(row) for row in found if row), default=("", ""))[1]
+        return name
+
+    # ------------------------------------------------------------------ what was seen
     def observed(self, c: sqlite3.Connection, first_day: str, last_day: str,
                  robot_ids: Sequence[int] | None) -> dict[tuple[int, str], float]:
         """Seconds by (robot, activity) over these days, both included."""

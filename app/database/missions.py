@@ -25,6 +25,12 @@ class MissionRepository:
         """What the name means on that robot: its own mission if it has one, else the one for all."""
         return self.by_name(c, name, robot_id) or self.by_name(c, name)
 
+    def with_guid(self, c: sqlite3.Connection, guid: str, robot_id: int) -> Mission | None:
+        """What a guid stands for on that robot: of several the robot's own, then one whose duration is typed."""
+        row = c.execute("""SELECT * FROM missions WHERE guid = ? AND (robot_id = ? OR robot_id IS NULL)
+                           ORDER BY robot_id IS NULL, usual_minutes IS NULL, name LIMIT 1""", (guid, robot_id)).fetchone()
+        return row and _mission(row)
+
     def available_on(self, c: sqlite3.Connection, robot_id: int) -> list[Mission]:
         """Every mission that can be chosen for that robot, in order of name; its own hide those for all of the same name."""
         meant = {mission.name: mission for mission in self.all(c) if mission.robot_id in (None, robot_id)}
@@ -32,13 +38,13 @@ class MissionRepository:
 
     def add(self, c: sqlite3.Connection, mission: Mission) -> Mission:
         """Returns it with its id; one that is given (an undone removal) is kept."""
-        cursor = c.execute("INSERT INTO missions (id, name, guid, robot_id, favourite) VALUES (?, ?, ?, ?, ?)",
-                           (mission.id or None, mission.name, mission.guid, mission.robot_id, mission.favourite))
+        cursor = c.execute("INSERT INTO missions (id, name, guid, robot_id, favourite, usual_minutes) VALUES (?, ?, ?, ?, ?, ?)",
+                           (mission.id or None, mission.name, mission.guid, mission.robot_id, mission.favourite, mission.usual_minutes))
         return replace(mission, id=cursor.lastrowid or mission.id)
 
     def update(self, c: sqlite3.Connection, mission: Mission) -> None:
-        c.execute("UPDATE missions SET name = ?, guid = ?, robot_id = ?, favourite = ? WHERE id = ?",
-                  (mission.name, mission.guid, mission.robot_id, mission.favourite, mission.id))
+        c.execute("UPDATE missions SET name = ?, guid = ?, robot_id = ?, favourite = ?, usual_minutes = ? WHERE id = ?",
+                  (mission.name, mission.guid, mission.robot_id, mission.favourite, mission.usual_minutes, mission.id))
 
     def remove(self, c: sqlite3.Connection, mission_id: int) -> None:
         """Schedules and idle rules that use it go with it; history stays."""
@@ -46,4 +52,4 @@ class MissionRepository:
 
 
 def _mission(row: sqlite3.Row) -> Mission:
-    return Mission(row["name"], row["guid"], row["id"], row["robot_id"], bool(row["favourite"]))
+    return Mission(row["name"], row["guid"], row["id"], row["robot_id"], bool(row["favourite"]), row["usual_minutes"])

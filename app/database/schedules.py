@@ -18,6 +18,10 @@ class ScheduleRepository:
         """In order of name."""
         return self._list(c, "ORDER BY name")
 
+    def count(self, c: sqlite3.Connection) -> int:
+        found: int = c.execute("SELECT count(*) FROM schedules").fetchone()[0]
+        return found
+
     def get(self, c: sqlite3.Connection, schedule_id: int) -> Schedule | None:
         return self._one(c, "id = ?", schedule_id)
 
@@ -30,8 +34,8 @@ class ScheduleRepository:
     def for_mission(self, c: sqlite3.Connection, mission_id: int) -> list[Schedule]:
         return self._list(c, "WHERE mission_id = ? ORDER BY name", mission_id)
 
-    def due(self, c: sqlite3.Connection, now: datetime, limit: int) -> list[Schedule]:
-        """Switched-on ones whose next occurrence has come, earliest first; one look into an index when there is none."""
+    def due(self, c: sqlite3.Connection, now: datetime, limit: int = -1) -> list[Schedule]:
+        """Switched-on ones whose next occurrence has come, earliest first, all or so many; one look into an index when there is none."""
         return self._list(c, "WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at, id LIMIT ?", to_text(now), limit)
 
     def next_due(self, c: sqlite3.Connection, robot_id: int | None = None) -> datetime | None:
@@ -59,6 +63,10 @@ class ScheduleRepository:
     def advance(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None) -> None:
         """Note the next occurrence; None: there is none left."""
         c.execute("UPDATE schedules SET next_at = ? WHERE id = ?", (to_optional_text(next_at), schedule_id))
+
+    def pause(self, c: sqlite3.Connection, schedule_id: int, until: datetime | None) -> None:
+        """Until when occurrences are skipped; None: they are not."""
+        c.execute("UPDATE schedules SET paused_until = ? WHERE id = ?", (to_optional_text(until), schedule_id))
 
     def add(self, c: sqlite3.Connection, schedule: Schedule) -> Schedule:
         """Returns it with its id; one that is given (an undone removal) is kept."""

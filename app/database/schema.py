@@ -145,4 +145,87 @@ CREATE TABLE holds (                          -- nothing (or one robot) is sent 
 ) STRICT;
 """
 
-MIGRATIONS: tuple[str, ...] = (_FIRST,)
+_EXCEPTION_CALENDAR = """
+CREATE TABLE calendar_days (                  -- where the weekly rule of working days does not hold
+    id         INTEGER PRIMARY KEY AUTOINCREMENT,
+    name       TEXT NOT NULL,
+    first_day  TEXT NOT NULL,                 -- local YYYY-MM-DD, both ends included
+    last_day   TEXT NOT NULL,
+    is_working INTEGER NOT NULL,              -- 0 closed, 1 extra working days
+    yearly     INTEGER NOT NULL DEFAULT 0,
+    source     TEXT NOT NULL DEFAULT ''       -- the file they came with
+) STRICT;
+"""
+
+_KPI_INDEXES = """
+-- durations of a mission, and what a run waited for, from the index alone
+DROP INDEX executions_by_mission;
+CREATE INDEX executions_by_mission ON executions (robot_id, mission_guid, ended_at, duration_s) WHERE state = 'completed';
+CREATE INDEX executions_timings ON executions (ended_at, robot_id, planned_at, submitted_at, robot_delay_s, duration_s)
+    WHERE trigger = 'scheduled' AND submitted_at IS NOT NULL AND robot_delay_s IS NOT NULL;
+"""
+
+_ACTIVITY_SPANS = """
+CREATE TABLE activity_spans (                 -- what each robot was seen doing: the ground of its timeline
+    robot_id   INTEGER NOT NULL,
+    started_at TEXT NOT NULL,
+    ended_at   TEXT NOT NULL,
+    activity   TEXT NOT NULL,                 -- executing, idle, charging, paused, error, offline
+    PRIMARY KEY (robot_id, started_at)
+) STRICT, WITHOUT ROWID;
+"""
+
+_TYPED_DURATIONS = """
+ALTER TABLE missions ADD COLUMN usual_minutes INTEGER;        -- as a person typed it; NULL: only runs tell
+"""
+
+_ENDED_DAYS = """
+CREATE TABLE ended_days (                     -- what ended, counted per UTC day by the triggers below: the ground of long periods' KPIs
+    day          TEXT NOT NULL,               -- YYYY-MM-DD of ended_at
+    robot_id     INTEGER NOT NULL,            -- 0: none
+    is_scheduled INTEGER NOT NULL,
+    state        TEXT NOT NULL,
+    reason_code  TEXT NOT NULL,               -- '': none
+    is_submitted INTEGER NOT NULL,
+    number       INTEGER NOT NULL,
+    timed        INTEGER NOT NULL,            -- of these, with a known duration
+    microseconds INTEGER NOT NULL,            -- of these durations; whole ones, so that what is added can be taken away again exactly
+    PRIMARY KEY (day, robot_id, is_scheduled, state, reason_code, is_submitted)
+) STRICT, WITHOUT ROWID;
+
+INSERT INTO ended_days
+SELECT substr(ended_at, 1, 10), coalesce(robot_id, 0), trigger = 'scheduled', state, coalesce(reason_code, ''), submitted_at IS NOT NULL,
+       count(*), count(duration_s), coalesce(sum(CAST(round(duration_s * 1000000) AS INTEGER)), 0)
+FROM executions WHERE ended_at IS NOT NULL GROUP BY 1, 2, 3, 4, 5, 6;
+
+CREATE TRIGGER ended_days_add AFTER INSERT ON executions WHEN NEW.ended_at IS NOT NULL BEGIN
+    INSERT INTO ended_days VALUES (
+        substr(NEW.ended_at, 1, 10), coalesce(NEW.robot_id, 0), NEW.trigger = 'scheduled', NEW.state, coalesce(NEW.reason_code, ''),
+        NEW.submitted_at IS NOT NULL, 1, NEW.duration_s IS NOT NULL, coalesce(CAST(round(NEW.duration_s * 1000000) AS INTEGER), 0))
+    ON CONFLICT DO UPDATE SET number = number + 1, timed = timed + excluded.timed, microseconds = microseconds + excluded.microseconds;
+END;
+
+CREATE TRIGGER ended_days_remove AFTER DELETE ON executions WHEN OLD.ended_at IS NOT NULL BEGIN
+    UPDATE ended_days SET number = number - 1, timed = timed - (OLD.duration_s IS NOT NULL),
+        microseconds = microseconds - coalesce(CAST(round(OLD.duration_s * 1000000) AS INTEGER), 0)
+    WHERE day = substr(OLD.ended_at, 1, 10) AND robot_id = coalesce(OLD.robot_id, 0) AND is_scheduled = (OLD.trigger = 'scheduled')
+        AND state = OLD.state AND reason_code = coalesce(OLD.reason_code, '') AND is_submitted = (OLD.submitted_at IS NOT NULL);
+    DELETE FROM ended_days WHERE day = substr(OLD.ended_at, 1, 10) AND number = 0;
+END;
+
+CREATE TRIGGER ended_days_change AFTER UPDATE OF ended_at, robot_id, trigger, state, reason_code, submitted_at, duration_s ON executions
+WHEN OLD.ended_at IS NOT NULL OR NEW.ended_at IS NOT NULL BEGIN
+    UPDATE ended_days SET number = number - 1, timed = timed - (OLD.duration_s IS NOT NULL),
+        microseconds = microseconds - coalesce(CAST(round(OLD.duration_s * 1000000) AS INTEGER), 0)
+    WHERE day = substr(OLD.ended_at, 1, 10) AND robot_id = coalesce(OLD.robot_id, 0) AND is_scheduled = (OLD.trigger = 'scheduled')
+        AND state = OLD.state AND reason_code = coalesce(OLD.reason_code, '') AND is_submitted = (OLD.submitted_at IS NOT NULL);
+    INSERT INTO ended_days SELECT
+        substr(NEW.ended_at, 1, 10), coalesce(NEW.robot_id, 0), NEW.trigger = 'scheduled', NEW.state, coalesce(NEW.reason_code, ''),
+        NEW.submitted_at IS NOT NULL, 1, NEW.duration_s IS NOT NULL, coalesce(CAST(round(NEW.duration_s * 1000000) AS INTEGER), 0)
+    WHERE NEW.ended_at IS NOT NULL
+    ON CONFLICT DO UPDATE SET number = number + 1, timed = timed + excluded.timed, microseconds = microseconds + excluded.microseconds;
+    DELETE FROM ended_days WHERE day = substr(OLD.ended_at, 1, 10) AND number = 0;
+END;
+"""
+
+MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS)

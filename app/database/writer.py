@@ -129,7 +129,7 @@ class InlineWriter:
 
     def run(self, work: Work[T]) -> T:
         if self._writing is None:
-            raise DatabaseUnavailable(f"{self._path} is closed")
+            raise DatabaseUnavailable("{path} is closed", path=self._path)
         if self._writing.connection.in_transaction:
             raise RuntimeError("write() inside a write: use the connection at hand")
         result = self._writing.one(work)
@@ -164,7 +164,7 @@ class ThreadedWriter:
         outcome: Future[T] = Future()
         with self._closing:                   # so that nothing is queued behind the end
             if self._closed:
-                raise DatabaseUnavailable(f"{self._path} is closed")
+                raise DatabaseUnavailable("{path} is closed", path=self._path)
             self._tasks.put((work, outcome))
         return outcome.result()
 
@@ -198,7 +198,7 @@ class ThreadedWriter:
             self._closed = True
             while not self._tasks.empty():
                 if task := self._tasks.get():
-                    task[1].set_exception(DatabaseUnavailable(f"{self._path} is closed"))
+                    task[1].set_exception(DatabaseUnavailable("{path} is closed", path=self._path))
 
     def _next_tasks(self) -> list[_Task]:
         """Wait for one and take along what else waits; empty at the end."""

@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
-from datetime import datetime
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
 from types import MappingProxyType
 from typing import Any
 
@@ -12,6 +12,9 @@ from app.database.connection import Database
 from app.models import Alarm, Priority
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock
+from app.services.reasons import instants_in_words, stored_sentence
+from app.services.written import Translate
+from app.told import Decimal, Told, is_told, tell
 
 log = logging.getLogger(__name__)
 
@@ -26,7 +29,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
                                    "nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
-    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off, asleep or without a true clock"),
+    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, or its clock was wrong"),
     "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
     "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
     "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
@@ -37,6 +40,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
 KEPT = 1000                  # past alarms
+SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an alarm put away for good would be one nobody ever sees
+LONGEST_NOTE = 200           # characters
 EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
                     "duplicate_running", "unknown_outcome"})
 
@@ -46,10 +51,21 @@ class _Known(dict[str, Any]):
         return "–"
 
 
-def alarm_sentence(alarm: Alarm, translate: Any = lambda text: text) -> str:
+def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> str:
     """One sentence for people; what is not known stands as a dash."""
     text = SENTENCES.get(alarm.code, (alarm.priority, alarm.code))[1]
-    return str(translate(text)).format_map(_Known(alarm.details))
+    zone = str(alarm.details.get("timezone", "UTC"))
+    details = {**alarm.details, **instants_in_words(alarm.details, zone, translate)}
+    return translate(text).format_map(_Known({name: _said(value, zone, translate) for name, value in details.items()}))
+
+
+def _said(value: Any, zone: str, translate: Translate) -> Any:
+    """Reasons and problems are kept in their parts; rows of older versions have them as English text."""
+    if is_told(value):
+        return tell(value, translate)
+    if isinstance(value, Mapping) and "code" in value:
+        return stored_sentence(value, zone, translate)
+    return Decimal(value, translate) if isinstance(value, float) else value
 
 
 class Alarms:
@@ -71,7 +87,7 @@ class Alarms:
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
 
-    def database_fails(self, problem: str) -> None:
+    def database_fails(self, problem: Told) -> None:
         """Nothing can be written just now, so nothing is sent, and this alarm itself lives in memory until ``database_works``."""
         if self._database is None:
             now = self._clock.now()
@@ -89,17 +105,40 @@ class Alarms:
     def is_database_failing(self) -> bool:
         return self._database is not None
 
+    # ------------------------------------------------------------------ the operator
     def acknowledge(self, alarm_id: int, note: str = "") -> None:
+        """Somebody has seen it, and perhaps says what was done. A second time changes nothing."""
+        note = " ".join(note.split())[:LONGEST_NOTE]
         self._db.write(lambda c: self._repository.acknowledge(c, alarm_id, self._clock.now(), note))
+        log.info("alarm %d acknowledged%s", alarm_id, f": {note}" if note else "")
         self._changes.publish(Topic.ALARMS)
 
-    def shelve(self, alarm_id: int, until: datetime) -> None:
+    def shelve(self, alarm_id: int, hours: int) -> datetime:
+        """Out of the way for ``hours``, one of SHELF_HOURS; returns when it comes back by itself. Raises ValueError."""
+        if hours not in SHELF_HOURS:
+            raise ValueError(f"an alarm is shelved for {SHELF_HOURS} hours, not for {hours}")
+        until = self._clock.now() + timedelta(hours=hours)
+        self._shelve(alarm_id, until)
+        log.info("alarm %d shelved until %s", alarm_id, until.isoformat(timespec="minutes"))
+        return until
+
+    def take_back(self, alarm_id: int) -> None:
+        """From the shelf, before its time."""
+        self._shelve(alarm_id, None)
+        log.info("alarm %d taken back from the shelf", alarm_id)
+
+    def _shelve(self, alarm_id: int, until: datetime | None) -> None:
         self._db.write(lambda c: self._repository.shelve(c, alarm_id, until))
         self._changes.publish(Topic.ALARMS)
 
     def prune(self) -> None:
         """Keep the newest of those that are over."""
         self._db.write(lambda c: self._repository.prune(c, KEPT))
+
+    def past(self, limit: int) -> tuple[Sequence[Alarm], int]:
+        """The newest of those that are cleared and acknowledged, and how many there are."""
+        db = self._db.read()
+        return self._repository.past(db, limit), self._repository.count_past(db)
 
     def standing(self) -> list[Alarm]:
         """Not yet cleared *and* acknowledged, most serious and newest first; shelved ones last."""

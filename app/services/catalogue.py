@@ -6,12 +6,13 @@ as InvalidInput.
 """
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
 from app.database.connection import Database
-from app.models import IdleRule, Mission, Robot, Schedule, Settings
+from app.models import DayException, IdleRule, Mission, Robot, Schedule, Settings
+from app.services import national_holidays
 from app.services.catalogue_edit import Edit, Removed
 from app.services.changes import Changes
 from app.services.clock import Clock
@@ -44,6 +45,24 @@ class Catalogue:
     def change_settings(self, **changes: Any) -> Settings:
         """Settings by name, as in ``Settings``; returns all of them."""
         return self.edit(lambda edit: edit.change_settings(**changes))
+
+    # ------------------------------------------------------------------ days off and extra working days
+    def save_days(self, exception: DayException) -> DayException:
+        """Add (id 0) or change closed days or extra working days; they take precedence over the days of the week."""
+        return self.edit(lambda edit: edit.save_days([exception]))[0]
+
+    def add_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
+        """Several at once, all or none: an imported calendar."""
+        return self.edit(lambda edit: edit.save_days(exceptions))
+
+    def remove_days(self, *ids: int) -> Removed:
+        """``restore`` puts them back."""
+        return self.edit(lambda edit: edit.remove_days(ids))
+
+    def set_public_holidays(self, country: str, subdivision: str = "") -> Settings:
+        """Close on the public holidays of a country (ISO 3166 code) and of a part of it; empty: of none."""
+        national_holidays.check(country, subdivision)         # here, because it reads a large library: others want to write meanwhile
+        return self.change_settings(holiday_country=country, holiday_subdivision=subdivision)
 
     # ------------------------------------------------------------------ robots
     def save_robot(self, robot: Robot, password: str | None = None) -> Robot:

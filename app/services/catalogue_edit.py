@@ -11,18 +11,20 @@ from datetime import datetime
 from itertools import count
 from typing import Any
 
+from app.database.calendar import CalendarRepository
 from app.database.executions import ExecutionRepository
 from app.database.holds import HoldRepository, StoredHold
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.models import IdleRule, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, Settings
-from app.services import validation
-from app.services.calendar import WorkingCalendar
+from app.models import DayException, IdleRule, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, Settings
+from app.services import names, national_holidays, validation
+from app.services.calendar import WorkingCalendar, working_calendar
 from app.services.changes import Topic
 from app.services.mir.credentials import Token
 from app.services.planning import first_due
+from app.services.recurrence import next_occurrence
 
 NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None}      # what of a schedule is no part of its definition
 
@@ -35,6 +37,7 @@ class Removed:
     schedules: Sequence[Schedule] = ()
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
+    days: Sequence[DayException] = ()
 
 
 @dataclass
@@ -47,30 +50,94 @@ class Edit:
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self._executions, self._settings, self._holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
+        self.days = CalendarRepository()
         self.settings = self._settings.load(self.c)
 
     # ------------------------------------------------------------------ settings
     def change_settings(self, **changes: Any) -> Settings:
         """Schedules that respect working days get their next occurrence anew when those change."""
         before = self.settings
+        changed = replace(before, **validation.settings(changes))
+        if _days_off(changed)[1:] != _days_off(before)[1:]:
+            national_holidays.check(changed.holiday_country, changed.holiday_subdivision)
         changes = {name: value for name, value in validation.settings(changes).items()
                    if value != getattr(before, name) or not self._settings.is_stored(self.c, name)}
         if changes:
             self.settings = self._settings.save(self.c, **changes)
             self.topics.add(Topic.SETTINGS)
         after = self.settings
-        if after.working_days != before.working_days:
-            self._plan_anew(after)
+        if _days_off(after) != _days_off(before):
+            self._plan_anew()
         return after
 
-    def _plan_anew(self, settings: Settings) -> None:
+    def leave_unknown_zones(self, local: str) -> list[str]:
+        """Settings and schedules whose time zone is none that this system knows (another system's, or of a version that took it) take
+        ``local``, schedules that of the settings. Returns one line for each, for the log."""
+        lines = []
+        if not validation.is_zone(self.settings.timezone):
+            lines.append(f"the time zone {self.settings.timezone} is not known here; the settings take {local}")
+            self.settings = self._settings.save(self.c, timezone=local)
+            self.topics.add(Topic.SETTINGS)
+        zone, calendar = self.settings.timezone, self.calendar
+        for schedule in self.schedules.all(self.c):
+            if not validation.is_zone(schedule.timezone):
+                lines.append(f"the time zone {schedule.timezone} is not known here; the schedule {schedule.name} takes {zone}")
+                known = replace(schedule, timezone=zone, changed_at=self.now)
+                self.schedules.update(self.c, replace(known, next_at=self._first_due(known, calendar)))
+                self.topics.add(Topic.SCHEDULES)
+        return lines
+
+    @property
+    def calendar(self) -> WorkingCalendar:
+        """The working days as this transaction has them by now."""
+        return working_calendar(self.c, self.settings)
+
+    def _plan_anew(self) -> None:
         """What is due already stays due; a one-time schedule runs whatever the working days are."""
-        calendar = WorkingCalendar(settings)
+        calendar = self.calendar
         for schedule in self.schedules.all(self.c):
             is_due = schedule.next_at is not None and schedule.next_at <= self.now
             if schedule.respect_working_days and schedule.recurrence is not None and not is_due:
-                self.schedules.advance(self.c, schedule.id, first_due(schedule, settings, self.now, calendar))
+                self.schedules.advance(self.c, schedule.id, self._first_due(schedule, calendar))
         self.topics.add(Topic.SCHEDULES)
+
+    def _first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:
+        """The next occurrence, one that was skipped in advance left out."""
+        at = first_due(schedule, self.settings, self.now, calendar)
+        while at is not None and schedule.recurrence is not None and self._executions.has_row(self.c, schedule.id, at):
+            at = next_occurrence(schedule, at, calendar)
+        return at
+
+    # ------------------------------------------------------------------ days off and extra working days
+    def save_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
+        """Add (id 0) or change exceptions to the working days; schedules that respect them get their next occurrence anew."""
+        exceptions = [validation.day_exception(exception) for exception in exceptions]
+        for exception in exceptions:
+            if exception.id and self.days.get(self.c, exception.id) is None:
+                raise InvalidInput("days", "there is no such entry of the calendar any more")
+        if self.days.count(self.c) + sum(not exception.id for exception in exceptions) > validation.MOST_DAY_EXCEPTIONS:
+            raise InvalidInput("days", "the calendar has room for {most} entries", most=validation.MOST_DAY_EXCEPTIONS)
+        saved = []
+        for exception in exceptions:
+            if exception.id:
+                self.days.update(self.c, exception)
+                saved.append(exception)
+            else:
+                saved.append(self.days.add(self.c, exception))
+        self._days_changed()
+        return saved
+
+    def remove_days(self, ids: Sequence[int]) -> Removed:
+        """Those of them that are still there."""
+        removed = Removed(days=[found for exception_id in ids if (found := self.days.get(self.c, exception_id)) is not None])
+        for exception in removed.days:
+            self.days.remove(self.c, exception.id)
+        self._days_changed()
+        return removed
+
+    def _days_changed(self) -> None:
+        self.topics.add(Topic.CALENDAR)
+        self._plan_anew()
 
     # ------------------------------------------------------------------ robots
     def save_robot(self, robot: Robot, password: str | None = None) -> Robot:
@@ -137,7 +204,9 @@ class Edit:
     # ------------------------------------------------------------------ missions
     def save_mission(self, mission: Mission) -> Mission:
         """Add (id 0) or change. What is planned on a robot with the mission of that name for all robots goes on with the robot's own."""
-        mission = replace(mission, name=validation.name(mission.name), guid=validation.guid(mission.guid))
+        minutes = mission.usual_minutes
+        mission = replace(mission, name=validation.name(mission.name), guid=validation.guid(mission.guid),
+                          usual_minutes=None if minutes is None else validation.whole_number(minutes, "usual_minutes"))
         stored = self.the_mission(mission.id) if mission.id else None
         if mission.robot_id is not None:
             self.the_robot(mission.robot_id)
@@ -200,10 +269,9 @@ class Edit:
         schedule = validation.schedule(schedule)
         if stored is not None and self.definition(schedule) == self.definition(stored):
             return stored
-        settings = self.settings
-        calendar = WorkingCalendar(settings)
+        calendar = self.calendar
         validation.one_time_on_working_day(schedule, calendar)
-        schedule = replace(schedule, changed_at=self.now, next_at=first_due(schedule, settings, self.now, calendar))
+        schedule = replace(schedule, changed_at=self.now, next_at=self._first_due(schedule, calendar))
         if stored is None:
             schedule = self.schedules.add(self.c, schedule)
         else:
@@ -259,17 +327,20 @@ class Edit:
             self._restore_idle(removed.robot.id, removed.robot.idle)
         for robot_id, rule in removed.idle:
             self._restore_idle(robot_id, rule)
-        settings = self.settings
-        calendar = WorkingCalendar(settings)
+        calendar = self.calendar
         for schedule in removed.schedules:
             if self.schedules.by_name(self.c, schedule.name):
                 raise InvalidInput("name", "there is a schedule {name} already", name=schedule.name)
             self.the_robot(schedule.robot_id)
             self.the_mission(schedule.mission_id)
-            next_at = first_due(schedule, settings, self.now, calendar)
-            self.schedules.add(self.c, replace(schedule, changed_at=self.now, next_at=next_at))
+            self.schedules.add(self.c, replace(schedule, changed_at=self.now, next_at=self._first_due(schedule, calendar)))
         for hold in removed.holds:
             self._holds.add(self.c, hold)
+        if removed.days:
+            for exception in removed.days:
+                self.days.add(self.c, exception)
+            self._days_changed()
+            return
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
 
     def _restore_idle(self, robot_id: int, rule: IdleRule) -> None:
@@ -303,9 +374,13 @@ class Edit:
         return meant
 
 
+def _days_off(settings: Settings) -> tuple[object, ...]:
+    """What of the settings decides on which days work is done."""
+    return settings.working_days, settings.holiday_country, settings.holiday_subdivision
+
+
 def schedule_names(mission: str, robot: str) -> Iterator[str]:
     """"<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
     for number in count(1):
         ending = f" {number}" if number > 1 else ""
-        stem = f"{mission} on {robot}"[:validation.LONGEST_NAME - len(ending)]
-        yield stem.rstrip() + ending
+        yield names.cleaned(f"{mission} on {robot}", names.LONGEST - len(ending)) + ending

@@ -16,6 +16,7 @@ class Topic(StrEnum):
     ROBOTS = "robots"
     MISSIONS = "missions"
     SETTINGS = "settings"
+    CALENDAR = "calendar"        # exceptions to the working days
     ALARMS = "alarms"
     HOLDS = "holds"
 

@@ -4,10 +4,13 @@ Everything that knows the time takes a ``Clock``, so a year of operation runs in
 """
 from __future__ import annotations
 
+import os
 import time
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
+from zoneinfo import available_timezones
 
 
 class Clock(Protocol):
@@ -36,11 +39,16 @@ class SystemClock:
         time.sleep(seconds)
 
 
+@lru_cache(maxsize=1)
+def zone_names() -> frozenset[str]:
+    """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files. Systems list some files
+    with them that are none (zic(8)): this machine's own zone, whatever it is, and one that says that none was set."""
+    return frozenset(available_timezones() - {"localtime", "posixrules", "Factory"})
+
+
 def local_timezone_name() -> str:
     """IANA name of the tablet's zone; ``UTC`` where the system does not tell."""
-    import os
-    from zoneinfo import available_timezones
-    names = available_timezones()
+    names = zone_names()
     if (name := os.environ.get("TZ", "").lstrip(":")) in names:
         return name
     for source in (Path("/etc/timezone"),):

@@ -22,9 +22,9 @@ from app.models import InvalidInput
 from app.services import configuration
 from app.services.catalogue import Catalogue
 from app.services.clock import Clock
+from app.services.configuration.document import LARGEST_FILE
 from app.services.history_export import write_history
-
-LARGEST_CONFIGURATION = 5 * 1024 * 1024          # bytes (contract: "Ranges")
+from app.told import Told, of_system
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,7 @@ class DataFiles:
 
     def newest_configuration(self) -> Path | None:
         """The configuration file that was put into ``directory`` last: most likely the one to import."""
-        found = [path for path in self.directory.glob("*.json") if path.is_file()]
-        return max(found, key=lambda path: path.stat().st_mtime_ns, default=None)
+        return self._newest("*.json")
 
     # ------------------------------------------------------------------ out
     def export_configuration(self, path: str) -> Path:
@@ -80,19 +79,9 @@ class DataFiles:
         return target
 
     # ------------------------------------------------------------------ in
-    def import_configuration(self, path: str) -> Sequence[str]:
-        """Take a configuration file in, whole or not at all. Returns what was added or changed, one English line each."""
-        source = self._resolved(path)
-        try:
-            with source.open("rb") as file:
-                content = file.read(LARGEST_CONFIGURATION + 1)
-        except FileNotFoundError:
-            raise InvalidInput("path", "there is no file {path}", path=source) from None
-        except OSError as error:
-            raise InvalidInput("path", "{path} can't be read: {problem}", path=source, problem=error.strerror or error) from None
-        if len(content) > LARGEST_CONFIGURATION:
-            raise InvalidInput("path", "{path} is larger than 5 MiB", path=source)
-        return configuration.import_configuration(self._catalogue, content)
+    def import_configuration(self, path: str) -> Sequence[Told]:
+        """Take a configuration file in, whole or not at all. Returns what was added or changed, one sentence each."""
+        return configuration.import_configuration(self._catalogue, self._content(self._resolved(path)))
 
     # ------------------------------------------------------------------ backups
     def backups(self) -> list[Backup]:
@@ -123,6 +112,24 @@ class DataFiles:
             raise InvalidInput("path", "{path} can't be restored: {problem}", path=path, problem=problem)
 
     # ------------------------------------------------------------------ inside
+    def _newest(self, pattern: str) -> Path | None:
+        found = [path for path in self.directory.glob(pattern) if path.is_file()]
+        return max(found, key=lambda path: path.stat().st_mtime_ns, default=None)
+
+    @staticmethod
+    def _content(source: Path) -> bytes:
+        """Of a file that somebody brings along, at most 5 MiB."""
+        try:
+            with source.open("rb") as file:
+                content = file.read(LARGEST_FILE + 1)
+        except FileNotFoundError:
+            raise InvalidInput("path", "there is no file {path}", path=source) from None
+        except OSError as error:
+            raise InvalidInput("path", "{path} can't be read: {problem}", path=source, problem=of_system(error)) from None
+        if len(content) > LARGEST_FILE:
+            raise InvalidInput("path", "{path} is larger than 5 MiB", path=source)
+        return content
+
     def _resolved(self, text: str) -> Path:
         """The absolute path that was meant: ``~`` is the user's home, a bare name lies in ``directory``."""
         if not text.strip():
@@ -165,4 +172,4 @@ def _told(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise InvalidInput("path", "there is no directory {path}", path=path.parent) from None
     except OSError as error:
-        raise InvalidInput("path", "{path} can't be written: {problem}", path=path, problem=error.strerror or error) from None
+        raise InvalidInput("path", "{path} can't be written: {problem}", path=path, problem=of_system(error)) from None

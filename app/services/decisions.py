@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta
 
 from app.models import Execution, Reason, ReasonCode, Schedule, Settings, Wait
+from app.told import Told
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
@@ -43,7 +44,7 @@ def battery_allows(battery: float | None, minimum: float | None) -> bool:
     return minimum is None or (battery is not None and battery >= minimum)
 
 
-def after_failed_attempt(execution: Execution, settings: Settings, problem: str) -> Reason | None:
+def after_failed_attempt(execution: Execution, settings: Settings, problem: Told) -> Reason | None:
     """The end of an execution whose attempt has just failed, or None when it is tried again."""
     if execution.attempts > settings.retry_limit:
         return Reason(ReasonCode.RETRY_LIMIT, {"attempts": execution.attempts, "problem": problem})

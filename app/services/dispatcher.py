@@ -22,13 +22,22 @@ from app.services.ledger import Ledger
 from app.services.mir.client import RobotClient
 from app.services.mir.errors import Delivery, Rejected, RobotError, Unauthorized
 from app.services.mir.types import QueueItem, RobotStatus
+from app.told import Told, made_of, tell, told
 
 log = logging.getLogger(__name__)
 
 LOOK_AGAIN = 2.0             # s between looks at a queue in which a submission may yet appear
 STATUS_IS_FRESH = 2.0        # s for which one status read serves several executions due together
 RECHECK = 2.0                # s between checks of what an execution waits for (battery, hold)
+HANDED_OVER_WITHIN = 2.0     # s that an intent written when it fell due may take to its lane
 SEARCHED_AFTER_RESTORE = 1000    # newest queue items in which a restored database looks for what it may have forgotten
+
+
+@dataclass(frozen=True)
+class Ready:
+    """What is known of a robot to which something can go out at once: read a moment ago."""
+    battery: float | None
+    queue_floor: int
 
 
 class WrongRobot(Exception):
@@ -36,7 +45,8 @@ class WrongRobot(Exception):
 
     def __init__(self, expected: str, found: str) -> None:
         self.expected, self.found = expected, found
-        super().__init__(f"serial number {found} answers where {expected} was expected")
+        self.told = told("serial number {found} answers where {expected} was expected", found=found, expected=expected)
+        super().__init__(tell(self.told))
 
 
 @dataclass
@@ -54,24 +64,45 @@ class _Memory:
 
 class Dispatcher:
     def __init__(self, robot: Robot, client: RobotClient, *, ledger: Ledger, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime,
-                 settings: Callable[[], Settings], restored_at: Callable[[], datetime | None], read_status: Callable[[], RobotStatus],
+                 settings: Callable[[], Settings], restored_at: datetime | None, read_status: Callable[[], RobotStatus],
                  queue_floor: Callable[[], int | None]) -> None:
         self._robot, self._client = robot, client
         self._ledger, self._clock, self._holds, self._alarms, self._downtime = ledger, clock, holds, alarms, downtime
         self._settings, self._restored_at, self._read_status, self._queue_floor = settings, restored_at, read_status, queue_floor
+        self.user_name = ""                               # who we are to the robot, once it has been asked
+        self._tokens_come_back: bool | None = None        # not known yet
         self._memory = _Memory()
+        self._handed_over: set[int] = set()               # in this call: executions that the robot has now
         self._status_read = (-math.inf, None, None)  # type: tuple[float, RobotStatus | None, Exception | None]
 
     def run(self, only: int | None = None) -> float:
         """Do what can be done now; returns the seconds until it wants to be called again (inf: when something changes)."""
         executions = self._to_be_sent(only)
-        self._memory.forget_all_but({e.id for e in executions})
+        open_ids = {e.id for e in executions}
+        self._memory.forget_all_but(open_ids)
+        self._handed_over.clear()
         for execution in decisions.in_dispatch_order(executions):
             if execution.state is State.SUBMITTING:
                 self._look_for(execution)
             else:
                 self._consider(execution)
-        return self._next_call(only) if executions else math.inf
+        return math.inf if open_ids <= self._handed_over else self._next_call(only)
+
+    def ready(self) -> Ready | None:
+        """Whether what falls due now could go out without another look at the robot. Asked by the scheduler's thread, changes nothing."""
+        read_at, status, _error = self._status_read
+        floor = self._queue_floor()
+        if status is None or floor is None or self._clock.monotonic() - read_at > STATUS_IS_FRESH:
+            return None
+        if self._restored_at is not None or self._holds.active(self._robot.id):
+            return None
+        return Ready(status.battery_percentage, floor)
+
+    def send(self, intent: Execution) -> None:
+        """The first attempt of one whose intent was written when it fell due. If the ledger was looked at before this came, it is being
+        looked for on the robot already, and whoever has begun that never sends."""
+        if intent.id not in self._memory.unknown_since:
+            self._send(intent, self._settings())
 
     def prepare(self) -> None:
         """Something falls due in about a second: the status is read ahead, so that then only the intent and the POST remain."""
@@ -150,8 +181,7 @@ class Dispatcher:
 
     def _from_before_restore(self, execution: Execution, floor: int) -> list[QueueItem]:
         """A restored backup may not know that this occurrence was sent already; its token, minted anew, is the same and tells."""
-        restored_at = self._restored_at()
-        if restored_at is None or execution.planned_at > restored_at or execution.attempts:
+        if self._restored_at is None or execution.planned_at > self._restored_at or execution.attempts:
             return []
         newest = self._client.items_after(max(0, floor - SEARCHED_AFTER_RESTORE))
         return sorted((item for item in newest if item.description == execution.token), key=lambda item: item.id)
@@ -173,12 +203,12 @@ class Dispatcher:
             case WrongRobot():
                 self._ledger.end(execution, Reason(ReasonCode.WRONG_ROBOT, {"expected": error.expected, "found": error.found}))
             case Unauthorized():
-                self._ledger.end(execution, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.text}))
+                self._ledger.end(execution, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.told}))
             case _:
-                self._attempt_failed(execution, getattr(error, "text", str(error)), settings)
+                self._attempt_failed(execution, "" if error is None else made_of(error), settings)
 
-    def _attempt_failed(self, execution: Execution, problem: str, settings: Settings) -> None:
-        """Certainly nothing on the robot: try again later, or give up at the retry limit."""
+    def _attempt_failed(self, execution: Execution, problem: Told, settings: Settings, waited: bool = False) -> None:
+        """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or give up at the retry limit."""
         waiting = self._ledger.attempt_failed(execution, problem)
         if waiting is None:
             return
@@ -187,7 +217,7 @@ class Dispatcher:
         elif reason := decisions.after_failed_attempt(waiting, settings, problem):
             self._ledger.end(waiting, reason)
         else:
-            self._later(waiting, decisions.back_off(waiting.attempts, settings))
+            self._later(waiting, 0.0 if waited else decisions.back_off(waiting.attempts, settings))
 
     # ------------------------------------------------------------------ submitting
     def _send(self, intent: Execution, settings: Settings) -> None:
@@ -203,7 +233,7 @@ class Dispatcher:
     def _not_accepted(self, intent: Execution, error: RobotError, settings: Settings) -> None:
         if error.delivery is Delivery.NOT_SENT:
             self._status_read = (-math.inf, None, None)
-            self._attempt_failed(intent, error.text, settings)
+            self._attempt_failed(intent, error.told, settings)
         elif error.delivery is Delivery.REFUSED:
             self._ledger.end(intent, self._refusal(intent, error))
         else:
@@ -215,7 +245,7 @@ class Dispatcher:
     def _refusal(self, intent: Execution, error: RobotError) -> Reason:
         """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it."""
         if isinstance(error, Unauthorized):
-            return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.text})
+            return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.told})
         if isinstance(error, Rejected) and error.status in (400, 404):
             try:
                 self._client.mission(intent.mission_guid)
@@ -224,10 +254,11 @@ class Dispatcher:
                     return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
             except RobotError as unheard:
                 log.info("Whether %r has mission %s could not be asked: %s", self._robot.name, intent.mission_guid, unheard.text)
-        return Reason(ReasonCode.REFUSED, {"problem": error.text})
+        return Reason(ReasonCode.REFUSED, {"problem": error.told})
 
     def _adopt(self, intent: Execution, queue_id: int) -> None:
         accepted = self._ledger.accepted(intent, queue_id)
+        self._handed_over.add(intent.id)
         if accepted and accepted.cancel_code:         # cancelled while it was on its way
             self._cancel_item(queue_id)
 
@@ -240,6 +271,9 @@ class Dispatcher:
     # ------------------------------------------------------------------ unknown outcome
     def _look_for(self, intent: Execution) -> None:
         """Reconcile a submission whose outcome nobody knows with the robot's queue."""
+        if self._may_be_on_its_way(intent):
+            self._later(intent, HANDED_OVER_WITHIN)
+            return
         now = self._clock.monotonic()
         since = self._memory.unknown_since.setdefault(intent.id, now)    # a restart begins the quiet time anew
         if self._memory.not_before.get(intent.id, -math.inf) > now:
@@ -254,11 +288,11 @@ class Dispatcher:
                 self._found(intent, found)
                 return
             if quiet_is_over and intent.queue_floor and (self._client.highest_queue_id() or 0) < intent.queue_floor:
-                self._give_up_unknown(intent, "its queue numbers began anew")
+                self._give_up_unknown(intent, told("its queue numbers began anew"))
                 return
         except (RobotError, WrongRobot) as error:
             if quiet_is_over and window_is_over:
-                self._give_up_unknown(intent, getattr(error, "text", str(error)))
+                self._give_up_unknown(intent, made_of(error))
             else:
                 self._later(intent, min(decisions.back_off(2, settings), LOOK_AGAIN * 2))
             return
@@ -267,9 +301,37 @@ class Dispatcher:
         else:
             self._absent(intent, window_is_over, settings)
 
+    def _may_be_on_its_way(self, intent: Execution) -> bool:
+        """Just written by the planner, and not here yet. By the wall clock: whatever that does, nothing is sent for it."""
+        age = abs((self._clock.now() - intent.created_at).total_seconds())
+        return intent.attempts == 1 and intent.id not in self._memory.unknown_since and age < HANDED_OVER_WITHIN
+
     def _items_of(self, intent: Execution) -> list[QueueItem]:
-        return sorted((item for item in self._client.items_after(intent.queue_floor or 0) if item.description == intent.token),
-                      key=lambda item: item.id)
+        """The items that this submission put on the robot, by its token; oldest first."""
+        newer = sorted(self._client.items_after(intent.queue_floor or 0), key=lambda item: item.id)
+        found = [item for item in newer if item.description == intent.token]
+        if found or not newer or self._gives_tokens_back():
+            return found
+        return [item for item in newer if self._may_be_of(intent, item)][:1]
+
+    def _gives_tokens_back(self) -> bool:
+        """Whether this robot returns a description as it was sent, judged by the newest item of ours that it has. MiR's definition says so;
+        that every software does is a guess."""
+        if self._tokens_come_back is None:
+            last = self._ledger.last_accepted(self._robot.id)
+            try:
+                item = self._client.queue_item(last.queue_id) if last and last.queue_id is not None else None
+            except Rejected:                          # deleted, or its number is another's now
+                item = None
+            if last is None or item is None or item.mission_id != last.mission_guid:
+                return True
+            self._tokens_come_back = item.description == last.token
+        return self._tokens_come_back
+
+    def _may_be_of(self, intent: Execution, item: QueueItem) -> bool:
+        """Without tokens: the same mission, put there since by the same user, claimed by no other execution."""
+        return (item.mission_id == intent.mission_guid and item.created_by_name in ("", self.user_name or item.created_by_name)
+                and not self._ledger.is_claimed(self._robot.id, item.id))
 
     def _found(self, intent: Execution, items: list[QueueItem]) -> None:
         self._memory.unknown_since.pop(intent.id, None)
@@ -285,24 +347,16 @@ class Dispatcher:
         self._alarms.raise_("duplicate_healed" if item.is_pending else "duplicate_running", f"execution:{execution.id}",
                             robot=self._robot.name, mission=execution.mission, queue_id=item.id)
 
-    def _give_up_unknown(self, intent: Execution, problem: str) -> None:
+    def _give_up_unknown(self, intent: Execution, problem: Told) -> None:
         self._alarms.raise_("unknown_outcome", f"execution:{intent.id}", robot=self._robot.name, mission=intent.mission, problem=problem)
         self._ledger.end(intent, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
 
     def _absent(self, intent: Execution, window_is_over: bool, settings: Settings) -> None:
         """Not on the robot and nothing in flight can still land: as if the attempt had failed."""
         self._memory.unknown_since.pop(intent.id, None)
-        problem = "the robot did not receive it"
+        problem = told("the robot did not receive it")
         if window_is_over and not intent.cancel_code and intent.attempts <= settings.retry_limit:
             self._ledger.end(intent, Reason(ReasonCode.WINDOW_CLOSED, {"attempts": intent.attempts, "until": intent.closes_at.isoformat(),
                                                                       "problem": problem}))
-            return
-        waiting = self._ledger.attempt_failed(intent, problem)
-        if waiting is None:
-            return
-        if waiting.cancel_code:
-            self._ledger.end(waiting, Reason(waiting.cancel_code))
-        elif reason := decisions.after_failed_attempt(waiting, settings, problem):
-            self._ledger.end(waiting, reason)
         else:
-            self._memory.not_before.pop(waiting.id, None)     # the quiet time was wait enough
+            self._attempt_failed(intent, problem, settings, waited=True)      # the quiet time was wait enough

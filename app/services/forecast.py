@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from datetime import datetime, timedelta
+from dataclasses import dataclass, field, replace
+from datetime import date, datetime, timedelta
 from enum import StrEnum
 from itertools import islice
 from typing import Any
@@ -19,20 +19,26 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.models import Mission, Schedule
-from app.services import validation
-from app.services.calendar import WorkingCalendar
+from app.models import Mission, Schedule, Settings, Usual
+from app.services import decisions, validation
+from app.services.calendar import WorkingCalendar, working_calendar
 from app.services.clock import Clock
-from app.services.recurrence import Occurrence, next_occurrence, occurrences
+from app.services.durations import expected
+from app.services.meetings import Meeting, Other, free_shift, meetings, nearby
+from app.services.recurrence import Occurrence, occurrences
 
-ASSUMED_S = 300.0            # length of a run that was never seen to its end
+LOOKS_BACK = 30              # days, for low batteries
+SAME_TIME = 60               # minutes around a time of day that count as the same
 STARTS = 5
+MOST_PASSED_OVER = 2000      # starts that are looked through for it
 
 
 class ConcernCode(StrEnum):
     """What may be wrong with a schedule that can be saved all the same."""
     OVERLAP = "overlap"                  # another planned run of that robot is still under way, or begins meanwhile
+    LOW_BATTERY = "low_battery"          # its battery stayed too low around that time of day lately
     DAY_OFF = "day_off"                  # the first day is not a working day, so the schedule begins later
+    PASSED_OVER = "passed_over"          # between the next starts lie days that the exception calendar closes
     CLOCK_CHANGE = "clock_change"        # the wall-clock time does not exist on that day, or comes twice
     MISSION_MISSING = "mission_missing"  # the robot does not have it
     ROBOT_OFF = "robot_off"              # the robot is switched off in Settings
@@ -50,8 +56,13 @@ class Concern:
 @dataclass(frozen=True)
 class Forecast:
     starts: tuple[Occurrence, ...] = ()
-    usual_s: float | None = None         # of that mission on that robot
+    usual: Usual | None = None           # of that mission on that robot; None: nobody knows
     concerns: tuple[Concern, ...] = ()
+    free_at: datetime | None = None      # naive local time of the nearest first start at which no other run is in the way
+
+    @property
+    def usual_s(self) -> float | None:
+        return self.usual.median_s if self.usual else None
 
 
 class Forecasts:
@@ -67,12 +78,13 @@ class Forecasts:
         can't be.
         """
         c = self._db.read()
-        calendar = WorkingCalendar(self._settings.load(c))
+        settings = self._settings.load(c)
+        calendar = working_calendar(c, settings)
         draft = validation.schedule(draft)
         validation.one_time_on_working_day(draft, calendar)
         mission, robot = self._missions.get(c, draft.mission_id), self._robots.get(c, draft.robot_id)
         starts = tuple(islice(occurrences(draft, self._clock.now(), calendar), count))
-        usual = self._executions.usual_duration(c, draft.robot_id, mission.guid) if mission else None
+        usual = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission) if mission else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
             concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
@@ -81,42 +93,64 @@ class Forecasts:
         if not starts:
             concerns.append(Concern(ConcernCode.NO_START))
         elif draft.recurrence is not None and draft.respect_working_days and not calendar.is_working_day(draft.start.date()):
-            concerns.append(Concern(ConcernCode.DAY_OFF, details={"day": draft.start.date()}))
+            concerns.append(Concern(ConcernCode.DAY_OFF, details={
+                "day": draft.start.date(), "name": calendar.look(draft.start.date()).name}))
+        if passed_over := tuple(_passed_over(draft, starts, self._clock.now(), calendar)):
+            concerns.append(Concern(ConcernCode.PASSED_OVER, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
-        concerns += self._overlaps(c, draft, starts, usual or ASSUMED_S, calendar)
-        return Forecast(starts, usual, tuple(concerns))
+        others = self._others(c, draft)
+        near = nearby(starts, usual, others, calendar)
+        met = list(meetings(starts, usual, near))
+        concerns += [*(_overlap(meeting) for meeting in met), *self._low_battery(c, draft, settings)]
+        can_shift = met and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
+        shift = free_shift(starts, usual, near, self._clock.now()) if can_shift else None
+        return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift)
 
-    def _overlaps(self, c: sqlite3.Connection, draft: Schedule, starts: tuple[Occurrence, ...], lasts_s: float,
-                  calendar: WorkingCalendar) -> Iterator[Concern]:
-        """Earliest first, at most one for each start: with the run that is under way then, else with the first that begins meanwhile."""
-        others = [other for other in self._schedules.for_robot(c, draft.robot_id)
-                  if other.enabled and other.next_at is not None and other.id != draft.id]
-        missions = {mission.id: mission for mission in self._missions.all(c)} if others else {}
-        usual: dict[int, float] = {}
-        for start in starts:
-            met: list[tuple[datetime, datetime, Schedule]] = []
-            for other in others:
-                if other.mission_id not in usual:
-                    found = missions.get(other.mission_id)
-                    usual[other.mission_id] = (found and self._executions.usual_duration(c, draft.robot_id, found.guid)) or ASSUMED_S
-                takes = timedelta(seconds=usual[other.mission_id])
-                begins = _first_after(other, start.instant - takes, calendar)
-                if begins is not None and begins < start.instant + timedelta(seconds=lasts_s):
-                    met.append((begins, begins + takes, other))
-            if met:
-                begins, ends, other = min(met, key=lambda entry: entry[0])
-                met_mission = missions.get(other.mission_id)
-                yield Concern(ConcernCode.OVERLAP, start.instant, {
-                    "schedule_id": other.id, "mission": met_mission.name if met_mission else other.name, "start": begins, "end": ends})
+    def _others(self, c: sqlite3.Connection, draft: Schedule) -> list[Other]:
+        """The robot's other schedules that are on and still to come."""
+        missions = {mission.id: mission for mission in self._missions.all(c)}
+        usual: dict[int, Usual | None] = {}
+        others = []
+        for schedule in self._schedules.for_robot(c, draft.robot_id):
+            if schedule.enabled and schedule.next_at is not None and schedule.id != draft.id:
+                mission = missions[schedule.mission_id]
+                if mission.id not in usual:
+                    usual[mission.id] = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission)
+                others.append(Other(schedule, mission.name, usual[mission.id]))
+        return others
+
+    def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
+        """The robot was too low lately, around the same time of day."""
+        minimum = decisions.minimum_battery(draft, settings)
+        if minimum is None:
+            return
+        zone, wanted = ZoneInfo(draft.timezone), draft.start.hour * 60 + draft.start.minute
+        seen = [instant.astimezone(zone) for instant in
+                self._executions.low_batteries(c, draft.robot_id, self._clock.now() - timedelta(days=LOOKS_BACK))]
+        apart = [abs(local.hour * 60 + local.minute - wanted) for local in seen]
+        if count := sum(min(minutes, 24 * 60 - minutes) <= SAME_TIME for minutes in apart):
+            yield Concern(ConcernCode.LOW_BATTERY, details={"count": count, "days": LOOKS_BACK, "minimum": minimum})
 
 
-def _first_after(schedule: Schedule, after: datetime, calendar: WorkingCalendar) -> datetime | None:
-    """The first instant after that one that is still to come."""
-    if schedule.next_at is None:
-        return None
-    if after < schedule.next_at:
-        return schedule.next_at
-    return next_occurrence(schedule, after, calendar)
+def _overlap(meeting: Meeting) -> Concern:
+    return Concern(ConcernCode.OVERLAP, meeting.at, {
+        "schedule_id": meeting.other.schedule.id, "mission": meeting.other.mission, "start": meeting.begins, "end": meeting.ends,
+        "likely": meeting.likely})
+
+
+def _passed_over(draft: Schedule, starts: tuple[Occurrence, ...], now: datetime,
+                 calendar: WorkingCalendar) -> Iterator[tuple[date, str]]:
+    """The closed days, with their names, on which the rule would have had a start before the last one shown."""
+    if draft.recurrence is None or not draft.respect_working_days or not starts or not calendar.has_exceptions:
+        return
+    last = None
+    for occurrence in islice(occurrences(replace(draft, respect_working_days=False), now, calendar), MOST_PASSED_OVER):
+        day = occurrence.nominal.date()
+        if occurrence.instant >= starts[-1].instant:
+            return
+        if day not in (last, draft.start.date()) and (look := calendar.look(day)).name and not look.is_working:
+            last = day
+            yield day, look.name
 
 
 def _is_missing(mission: Mission, robot_id: int, known: Mapping[str, str] | None) -> bool:

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey
-from app.models import Execution
+from app.database.missions import MissionRepository
+from app.models import Execution, Usual
+from app.services.durations import expected
 
 
 @dataclass(frozen=True)
@@ -17,8 +19,8 @@ class Page:
 
 
 class History:
-    def __init__(self, db: Database, executions: ExecutionRepository) -> None:
-        self._db, self._executions = db, executions
+    def __init__(self, db: Database, executions: ExecutionRepository, missions: MissionRepository) -> None:
+        self._db, self._executions, self._missions = db, executions, missions
 
     def page(self, wanted: ExecutionFilter, before: PageKey | None = None, size: int = 100) -> Page:
         rows = self._executions.page(self._db.read(), wanted, before, size)
@@ -45,3 +47,12 @@ class History:
     def usual_duration(self, robot_id: int, mission_guid: str) -> float | None:
         """Seconds; median of the last completed runs, None when there is none."""
         return self._executions.usual_duration(self._db.read(), robot_id, mission_guid)
+
+    def usual(self, robot_id: int, mission_guid: str) -> Usual | None:
+        """Of the last completed runs; None when there is none."""
+        return self._executions.usual(self._db.read(), robot_id, mission_guid)
+
+    def expected(self, robot_id: int, mission_guid: str) -> Usual | None:
+        """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: nobody knows."""
+        c = self._db.read()
+        return expected(self._executions.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id))

@@ -1,23 +1,37 @@
 """What keeps every robot, or one, from being sent anything: the operator's hold, and a clock that can't be trusted."""
 from __future__ import annotations
 
+import sqlite3
 import threading
 from dataclasses import dataclass
 from datetime import datetime
 
 from app.database.connection import Database
 from app.database.holds import HoldRepository, StoredHold
+from app.models import InvalidInput
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock
+from app.told import Told, tell
+
+LONGEST_REASON = 200         # characters
 
 
 @dataclass(frozen=True)
 class Hold:
+    """``since`` is when a person set it; None for the clock's."""
     reason: str = ""
     until: datetime | None = None             # None: until it is released
+    since: datetime | None = None
     clock: bool = False
     robot_id: int | None = None
     id: int = 0
+
+    def is_over(self, now: datetime) -> bool:
+        return self.until is not None and self.until <= now
+
+    def covers(self, robot_id: int | None, at: datetime) -> bool:
+        """Whether nothing is sent to that robot at that instant. Only a hold of all robots covers None."""
+        return self.robot_id in (None, robot_id) and not self.is_over(at) and (self.since is None or self.since <= at)
 
 
 class Holds:
@@ -26,7 +40,7 @@ class Holds:
     def __init__(self, db: Database, repository: HoldRepository, clock: Clock, changes: Changes) -> None:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
         self._lock = threading.Lock()
-        self._clock_problem: str | None = None
+        self._clock_problem: Told | None = None
         self._stored: list[StoredHold] = []
         self.reload()
 
@@ -40,25 +54,39 @@ class Holds:
         now = self._clock.now()
         with self._lock:
             if self._clock_problem is not None:
-                return Hold(self._clock_problem, clock=True)
-            for hold in self._stored:
-                if hold.robot_id in (None, robot_id) and (hold.until is None or now < hold.until):
-                    return Hold(hold.reason, hold.until, robot_id=hold.robot_id, id=hold.id)
-        return None
+                return Hold(tell(self._clock_problem), clock=True)
+            stored = self._stored
+        return next((hold for hold in map(_hold, stored) if hold.robot_id in (None, robot_id) and not hold.is_over(now)), None)
 
-    def hold(self, reason: str = "", until: datetime | None = None, robot_id: int | None = None) -> None:
-        """Replace the hold of all robots, or of one."""
-        def work(c) -> None:  # type: ignore[no-untyped-def]
+    def standing(self) -> list[Hold]:
+        """Those that persons have set and that are not over, oldest first."""
+        now = self._clock.now()
+        with self._lock:
+            stored = self._stored
+        return [hold for hold in map(_hold, stored) if not hold.is_over(now)]
+
+    def hold(self, reason: str = "", until: datetime | None = None, robot_id: int | None = None) -> Hold:
+        """Replace the hold of all robots, or of one. Raises InvalidInput for an end that has passed and a reason too long."""
+        now = self._clock.now()
+        if until is not None and until <= now:
+            raise InvalidInput("until", "choose a time to come")
+        reason = " ".join(reason.split())
+        if len(reason) > LONGEST_REASON:
+            raise InvalidInput("reason", "a reason has at most {most} characters, this one has {length}", most=LONGEST_REASON,
+                               length=len(reason))
+
+        def work(c: sqlite3.Connection) -> StoredHold:
             self._repository.remove(c, robot_id)
-            self._repository.add(c, StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=self._clock.now()))
-        self._db.write(work)
+            return self._repository.add(c, StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now))
+        stored = self._db.write(work)
         self._reloaded()
+        return _hold(stored)
 
     def release(self, robot_id: int | None = None) -> None:
         self._db.write(lambda c: self._repository.remove(c, robot_id))
         self._reloaded()
 
-    def distrust_clock(self, problem: str | None) -> None:
+    def distrust_clock(self, problem: Told | None) -> None:
         """Nothing is sent while the clock is not plausible; None when it is again."""
         with self._lock:
             if problem == self._clock_problem:
@@ -69,3 +97,7 @@ class Holds:
     def _reloaded(self) -> None:
         self.reload()
         self._changes.publish(Topic.HOLDS)
+
+
+def _hold(stored: StoredHold) -> Hold:
+    return Hold(stored.reason, stored.until, stored.started_at, robot_id=stored.robot_id, id=stored.id)

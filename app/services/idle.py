@@ -8,6 +8,7 @@ from zoneinfo import ZoneInfo
 
 from app.models import Execution, IdleRule, Settings
 from app.services import decisions
+from app.services.calendar import WorkingCalendar
 from app.services.mir.types import RobotState, RobotStatus
 
 KEEP_FREE_BEFORE_PLANNED = timedelta(minutes=5)
@@ -50,7 +51,8 @@ class IdleSituation:
     next_planned_at: datetime | None      # of any schedule of this robot
 
 
-def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, settings: Settings, now: datetime) -> bool:
+def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, settings: Settings, calendar: WorkingCalendar,
+                        now: datetime) -> bool:
     """Whether the idle mission starts now (design: "Idle automation").
 
     Once per idle period: a period ends when anything else runs, which shows as a queue id above the one that the last idle execution got
@@ -66,6 +68,6 @@ def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, setting
             return False
     if situation.next_planned_at is not None and situation.next_planned_at - now < KEEP_FREE_BEFORE_PLANNED:
         return False
-    if not settings.is_working_day(now.astimezone(ZoneInfo(settings.timezone)).date()):
+    if not calendar.is_working_day(now.astimezone(ZoneInfo(settings.timezone)).date()):
         return False
     return decisions.battery_allows(situation.status.battery_percentage, decisions.minimum_battery(None, settings))

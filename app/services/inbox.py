@@ -18,20 +18,25 @@ log = logging.getLogger(__name__)
 
 Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]     # None: not yet answered, ask again at the next tick
 
-STALE_AFTER = 24 * 3600.0      # s; files of commands that were killed
-
-
 class NoAnswer(Exception):
     """The running app did not take the request up in time."""
 
 
 class Inbox:
-    """The running app's side: ``tick`` looks for requests and answers them."""
+    """The running app's side: ``tick`` looks for requests and answers them.
 
-    def __init__(self, data_dir: Path, handlers: Mapping[str, Handler]) -> None:
+    ``since``: when this app began, in s since the epoch. What lies there and is older was asked of one that is gone, and so is who asked.
+    Looked at once, here: a clock that is set back later must not make new requests look old.
+    """
+
+    def __init__(self, data_dir: Path, handlers: Mapping[str, Handler], since: float = 0.0) -> None:
         self._directory = data_dir / "inbox"
         self._directory.mkdir(mode=0o700, exist_ok=True)
         self._handlers = handlers
+        for path in self._directory.glob("*.request"):
+            if path.stat().st_mtime < since:
+                log.warning("The request %s was left by a command that is gone, and is not carried out", path.name)
+                path.unlink(missing_ok=True)
 
     def tick(self) -> None:
         with os.scandir(self._directory) as entries:
@@ -40,9 +45,6 @@ class Inbox:
             self._take(self._directory / name)
 
     def _take(self, path: Path) -> None:
-        if time.time() - path.stat().st_mtime > STALE_AFTER:
-            path.unlink(missing_ok=True)
-            return
         answer: Mapping[str, Any] | None
         try:
             request = json.loads(path.read_text(encoding="utf-8"))

@@ -5,26 +5,34 @@ instant at which an execution ended; days are local days of settings.timezone, o
 """
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
 from zoneinfo import ZoneInfo
 
+from app.database.activities import KEPT_FOR
 from app.database.connection import Database
-from app.database.kpi import EARLIEST, LATEST, KpiRepository, RobotSum, Span
+from app.database.kpi import EARLIEST, LATEST, KpiRepository, Outcome, RobotSum, Span
 from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.database.values import to_instant, to_text
-from app.models import ENDED_STATES, STATE_OF_REASON, ReasonCode, Settings, State
-from app.services.calendar import WorkingCalendar
+from app.models import ENDED_STATES, STATE_OF_REASON, Execution, ReasonCode, Settings, State
+from app.services.activity import NO_DATA
+from app.services.calendar import working_calendar
 from app.services.clock import Clock
+from app.services.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, percentile, trend
+from app.services.pareto import Cause, causes
+from app.services.robot_states import RobotStates
 
 DAY, MOMENT = timedelta(days=1), timedelta(microseconds=1)
 DELAYS_OF = 5_000            # newest runs that the percentiles of delays rest on
+LATE_S = 60.0                # after the planned instant; a start within it is on time
 RAN = (State.COMPLETED, State.FAILED, State.CANCELLED)
 _AT_THE_ROBOT = (ReasonCode.ROBOT_ABORTED, ReasonCode.VANISHED)              # ended there, so it did run
 _MAY_HAVE_RUN = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)        # ran if the robot had accepted it
+
+_OUTCOMES: Sequence[Outcome] = ((State.COMPLETED, None, False), *((state, code, False) for code, state in STATE_OF_REASON.items()),
+                                *((STATE_OF_REASON[code], code, True) for code in _MAY_HAVE_RUN))
 
 
 @dataclass(frozen=True)
@@ -121,12 +129,26 @@ class Adherence:
 
 @dataclass(frozen=True)
 class Delays:
-    """From the planned instant to the start on the robot, in seconds, over the newest ``count`` runs (at most 5,000)."""
+    """From the planned instant to the start on the robot, in seconds, over the newest ``count`` runs (at most 5,000); and what they did
+    next: ``run_count`` of them with a known duration, their waiting in the robot's queue against their running."""
     count: int
     p50_s: float | None
     p90_s: float | None
     app_p50_s: float | None              # of that, until the robot had accepted it
     queue_p50_s: float | None            # and waiting in the robot's queue
+    queue_p90_s: float | None = None
+    run_count: int = 0
+    queue_s: float = 0.0                 # of those with a known duration, together
+    run_s: float = 0.0
+    run_p50_s: float | None = None
+    run_p90_s: float | None = None
+    late: int = 0                        # of ``count``: started more than LATE_S after the planned instant
+
+    @property
+    def queue_share(self) -> float | None:
+        """Waiting ÷ (waiting + running)."""
+        both = self.queue_s + self.run_s
+        return self.queue_s / both if both else None
 
 
 class Kpis:
@@ -153,7 +175,7 @@ class Kpis:
         c, zone = self._db.read(), ZoneInfo(settings.timezone)
         first = _local_day(wanted.start, zone) if wanted.start else EARLIEST
         last = _local_day(wanted.end - MOMENT, zone) if wanted.end else LATEST
-        seen = self._repository.observed(c, first, last, wanted.robot_ids)
+        seen = self._repository.observed(c, first, last, wanted.robot_ids) if _is_whole_days(wanted, zone) else self._seen_exactly(wanted)
         names = {robot.id: robot.name for robot in RobotRepository().all(c) if wanted.robot_ids is None or robot.id in wanted.robot_ids}
         for one in sums:
             if one.robot_id not in names:
@@ -169,9 +191,16 @@ class Kpis:
                 working_s=working_s))
         return sorted(found, key=lambda robot: (robot.robot.casefold(), robot.robot_id))
 
+    def _seen_exactly(self, wanted: KpiFilter) -> Mapping[tuple[int, str], float]:
+        """Observed seconds by (robot, activity) of a period that cuts a day: its spans, which are kept for 90 days, tell."""
+        now = self._clock.now()
+        start, end = wanted.start or now - KEPT_FOR, min(wanted.end or now, now)
+        return {(one.robot_id, activity): seconds for one in RobotStates(self._db).timelines(start, end, wanted.robot_ids)
+                for activity, seconds in one.seconds.items() if activity != NO_DATA} if start < end else {}
+
     def _working_seconds(self, wanted: KpiFilter, days: Sequence[_Day], settings: Settings) -> float:
         """Length of the working days from the beginning of the period, or the first recorded day, to its end, or now."""
-        zone, calendar = ZoneInfo(settings.timezone), WorkingCalendar(settings)
+        zone, calendar = ZoneInfo(settings.timezone), working_calendar(self._db.read(), settings)
         start = wanted.start or (to_instant(days[0].start) if days else None)
         end = min(wanted.end or self._clock.now(), self._clock.now())
         if start is None or start >= end:
@@ -185,8 +214,9 @@ class Kpis:
         """Every local day from the first to the last with something recorded in the period; days without anything are zero."""
         c, span = self._db.read(), _span(wanted)
         found = []
+        robots = span.robot_ids if span.robot_ids is not None else self._repository.robots(c)
         for day in self._days(span, self._settings.load(c)):
-            states = self._repository.by_state(c, Span(day.start, day.end, span.robot_ids))
+            states = self._repository.by_state(c, Span(day.start, day.end, robots))
             number = {state: states.get(state, (0, 0, 0.0)) for state in ENDED_STATES}
             found.append(DayKpis(
                 day.date, number[State.COMPLETED][0], number[State.FAILED][0], number[State.CANCELLED][0], number[State.SKIPPED][0],
@@ -196,16 +226,12 @@ class Kpis:
 
     def adherence(self, wanted: KpiFilter | None = None) -> Adherence:
         """Of scheduled executions only."""
-        c, span = self._db.read(), _span(wanted)
-        ran = planned = self._repository.outcome(c, span, State.COMPLETED, None)
+        found = self._repository.outcomes(self._db.read(), _span(wanted), _OUTCOMES)
+        ran = planned = found[State.COMPLETED, None, False]
         not_run: dict[ReasonCode, int] = {}
         for code, state in STATE_OF_REASON.items():
-            number = self._repository.outcome(c, span, state, code)
-            accepted = 0
-            if number and code in _AT_THE_ROBOT:
-                accepted = number
-            elif number and code in _MAY_HAVE_RUN:
-                accepted = self._repository.outcome(c, span, state, code, submitted=True)
+            number = found[state, code, False]
+            accepted = number if code in _AT_THE_ROBOT else found.get((state, code, True), 0)
             planned, ran = planned + number, ran + accepted
             if number > accepted:
                 not_run[code] = number - accepted
@@ -213,10 +239,40 @@ class Kpis:
 
     def delays(self, wanted: KpiFilter | None = None) -> Delays:
         """Of scheduled executions that started on the robot."""
-        found = self._repository.start_delays(self._db.read(), _span(wanted), DELAYS_OF)
-        both = sorted(app + queue for app, queue in found)
-        return Delays(len(found), percentile(both, 50), percentile(both, 90), percentile(sorted(app for app, _ in found), 50),
-                      percentile(sorted(queue for _, queue in found), 50))
+        found = self._repository.timings(self._db.read(), _span(wanted), DELAYS_OF)
+        both = sorted(one.app_s + one.queue_s for one in found)
+        queue = sorted(one.queue_s for one in found)
+        run = sorted(one.run_s for one in found if one.run_s is not None)
+        return Delays(
+            len(found), percentile(both, 50), percentile(both, 90), percentile(sorted(one.app_s for one in found), 50),
+            percentile(queue, 50), percentile(queue, 90), len(run), sum(one.queue_s for one in found if one.run_s is not None), sum(run),
+            percentile(run, 50), percentile(run, 90), sum(delay > LATE_S for delay in both))
+
+    def failures(self, wanted: KpiFilter | None = None) -> Sequence[Cause]:
+        """Why runs failed, whatever had triggered them, the most frequent cause first."""
+        return causes(self._repository.failures(self._db.read(), _span(wanted)))
+
+    def troubled(self, wanted: KpiFilter | None = None, most: int = 50) -> Sequence[Execution]:
+        """What ended in any state but completed, newest first."""
+        return self._repository.troubled(self._db.read(), _span(wanted), most)
+
+    def trends(self, wanted: KpiFilter | None = None, most: int = MOST_MISSIONS) -> Sequence[Trend]:
+        """How long completed runs took, of the missions that took the most time in all, against the runs before the period."""
+        c, span = self._db.read(), _span(wanted)
+        settings = self._settings.load(c)
+        found = self._repository.missions(c, span)
+        guids = sorted(found, key=lambda guid: (-found[guid][1], guid))[:most]
+        days = self._days(span, settings)
+        before = Span(EARLIEST, span.start, span.robot_ids)
+        trends = []
+        for guid in guids:
+            number = found[guid][0]
+            runs = self._repository.durations(c, span, guid) if number <= DURATIONS_OF else \
+                self._repository.newest_durations(c, span, guid, DURATIONS_OF)
+            usual = [seconds for _, seconds in self._repository.newest_durations(c, before, guid, BASELINE_OF)]
+            trends.append(trend(guid, self._repository.name_of_mission(c, guid, span.robot_ids), number, runs, usual,
+                                [(day.date, day.start) for day in days]))
+        return trends
 
     # ------------------------------------------------------------------ days
     def _days(self, span: Span, settings: Settings) -> list[_Day]:
@@ -238,22 +294,19 @@ class _Day:
     end: str
 
 
-
 def midnight(day: date, zone: ZoneInfo) -> datetime:
     """The instant at which a local day begins; where its midnight is left out by a clock change, the moment of the change."""
     local = datetime.combine(day, time(), zone)
     return min(local.astimezone(UTC), local.replace(fold=1).astimezone(UTC))
 
 
-def percentile(ordered: Sequence[float], percent: float) -> float | None:
-    """By nearest rank: the smallest value that at least so many percent are not above."""
-    if not ordered:
-        return None
-    return ordered[max(0, math.ceil(percent / 100 * len(ordered)) - 1)]
-
-
 def _dates(first: date, last: date) -> Iterator[date]:
     return (first + number * DAY for number in range((last - first).days + 1))
+
+
+def _is_whole_days(wanted: KpiFilter, zone: ZoneInfo) -> bool:
+    """Whether the period begins and ends at local midnights, as far as it has ends."""
+    return all(bound is None or bound == midnight(bound.astimezone(zone).date(), zone) for bound in (wanted.start, wanted.end))
 
 
 def _local_day(instant: datetime, zone: ZoneInfo) -> str:

@@ -7,38 +7,43 @@ from __future__ import annotations
 
 import logging
 import math
+import sqlite3
 import uuid
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
+from app.database.activities import ActivityRepository
 from app.database.connection import Database
 from app.database.missions import MissionRepository
 from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.models import Connection, Robot, Settings, Trigger
-from app.services.activity import activity_of
+from app.models import Connection, Execution, Robot, Settings, Trigger
+from app.services.activity import SpanRecorder, activity_of
 from app.services.alarms import Alarms
+from app.services.calendar import WorkingCalendar
 from app.services.clock import Clock
-from app.services.dispatcher import Dispatcher, WrongRobot
+from app.services.dispatcher import Dispatcher, Ready, WrongRobot
 from app.services.downtime import Downtime
 from app.services.holds import Holds
 from app.services.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
 from app.services.ledger import Ledger
 from app.services.mir.client import RobotClient
-from app.services.mir.errors import NotAMir, RobotError, TimedOut, Unauthorized, Unreadable
+from app.services.mir.errors import NotAMir, Rejected, RobotError, TimedOut, Unauthorized, Unreadable
 from app.services.mir.types import RobotState, RobotStatus
 from app.services.planner import one_off
 from app.services.snapshots import STALE_POLLS, Snapshots
-from app.services.tracker import Tracker
+from app.services.tracker import Tracker, is_ours
+from app.told import Told, made_of, tell, told
 
 log = logging.getLogger(__name__)
 
 LIVE_EVERY = 2.0                # s between status reads while somebody looks or something of ours runs
 SLOW_ANSWER = 2.0               # s; slower is told, but it is an answer
 LOOK_AROUND_EVERY = 60.0        # s between writes of the observed time
+PRUNE_EVERY = 200               # such writes, between dropping what is too old
 
 
 @dataclass
@@ -56,7 +61,9 @@ class Services:
     schedules: ScheduleRepository
     observed: ObservedRepository
     settings: Callable[[], Settings]
-    restored_at: Callable[[], datetime | None]
+    calendar: Callable[[], WorkingCalendar]
+    restored_at: datetime | None           # who goes back to a backup opens everything anew
+    activities: ActivityRepository = field(default_factory=ActivityRepository)
 
 
 class Lane:
@@ -77,16 +84,21 @@ class Lane:
         self._failures = 0
         self._settled: set[str] = set()         # codes judged since the start
         self._standing: set[str] = set()        # codes of this robot's conditions that are alarmed now
+        self._has_sent = False                  # something of ours is with the robot, or may be: as the last step left it
         self._next_live = -math.inf
         self._observed: dict[tuple[str, str], float] = {}
         self._observed_at: float | None = None
         self._observed_written = services.clock.monotonic()
+        self._spans = SpanRecorder()
+        self._writes_to_prune = 0               # writes of spans until the next pruning
 
     # ------------------------------------------------------------------ the steps
-    def step(self, poll: bool, due_soon: bool = False) -> float:
-        """One round: a whole poll when asked (or at first), else what is live, due, or due in a moment. Returns the seconds until the next
-        is wanted."""
-        was_live = self._wants_live()
+    def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = ()) -> float:
+        """One round: first what has just fallen due with its ``intents``, then a whole poll when asked (or at first), else what is live,
+        due, or due in a moment. Returns the seconds until the next is wanted."""
+        for intent in intents:
+            self._dispatcher.send(intent)
+        was_live = self._is_live
         wants_look = was_live and self._s.clock.monotonic() >= self._next_live
         if self.polled and (poll or wants_look):
             self._dispatcher.run()      # what is due does not wait for a look
@@ -97,12 +109,17 @@ class Lane:
         if due_soon and self.robot.enabled:
             self._dispatcher.prepare()
         wake = self._dispatcher.run()
-        if not self._wants_live():
+        self._has_sent = self.robot.enabled and self._s.ledger.has_sent(self.robot.id)
+        if not self._is_live:
             return wake
         now = self._s.clock.monotonic()
         if not was_live:                # just sent: a look at once would only hold up what others have to send
             self._next_live = max(self._next_live, now + LIVE_EVERY)
         return min(wake, max(0.0, self._next_live - now))
+
+    def ready(self) -> Ready | None:
+        """What the planner has to know to write the intent of what falls due together with its row; None: the lane does that itself."""
+        return self._dispatcher.ready() if self.polled and self.robot.enabled else None
 
     def dispatch_only(self, execution_id: int) -> float:
         """Only this execution: a one-shot command sends nothing else."""
@@ -114,8 +131,9 @@ class Lane:
         finally:
             self.client.close()
 
-    def _wants_live(self) -> bool:
-        return self.robot.enabled and (self.watched or self._s.ledger.has_sent(self.robot.id))
+    @property
+    def _is_live(self) -> bool:
+        return self.robot.enabled and (self.watched or self._has_sent)
 
     def _poll(self) -> None:
         """One cycle of this robot: status, queue, tracking, idle automation. Dispatch follows in ``step``."""
@@ -128,7 +146,7 @@ class Lane:
                 self._s.snapshots.update(self.robot.id, connection=Connection.DISABLED, queue=(), status=None)
         finally:
             self.polled = True
-        if self._s.clock.monotonic() - self._observed_written >= LOOK_AROUND_EVERY:
+        if self._spans.has_changed or self._s.clock.monotonic() - self._observed_written >= LOOK_AROUND_EVERY:
             self._write_observed()
 
     def _look(self, *, whole: bool) -> None:
@@ -176,6 +194,7 @@ class Lane:
             stored = self._s.robots.get(self._s.db.read(), self.robot.id)
             self.robot = stored or self.robot
         self._identified, self._refused = True, False
+        self._dispatcher.user_name = identity.user_name
         self._stands("unauthorized", False)
         self._change_connection(Connection.CONNECTED, "")
 
@@ -198,7 +217,7 @@ class Lane:
         now = self._s.clock.now()
         self._failures = 0
         connection = Connection.SLOW if status.elapsed_s > SLOW_ANSWER else Connection.CONNECTED
-        problem = ""
+        problem: Told = ""
         if self._refused:
             connection, problem = Connection.UNAUTHORIZED, self._s.snapshots.get(self.robot.id).problem
         if status.date is not None:
@@ -225,25 +244,25 @@ class Lane:
                 connection = Connection.SLOW          # one slow answer is slow, not unreachable
             case _:
                 connection = Connection.UNREACHABLE
-        problem = getattr(error, "text", str(error))
+        problem = made_of(error)
         if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and self._failures == 2:
             code = "unreachable" if connection is Connection.UNREACHABLE else "not_a_robot"
             self._stands(code, True, problem=problem)
         self._change_connection(connection, problem)
 
-    def _change_connection(self, connection: Connection, problem: str, **values: object) -> None:
+    def _change_connection(self, connection: Connection, problem: Told, **values: object) -> None:
         before = self._s.snapshots.get(self.robot.id)
         if before.connection is not connection:
             values["since"] = self._s.clock.now()
             level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
-            log.log(level, "%s: %s%s", self.robot.name, connection, f" ({problem})" if problem else "")
+            log.log(level, "%s: %s%s", self.robot.name, connection, f" ({tell(problem)})" if problem else "")
         if connection is Connection.CONNECTED:
             for code in ("unreachable", "not_a_robot", "wrong_robot"):
                 self._stands(code, False)
         self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
 
     def _robot_alarms(self, status: RobotStatus) -> None:
-        problem = "; ".join(error.description for error in status.errors) or status.mission_text or "an error"
+        problem: Told = "; ".join(error.description for error in status.errors) or status.mission_text or told("an error")
         self._stands("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
         self._stands("robot_error", status.state is RobotState.ERROR, problem=problem)
 
@@ -263,28 +282,56 @@ class Lane:
         if rule is None or status is None or self._highest is None or self._s.holds.active(self.robot.id):
             return
         db, now, settings = self._s.db.read(), self._s.clock.now(), self._s.settings()
-        situation = IdleSituation(self._idle.seconds(self._s.clock.monotonic()), status, self._highest,
-                                  self._s.ledger.last_idle(self.robot.id), self._s.schedules.next_due(db, self.robot.id))
-        if not idle_mission_is_due(rule, situation, settings, now):
+        last = self._s.ledger.last_idle(self.robot.id)
+        if last is not None and self._numbers_began_anew(last, self._highest):
+            last = None
+        situation = IdleSituation(self._idle.seconds(self._s.clock.monotonic()), status, self._highest, last,
+                                  self._s.schedules.next_due(db, self.robot.id))
+        if not idle_mission_is_due(rule, situation, settings, self._s.calendar(), now):
             return
         if mission := self._s.missions.get(db, rule.mission_id):
             self._s.ledger.add(one_off(Trigger.IDLE, self.robot, mission, settings, now, str(uuid.uuid4()), queue_floor=self._highest))
 
+    def _numbers_began_anew(self, last: Execution, highest: int) -> bool:
+        """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that number tells nothing."""
+        if last.state.is_open or last.queue_id is None or highest >= last.queue_id:
+            return False
+        try:
+            return not is_ours(last, self.client.queue_item(last.queue_id))
+        except Rejected as error:
+            return error.status in (404, 410)
+        except RobotError:
+            return False
+
     # ------------------------------------------------------------------ observed time
     def _observe(self, activity: str) -> None:
         """The time since the last look belongs to what was seen then and now; a gap longer than 3 polls to nothing."""
-        mono, settings = self._s.clock.monotonic(), self._s.settings()
-        if self._observed_at is not None and 0 < mono - self._observed_at <= STALE_POLLS * max(settings.poll_interval_seconds, LIVE_EVERY):
-            day = self._local_day(self._s.clock.now(), settings)
+        mono, now, settings = self._s.clock.monotonic(), self._s.clock.now(), self._s.settings()
+        longest_gap = STALE_POLLS * max(settings.poll_interval_seconds, LIVE_EVERY)
+        if self._observed_at is not None and 0 < mono - self._observed_at <= longest_gap:
+            day = self._local_day(now, settings)
             self._observed[day, activity] = self._observed.get((day, activity), 0.0) + mono - self._observed_at
         self._observed_at = mono
+        self._spans.saw(activity, now, mono, longest_gap)
 
     @staticmethod
     def _local_day(now: datetime, settings: Settings) -> str:
         return now.astimezone(ZoneInfo(settings.timezone)).date().isoformat()
 
     def _write_observed(self) -> None:
+        """Both in one transaction: at most once a poll, when something else is being done, and else once a minute."""
         observed, self._observed = self._observed, {}
+        spans = [(span.activity, span.start, span.end) for span in self._spans.take()]
         self._observed_written = self._s.clock.monotonic()
-        if observed:
-            self._s.db.write(lambda c: self._s.observed.add_many(c, self.robot.id, observed))
+        if not observed and not spans:
+            return
+        prunes = self._writes_to_prune == 0
+        self._writes_to_prune = PRUNE_EVERY if prunes else self._writes_to_prune - 1
+
+        def work(c: sqlite3.Connection) -> None:
+            self._s.observed.add_many(c, self.robot.id, observed)
+            self._s.activities.save(c, self.robot.id, spans)
+            if prunes:
+                self._s.activities.prune(c, self.robot.id, self._s.clock.now())
+
+        self._s.db.write(work)

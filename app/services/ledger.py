@@ -17,7 +17,8 @@ from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Wait
 from app.services.alarms import Alarms
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock
-from app.services.reasons import sentence
+from app.services.reasons import sentence, to_store
+from app.told import Told
 
 log = logging.getLogger("app.executions")
 
@@ -43,6 +44,13 @@ class Ledger:
     def by_token(self, token: str) -> Execution | None:
         return self._executions.by_token(self._db.read(), token)
 
+    def last_accepted(self, robot_id: int) -> Execution | None:
+        return self._executions.last_accepted(self._db.read(), robot_id)
+
+    def is_claimed(self, robot_id: int, queue_id: int) -> bool:
+        """Whether that queue item is an execution's already."""
+        return self._executions.is_claimed(self._db.read(), robot_id, queue_id)
+
     def last_idle(self, robot_id: int) -> Execution | None:
         return self._executions.last_idle(self._db.read(), robot_id)
 
@@ -63,12 +71,14 @@ class Ledger:
     def begin_attempt(self, execution: Execution, queue_floor: int | None) -> Execution | None:
         """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it.
 
-        The floor of the first attempt is kept: everything that this execution ever put on the robot lies above it.
+        The floor of the first attempt is kept: everything that this execution ever put on the robot lies above it. No line in the log:
+        how it went follows within moments.
         """
         floor = execution.queue_floor if execution.queue_floor is not None else queue_floor
-        return self._change(execution, (State.WAITING,), state=State.SUBMITTING, attempts=execution.attempts + 1, queue_floor=floor)
+        return self._change(execution, (State.WAITING,), quietly=True, state=State.SUBMITTING, attempts=execution.attempts + 1,
+                            queue_floor=floor)
 
-    def attempt_failed(self, execution: Execution, problem: str) -> Execution | None:
+    def attempt_failed(self, execution: Execution, problem: Told) -> Execution | None:
         """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
         attempts = execution.attempts + (execution.state is State.WAITING)
         return self._change(execution, (State.WAITING, State.SUBMITTING), state=State.WAITING, attempts=attempts,
@@ -123,7 +133,8 @@ class Ledger:
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
         if code and ended.reason:
             about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot}"
-            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, reason=sentence(ended.reason, ended.timezone))
+            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, reason=to_store(ended.reason),
+                                timezone=ended.timezone)
 
     def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
         changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))

@@ -45,7 +45,7 @@ class _Words:
     def sentence(self) -> str:
         start, rule = self._schedule.start, self._rule
         if rule.frequency is Frequency.ONCE:
-            return self._say("Once on {day} at {time}", day=written.day(start, self._translate), time=self._time(start))
+            return self._say("Once on {day} at {time}", day=written.day_in_words(start, self._translate), time=self._time(start))
         head = self._every()
         if not rule.frequency.is_sub_daily:
             head = self._say("{every} at {times}", every=head, times=self._times())
@@ -117,5 +117,5 @@ class _Words:
 
     def _day_of(self, until: datetime) -> str:
         if (until.hour, until.minute, until.second) == (23, 59, 59) and until.tzinfo is None:
-            return written.day(until, self._translate)
-        return written.day_and_time(until, self._translate) + (" UTC" if until.tzinfo else "")
+            return written.day_in_words(until, self._translate)
+        return f"{written.day_in_words(until, self._translate)} {self._time(until)}" + (" UTC" if until.tzinfo else "")

@@ -4,8 +4,8 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from datetime import datetime
-from itertools import islice, takewhile
+from datetime import datetime, timedelta
+from itertools import chain, islice, takewhile
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
@@ -13,12 +13,15 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.models import Mission, Robot, Schedule
-from app.services.calendar import WorkingCalendar
+from app.models import Mission, Robot, Schedule, Usual
+from app.services.calendar import WorkingCalendar, working_calendar
 from app.services.clock import Clock
+from app.services.durations import expected
 from app.services.recurrence import Occurrence, occurrences
 
-MOST_PER_SCHEDULE = 2000        # in one span: a rule every minute for a day is 1440
+MOMENT = timedelta(microseconds=1)
+MOST_PER_SCHEDULE = 2000        # in one span, at least: a rule every minute for a day is 1440
+MOST_OF_ALL = 100_000           # in one span, shared by all schedules, where that is more
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,9 @@ class PlannedRun:
     schedule: Schedule
     robot: Robot
     mission: Mission
-    usual_s: float | None       # median of the last completed runs on this robot; None: not known yet
+    usual_s: float | None       # median of the last completed runs on this robot, or what was typed; None: not known yet
+    slow_s: float | None = None # what nine of ten of them stayed under
+    typed: bool = False         # no run has shown it yet
 
 
 class Plan:
@@ -40,44 +45,52 @@ class Plan:
     def between(self, start: datetime, end: datetime) -> list[PlannedRun]:
         """Every occurrence of an enabled schedule in [start, end), in order of time; nothing before now."""
         start = max(start, self._clock.now())
-        return list(takewhile(lambda run: run.at < end, (run for run in self._all() if run.at >= start)))
+        count = self._schedules.count(self._db.read())
+        runs = self._all(max(MOST_PER_SCHEDULE, MOST_OF_ALL // max(1, count)), before=end)
+        return list(takewhile(lambda run: run.at < end, (run for run in runs if run.at >= start)))
+
+    def until(self, end: datetime) -> Iterator[PlannedRun]:
+        """Every occurrence from now on and before ``end``, in order, however many."""
+        now = self._clock.now()
+        return takewhile(lambda run: run.at < end, (run for run in self._all(None, before=end) if run.at >= now))
 
     def next(self, count: int) -> list[PlannedRun]:
         return list(islice(self._all(), count))
 
     def preview(self, draft: Schedule, count: int = 5) -> Sequence[Occurrence]:
         """The next starts that a schedule would have if it were saved now. Raises InvalidInput for a rule that can't be."""
-        calendar = WorkingCalendar(self._settings.load(self._db.read()))
+        c = self._db.read()
+        calendar = working_calendar(c, self._settings.load(c))
         return list(islice(occurrences(draft, self._clock.now(), calendar), count))
 
-    def _all(self) -> Iterator[PlannedRun]:
+    def _all(self, most_each: int | None = MOST_PER_SCHEDULE, before: datetime | None = None) -> Iterator[PlannedRun]:
+        """In order of time; ``before`` leaves out the schedules that don't come until then."""
         c = self._db.read()
-        calendar = WorkingCalendar(self._settings.load(c))
+        schedules = self._schedules.all(c) if before is None else self._schedules.due(c, before)
+        calendar = working_calendar(c, self._settings.load(c))
         robots = {robot.id: robot for robot in self._robots.all(c) if robot.enabled}
         missions = {mission.id: mission for mission in self._missions.all(c)}
-        usual: dict[tuple[int, str], float | None] = {}
+        learned: dict[tuple[int, str], Usual | None] = {}
         streams = []
-        for schedule in self._schedules.all(c):
+        for schedule in schedules:
             robot, mission = robots.get(schedule.robot_id), missions.get(schedule.mission_id)
             if schedule.enabled and schedule.next_at is not None and robot and mission:
                 key = (robot.id, mission.guid)
-                if key not in usual:
-                    usual[key] = self._executions.usual_duration(c, *key)
-                streams.append(_runs(schedule, robot, mission, usual[key], calendar))
+                if key not in learned:
+                    learned[key] = self._executions.usual(c, *key)
+                streams.append(_runs(schedule, robot, mission, expected(learned[key], mission), calendar, most_each))
         return heapq.merge(*streams, key=lambda run: (run.at, -run.schedule.priority, run.schedule.name))
 
 
-def _runs(schedule: Schedule, robot: Robot, mission: Mission, usual_s: float | None, calendar: WorkingCalendar) -> Iterator[PlannedRun]:
+def _runs(schedule: Schedule, robot: Robot, mission: Mission, usual: Usual | None, calendar: WorkingCalendar,
+          most: int | None) -> Iterator[PlannedRun]:
     first = schedule.next_at
     if first is None:
         return
-    paused_until = schedule.paused_until
-    instants: Iterator[datetime] = (o.instant for o in islice(occurrences(schedule, first, calendar), MOST_PER_SCHEDULE))
-    for at in _first_then(first, instants):
-        if paused_until is None or at >= paused_until:
-            yield PlannedRun(at, schedule, robot, mission, usual_s)
-
-
-def _first_then(first: datetime, rest: Iterator[datetime]) -> Iterator[datetime]:
-    yield first
-    yield from rest
+    if schedule.is_paused(first) and schedule.paused_until is not None:
+        after, begun = schedule.paused_until - MOMENT, []
+    else:
+        after, begun = first, [first]
+    for at in chain(begun, (o.instant for o in islice(occurrences(schedule, after, calendar), most))):
+        yield PlannedRun(at, schedule, robot, mission, usual.median_s if usual else None, usual.slow_s if usual else None,
+                         usual is not None and usual.typed)

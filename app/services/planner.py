@@ -3,6 +3,8 @@ from __future__ import annotations
 
 import logging
 import sqlite3
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cache
@@ -17,9 +19,10 @@ from app.database.settings import SettingsRepository
 from app.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
 from app.services import decisions
 from app.services.alarms import Alarms
-from app.services.calendar import WorkingCalendar
+from app.services.calendar import WorkingCalendar, working_calendar
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock
+from app.services.dispatcher import Ready
 from app.services.downtime import Downtime, Gap
 from app.services.ledger import Ledger
 from app.services.recurrence import next_occurrence, occurrences
@@ -37,15 +40,18 @@ class Fallen:
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
     late_starts: int = 0
+    intents: list[Execution] = field(default_factory=list)   # to be sent at once
 
 
 class Planner:
     def __init__(self, db: Database, *, schedules: ScheduleRepository, executions: ExecutionRepository, robots: RobotRepository,
                  missions: MissionRepository, settings: SettingsRepository, clock: Clock, downtime: Downtime, alarms: Alarms,
-                 ledger: Ledger, changes: Changes, hold_late_starts: bool) -> None:
+                 ledger: Ledger, changes: Changes, hold_late_starts: bool, ready: Callable[[int], Ready | None],
+                 hand_over: Callable[[Execution], None]) -> None:
         self._db, self._schedules, self._executions = db, schedules, executions
         self._robots, self._missions, self._settings = robots, missions, settings
         self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
+        self._ready, self._hand_over = ready, hand_over   # of the robots' lanes
         self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
 
     def next_due(self) -> datetime | None:
@@ -61,10 +67,14 @@ class Planner:
         fallen = Fallen()
         while (due := self.next_due()) is not None and due <= (now := self._clock.now()):
             self._db.write(lambda c, now=now: self._take_due(c, now, fallen))  # type: ignore[misc]
+            for intent in fallen.intents:              # before anybody hears of it and looks
+                self._hand_over(intent)
+            fallen.intents.clear()
         if fallen.missed:
             self._alarms.raise_("executions_missed", "plan", count=fallen.missed)
         for execution in fallen.skipped:
-            self._ledger.alarm_for(execution)
+            if execution.reason and execution.reason.code is not ReasonCode.HOLD:        # who pauses a schedule knows it
+                self._ledger.alarm_for(execution)
         for robot_id in fallen.touched:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         if fallen.touched:
@@ -74,25 +84,31 @@ class Planner:
     def _take_due(self, c: sqlite3.Connection, now: datetime, fallen: Fallen) -> None:
         settings = self._settings.load(c)
         install_id = self._settings.install_id(c)
-        calendar = WorkingCalendar(settings)
+        calendar = working_calendar(c, settings)
         robot_of, mission_of = cache(lambda key: self._robots.get(c, key)), cache(lambda key: self._missions.get(c, key))
-        for schedule in self._schedules.due(c, now, AT_ONCE):
+        due = self._schedules.due(c, now, AT_ONCE)
+        together = Counter(schedule.robot_id for schedule in due)
+        for schedule in due:
             robot, mission = robot_of(schedule.robot_id), mission_of(schedule.mission_id)
             if robot is None or mission is None:           # foreign keys don't let that happen
                 self._schedules.advance(c, schedule.id, None)
                 continue
             maker = _RowMaker(schedule, robot, mission, settings, install_id, now)
-            self._take_schedule(c, schedule, maker, calendar, fallen)
+            ready = self._ready(robot.id) if together[robot.id] == 1 and not self._executions.has_unsent(c, robot.id) else None
+            self._take_schedule(c, schedule, maker, calendar, ready, fallen)
 
-    def _take_schedule(self, c: sqlite3.Connection, schedule: Schedule, make: _RowMaker, calendar: WorkingCalendar, fallen: Fallen) -> None:
-        """The latest instant runs if it is still within its start window; the earlier ones were missed."""
+    def _take_schedule(self, c: sqlite3.Connection, schedule: Schedule, make: _RowMaker, calendar: WorkingCalendar, ready: Ready | None,
+                       fallen: Fallen) -> None:
+        """The latest instant runs if it is still within its start window; the earlier ones were missed. With the intent of its first
+        attempt where the robot is ``ready`` for it: the row that a POST needs before it is then on disk with one write."""
         now, settings = make.now, make.settings
         (*earlier, latest), following = _instants(schedule, now, calendar)
         newest = earlier if settings.history_limit is None else earlier[-settings.history_limit:]     # more would be pruned at once
-        rows = [make.missed(instant, self._downtime.at(instant)) for instant in newest]
-        fallen.missed += len(earlier)
-        if schedule.paused_until is not None and latest < schedule.paused_until:
-            rows.append(make.ended(latest, Reason(ReasonCode.HOLD, {"until": schedule.paused_until.isoformat()})))
+        rows = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant))
+                for instant in newest]
+        fallen.missed += sum(not schedule.is_paused(instant) for instant in earlier)
+        if schedule.is_paused(latest):
+            rows.append(make.paused(latest))
         elif now >= decisions.closes_at(latest, schedule.start_window_minutes, settings):
             rows.append(make.missed(latest, self._downtime.at(latest)))
             fallen.missed += 1
@@ -102,12 +118,13 @@ class Planner:
             rows.append(make.ended(latest, Reason(ReasonCode.OVERLAP, {"planned_at": previous[-1].planned_at.isoformat()})))
         else:
             late = self._hold_late_starts and self._downtime.at(latest) is not None
-            rows.append(make.waiting(latest, late))
+            rows.append(make.waiting(latest, late) if late or ready is None else make.submitting(latest, ready))
             fallen.late_starts += late
             fallen.robot_ids.add(schedule.robot_id)
         for row in rows:
             if added := self._executions.add_once(c, row):
                 fallen.skipped += [added] if added.state is State.SKIPPED else []
+                fallen.intents += [added] if added.state is State.SUBMITTING else []
             else:
                 log.info("The occurrence %s of %r is in the ledger already", row.planned_at, schedule.name)
         fallen.touched.add(schedule.robot_id)
@@ -147,8 +164,18 @@ class _RowMaker:
             token=decisions.token_of(self.install_id, schedule.id, planned_at))
         return replace(row, wait=Wait.LATE_START, hold_until=self.now + decisions.LATE_START_HOLD) if late else row
 
+    def submitting(self, planned_at: datetime, ready: Ready) -> Execution:
+        row = self.waiting(planned_at, late=False)
+        if not decisions.battery_allows(ready.battery, row.minimum_battery_percent):
+            return row
+        return replace(row, state=State.SUBMITTING, attempts=1, queue_floor=ready.queue_floor)
+
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
         return replace(self.waiting(planned_at, late=False), state=reason.state, reason=reason, ended_at=self.now)
+
+    def paused(self, planned_at: datetime) -> Execution:
+        until = self.schedule.paused_until
+        return self.ended(planned_at, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()} if until else {}))
 
     def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
         code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN

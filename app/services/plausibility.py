@@ -7,12 +7,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime, timedelta
 
+from app.told import Told, told
+
 TOLERANCE = timedelta(minutes=10)
 BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
 
 
-def clock_problem(now: datetime, last_heartbeat: datetime | None, offsets: Sequence[float | None]) -> str | None:
-    """One English sentence part when the clock is not plausible, else None.
+def clock_problem(now: datetime, last_heartbeat: datetime | None, offsets: Sequence[float | None]) -> Told | None:
+    """A part of a sentence when the clock is not plausible, else None.
 
     ``offsets`` are the robots' HTTP ``Date`` minus the tablet's clock in seconds, None where unknown. Two or more robots that mostly agree
     with the tablet overrule a heartbeat from the future; two or more that mostly differ by over ten minutes overrule the tablet.
@@ -21,8 +23,11 @@ def clock_problem(now: datetime, last_heartbeat: datetime | None, offsets: Seque
     differing = [offset for offset in known if abs(offset) > TOLERANCE.total_seconds()]
     if len(known) >= 2 and len(differing) * 2 > len(known):
         minutes = round(sorted(differing)[len(differing) // 2] / 60)
-        return f"most robots' clocks are {abs(minutes)} min {'ahead of' if minutes > 0 else 'behind'} it"
+        if minutes > 0:
+            return told("most robots' clocks are {minutes} min ahead of it", minutes=minutes)
+        return told("most robots' clocks are {minutes} min behind it", minutes=-minutes)
     robots_agree = len(known) >= 2
     if last_heartbeat is not None and now < last_heartbeat - BACKWARDS and not robots_agree:
-        return f"it shows {now:%Y-%m-%d %H:%M} UTC, but the app already ran on {last_heartbeat:%Y-%m-%d %H:%M} UTC"
+        return told("it shows {now} UTC, but the app already ran on {then} UTC",
+                    now=f"{now:%Y-%m-%d %H:%M}", then=f"{last_heartbeat:%Y-%m-%d %H:%M}")
     return None

@@ -12,12 +12,14 @@ import threading
 from collections.abc import Callable
 
 from app.database.connection import Database, DatabaseUnavailable
-from app.models import Robot
+from app.models import Execution, Robot
 from app.services.alarms import Alarms
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock
+from app.services.dispatcher import Ready
 from app.services.lane import Lane
 from app.services.scheduler import LONGEST_WAIT, Scheduler
+from app.told import Told
 
 log = logging.getLogger(__name__)
 
@@ -31,10 +33,11 @@ AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes 
 class _LaneThread:
     """One robot's lane on its thread."""
 
-    def __init__(self, lane: Lane, database_fails: Callable[[str], None]) -> None:
+    def __init__(self, lane: Lane, database_fails: Callable[[Told], None]) -> None:
         self.lane, self._database_fails = lane, database_fails
         self._wake = threading.Condition()
         self._poll_wanted = self._due_soon = self._something_new = self._stopping = False
+        self._intents: list[Execution] = []
         self._thread = threading.Thread(target=self._run, name=f"lane-{lane.robot.name}", daemon=True)
         self._thread.start()
 
@@ -43,6 +46,13 @@ class _LaneThread:
         with self._wake:
             self._poll_wanted |= poll
             self._due_soon |= due_soon
+            self._something_new = True
+            self._wake.notify()
+
+    def hand_over(self, intent: Execution) -> None:
+        """The first thing to be sent, whatever else is wanted."""
+        with self._wake:
+            self._intents.append(intent)
             self._something_new = True
             self._wake.notify()
 
@@ -64,12 +74,13 @@ class _LaneThread:
                 if self._stopping:
                     break
                 poll, due_soon = self._poll_wanted, self._due_soon
+                intents, self._intents = self._intents, []
                 self._poll_wanted = self._due_soon = self._something_new = False
             try:
-                wait = self.lane.step(poll, due_soon)
+                wait = self.lane.step(poll, due_soon, intents)
             except DatabaseUnavailable as error:      # no durable intent, no POST
                 if not self._stopping:
-                    self._database_fails(error.text)
+                    self._database_fails(error.told)
                 wait = AFTER_A_CRASH
             except Exception:                # one robot's trouble must not end its lane, nor touch any other
                 log.exception("The lane of %r met an unexpected error and goes on", self.lane.robot.name)
@@ -160,6 +171,19 @@ class PollLoop:
         if thread:
             thread.kick(poll, due_soon)
 
+    def ready(self, robot_id: int) -> Ready | None:
+        """See ``Lane.ready``; None for a robot without a lane."""
+        with self._lock:
+            thread = self._lanes.get(robot_id)
+        return thread.lane.ready() if thread else None
+
+    def hand_over(self, intent: Execution) -> None:
+        """Its intent was written when it fell due. One whose lane is gone meanwhile is looked for on the robot, as after a crash."""
+        with self._lock:
+            thread = self._lanes.get(intent.robot_id or 0)
+        if thread:
+            thread.hand_over(intent)
+
     def watch(self, robot_id: int | None) -> None:
         """The robot on screen has its status read every 2 s."""
         with self._lock:
@@ -182,9 +206,10 @@ class PollLoop:
             self.wake()
         elif topic in (Topic.EXECUTIONS, Topic.HOLDS):
             with self._lock:
-                for key, thread in self._lanes.items():
-                    if about in (None, key) and not thread.is_current:     # a lane knows what it has just done itself
-                        thread.kick()
+                threads = list(self._lanes.values()) if about is None else [self._lanes[about]] if about in self._lanes else []
+            for thread in threads:
+                if not thread.is_current:     # a lane knows what it has just done itself
+                    thread.kick()
 
     # ------------------------------------------------------------------ the scheduler thread
     def _run(self) -> None:
@@ -194,7 +219,7 @@ class PollLoop:
                 self._round(first_look)
                 wait = self._scheduler.seconds_to_next(longest=TURN_EVERY if self._to_poll else LONGEST_WAIT)
             except DatabaseUnavailable as error:
-                self._alarms.database_fails(error.text)
+                self._alarms.database_fails(error.told)
                 wait = LONGEST_WAIT
             except Exception:                # the heart must not stop for anything
                 log.exception("The scheduler met an unexpected error and goes on")

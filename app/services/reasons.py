@@ -14,6 +14,7 @@ from zoneinfo import ZoneInfo
 from app.models import Execution, Reason, ReasonCode, State, Wait
 from app.services import written
 from app.services.written import Translate
+from app.told import decimal, is_told, tell
 
 Template = tuple[tuple[str, ...], str]                       # the details it needs, and the English text
 
@@ -47,6 +48,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
     ReasonCode.OVERLAP: ((("planned_at",), "The run planned for {planned_at} was still under way"),
                          ((), "Its previous run was still under way")),
     ReasonCode.HOLD: ((("hold", "until"), "Held back until {until_with_date}: {hold}"), (("until",), "Held back until {until_with_date}"),
+                      (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
                       ((), "Skipped or held back by a person")),
     ReasonCode.APP_DOWN: ((("start", "end"), "The app was off or asleep from {start} to {end}"),
                           (("until",), "The app was off or asleep until its start window closed at {until}"),
@@ -74,13 +76,27 @@ _UNDER_WAY: Mapping[State, str] = MappingProxyType({
     State.EXECUTING: "Running on the robot",
 })
 
-_INSTANTS = frozenset({"until", "start", "end", "planned_at", "closes_at"})
+_INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at"})
 _LONGEST = 400                                               # characters of a text that came from elsewhere
 
 
 def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
     """One sentence; ``zone`` is the one its times are told in."""
     return _tell(_TEMPLATES.get(reason.code, (((), str(reason.code)),)), reason.details, zone, translate)
+
+
+def to_store(reason: Reason) -> dict[str, Any]:
+    """As it is kept in the details of something else; ``stored_sentence`` tells it."""
+    return {"code": str(reason.code), "details": dict(reason.details)}
+
+
+def stored_sentence(stored: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
+    """The sentence of ``to_store``; the code itself when this version does not know it."""
+    details = stored.get("details")
+    try:
+        return sentence(Reason(ReasonCode(str(stored.get("code"))), details if isinstance(details, Mapping) else {}), zone, translate)
+    except ValueError:
+        return str(stored.get("code"))
 
 
 def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, translate: Translate = lambda text: text) -> str:
@@ -103,23 +119,34 @@ def _tell(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinf
 
 def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> dict[str, str]:
     """What can be told, as text. Times have their date with them when they lie on different days, or as ``…_with_date``."""
-    instants = {name: instant for name in _INSTANTS if (instant := _instant(details.get(name), zone)) is not None}
-    with_date = {name: written.day_and_time(instant, translate) for name, instant in instants.items()}
-    is_one_day = len({instant.date() for instant in instants.values()}) == 1
-    known = {f"{name}_with_date": text for name, text in with_date.items()}
-    known |= {name: written.time_of_day(instant, translate) for name, instant in instants.items()} if is_one_day else with_date
+    instants = _instants(details, zone)
+    known = {f"{name}_with_date": written.day_and_time(instant, translate) for name, instant in instants.items()}
+    known |= instants_in_words(details, zone, translate)
     for name, value in details.items():
-        if name not in _INSTANTS and (text := _text(value)) and (name, value) != ("attempts", 0):
-            known[str(name)] = text
+        value = tell(value, translate) if is_told(value) else value
+        if name not in _INSTANTS and (text := _text(value, translate)) and (name, value) != ("attempts", 0):
+            known[str(name)] = translate(text) if name == "hold" else text       # those that are offered are known by their English word
     return known
 
 
-def _text(value: object) -> str:
-    """Numbers without needless decimals, texts on one line; empty when it says nothing."""
+def instants_in_words(details: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> dict[str, str]:
+    """The details that are instants, as wall time of ``zone``: with the date when they lie on different days."""
+    instants = _instants(details, known_zone(zone))
+    is_one_day = len({instant.date() for instant in instants.values()}) == 1
+    in_words = written.time_of_day if is_one_day else written.day_and_time
+    return {name: in_words(instant, translate) for name, instant in instants.items()}
+
+
+def _instants(details: Mapping[str, Any], zone: tzinfo) -> dict[str, datetime]:
+    return {name: instant for name in _INSTANTS if (instant := _instant(details.get(name), zone)) is not None}
+
+
+def _text(value: object, translate: Translate) -> str:
+    """Numbers as the language writes them, without needless decimals, texts on one line; empty when it says nothing."""
     if value is None or isinstance(value, bool):
         return ""
     if isinstance(value, float):
-        return "" if not math.isfinite(value) else f"{value:.1f}".removesuffix(".0")
+        return "" if not math.isfinite(value) else decimal(f"{value:.1f}".removesuffix(".0"), translate)
     text = " ".join(str(value).split())
     return text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
 

@@ -108,7 +108,8 @@ class Scheduler:
         self._downtime.add(Gap(start, end))
         if end - start >= NOTEWORTHY:
             log.warning("The app was off or asleep from %s to %s UTC", f"{start:%Y-%m-%d %H:%M:%S}", f"{end:%Y-%m-%d %H:%M:%S}")
-            self._alarms.raise_("app_was_off", "app", start=start.isoformat(), end=end.isoformat())
+            zone = self._settings.load(self._db.read()).timezone
+            self._alarms.raise_("app_was_off", "app", start=start.isoformat(), end=end.isoformat(), timezone=zone)
 
     def _clock_is_trusted(self, now: datetime) -> bool:
         """Judged until it has been plausible once; then never again in this run."""

@@ -1,8 +1,14 @@
-"""Skip next: the coming start of a schedule is left out, at once and with its row in the ledger (design: "Cancel")."""
+"""Skip next and pause until: starts of a schedule that a person leaves out (design: "Cancel").
+
+The next one gets its row in the ledger at once; those of a pause get theirs as they come, so that it can be ended at any time.
+"""
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
+from typing import TypeVar
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
@@ -12,10 +18,12 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.models import Execution, InvalidInput, Reason, ReasonCode, Schedule, Trigger
 from app.services import decisions
-from app.services.calendar import WorkingCalendar
+from app.services.calendar import working_calendar
 from app.services.changes import Changes, Topic
 from app.services.clock import Clock
 from app.services.recurrence import next_occurrence
+
+T = TypeVar("T")
 
 
 class Skipping:
@@ -26,21 +34,46 @@ class Skipping:
 
     def skip_next(self, schedule_id: int) -> datetime:
         """Returns the instant (UTC) that was left out. Raises InvalidInput when there is none to come."""
-        skipped = self._db.write(lambda c: self._skip(c, schedule_id))
+        return self._told(lambda c: self._skip(c, schedule_id))
+
+    def pause(self, schedule_id: int, until: datetime) -> Schedule:
+        """Skip every start before ``until`` (aware), also what waits of the schedule. Raises InvalidInput for a time that has passed."""
+        def work(c: sqlite3.Connection) -> Schedule:
+            now, schedule = self._clock.now(), self._the_schedule(c, schedule_id)
+            if until <= now:
+                raise InvalidInput("until", "choose a time to come")
+            self._schedules.pause(c, schedule_id, until)
+            self._executions.end_waiting_of_schedule(c, schedule_id, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now)
+            return replace(schedule, paused_until=until)
+        return self._told(work)
+
+    def resume(self, schedule_id: int) -> Schedule:
+        """End the pause: the next start runs. What was skipped stays so."""
+        def work(c: sqlite3.Connection) -> Schedule:
+            schedule = self._the_schedule(c, schedule_id)
+            self._schedules.pause(c, schedule_id, None)
+            return replace(schedule, paused_until=None)
+        return self._told(work)
+
+    def _told(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        result = self._db.write(work)
         self._changes.publish(Topic.SCHEDULES)
         self._changes.publish(Topic.EXECUTIONS)
-        return skipped
+        return result
+
+    def _the_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Schedule:
+        if schedule := self._schedules.get(c, schedule_id):
+            return schedule
+        raise InvalidInput("schedule", "there is no such schedule any more")
 
     def _skip(self, c: sqlite3.Connection, schedule_id: int) -> datetime:
-        schedule = self._schedules.get(c, schedule_id)
-        if schedule is None:
-            raise InvalidInput("schedule", "there is no such schedule any more")
+        schedule = self._the_schedule(c, schedule_id)
         if not schedule.enabled or schedule.next_at is None:
             raise InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)
         settings = self._settings.load(c)
         now = self._clock.now()
         self._executions.add_once(c, self._row(c, schedule, schedule.next_at, now))
-        following = next_occurrence(schedule, max(now, schedule.next_at), WorkingCalendar(settings))
+        following = next_occurrence(schedule, max(now, schedule.next_at), working_calendar(c, settings))
         self._schedules.advance(c, schedule.id, following)
         return schedule.next_at
 

@@ -5,22 +5,27 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime
+from datetime import date, datetime, timedelta
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any
-from zoneinfo import ZoneInfo, available_timezones
+from typing import Any, TypeVar
+from zoneinfo import ZoneInfo
 
-from app.models import WEEKDAYS, Between, InvalidInput, Overlap, Robot, Schedule, Settings
+from app.models import FONT_SCALES, KEYBOARDS, WEEKDAYS, Between, DayException, InvalidInput, Overlap, Robot, Schedule, Settings
+from app.services import names
 from app.services.calendar import WorkingCalendar
+from app.services.clock import zone_names
 from app.services.mir.address import Address
 from app.services.mir.credentials import normalise_fingerprint
 from app.services.recurrence import Recurrence, check_has_instants
+from app.told import told
 
-LONGEST_NAME = 80
+T = TypeVar("T")
 YEARS = range(1970, 2200)
+LONGEST_EXCEPTION = timedelta(days=366)
+MOST_DAY_EXCEPTIONS = 2000
 WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
     "poll_interval_seconds": (1, 3600),
     "retry_limit": (0, 20),
@@ -29,6 +34,7 @@ WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
     "history_limit": (1, 2**63 - 1),
     "after_minutes": (5, 30),
     "priority": (-2**31, 2**31 - 1),
+    "usual_minutes": (1, 1440),
 })
 _GUID = re.compile(r"[0-9A-Za-z_-]{1,64}", re.ASCII)
 _UNPRINTABLE = ("Cc", "Cs", "Zl", "Zp")          # control characters, halves of characters, line ends
@@ -41,17 +47,26 @@ def shown(value: object) -> str:
 
 
 def name(text: object, field: str = "name") -> str:
-    """1 to 80 characters without control characters; blanks around it don't count."""
+    """1 to 80 characters that can be seen, in composed form; blanks around it don't count."""
     if not isinstance(text, str):
         raise InvalidInput(field, "a name has to be a text")
-    stripped = text.strip()
-    if not stripped:
+    normal = names.normal(text)
+    if not normal:
         raise InvalidInput(field, "enter a name")
-    if len(stripped) > LONGEST_NAME:
-        raise InvalidInput(field, "a name has at most {most} characters, this one has {length}", most=LONGEST_NAME, length=len(stripped))
-    if any(unicodedata.category(character) in _UNPRINTABLE for character in stripped):
+    if len(normal) > names.LONGEST:
+        raise InvalidInput(field, "a name has at most {most} characters, this one has {length}", most=names.LONGEST, length=len(normal))
+    if _has_control_characters(normal):
         raise InvalidInput(field, "a name can't contain control characters")
-    return stripped
+    if unwanted := names.unwanted(normal):
+        raise InvalidInput(field, "a name can't contain a character that nobody can see or tell: take {character} out",
+                           character=f"U+{ord(unwanted):04X}")
+    if not names.has_visible(normal):
+        raise InvalidInput(field, "enter a name")
+    return normal
+
+
+def _has_control_characters(text: str) -> bool:
+    return any(unicodedata.category(character) in _UNPRINTABLE for character in text)
 
 
 def whole_number(value: object, field: str, range_of: str | None = None) -> int:
@@ -77,18 +92,25 @@ def flag(value: object, field: str) -> bool:
     return value
 
 
+def one_of(choices: Sequence[T], value: object, field: str) -> T:
+    for choice in choices:
+        if choice == value and type(choice) is type(value):
+            return choice
+    raise InvalidInput(field, "say {choices}", choices=" or ".join(map(str, choices)))
+
+
 def timezone(value: object, field: str = "timezone") -> str:
     """An IANA name that this system knows."""
-    if not isinstance(value, str) or not _is_zone(value):
+    if not isinstance(value, str) or not is_zone(value):
         raise InvalidInput(field, "{zone} is no time zone; use an IANA name such as Europe/Helsinki", zone=shown(value))
     return value
 
 
 @lru_cache(maxsize=1024)
-def _is_zone(value: str) -> bool:
-    """Kept, because asking for all zones reads hundreds of files: an import of ten thousand schedules would take minutes."""
+def is_zone(value: str) -> bool:
+    """Whether it is the IANA name of a time zone that can be used here."""
     try:
-        return value in available_timezones() and bool(ZoneInfo(value))
+        return value in zone_names() and bool(ZoneInfo(value))
     except (ValueError, OSError):
         return False
 
@@ -138,6 +160,14 @@ def _setting(field: str, value: Any) -> Any:
             return None
         case "language" | "theme":
             return name(value, field)
+        case "holiday_country" | "holiday_subdivision":
+            return name(value, field) if value else ""
+        case "gloves":
+            return flag(value, field)
+        case "keyboard":
+            return one_of(KEYBOARDS, value, field)
+        case "font_scale_percent":
+            return one_of(FONT_SCALES, value, field)
         case "selected_robot_id" if value is None or (isinstance(value, int) and not isinstance(value, bool)):
             return value
     if field not in WHOLE_NUMBERS or not hasattr(Settings, field):
@@ -190,11 +220,12 @@ def between(value: Between) -> Between:
 
 
 def parameters(value: object, field: str = "parameters") -> dict[str, Any]:
-    """A mission's inputs by name: texts, numbers, true, false or null."""
+    """A mission's inputs by name: texts, numbers, true, false or null. The names are the robot's and travel back to it as they are."""
     if not isinstance(value, Mapping):
         raise InvalidInput(field, "parameters are names with a value each")
     for key, item in value.items():
-        name(key, field)
+        if not isinstance(key, str) or not 0 < len(key.strip()) <= names.LONGEST or _has_control_characters(key):
+            raise InvalidInput(field, "the name of a parameter has 1 to {most} characters, without control characters", most=names.LONGEST)
         is_plain = item is None or isinstance(item, str | bool | int) or (isinstance(item, float) and math.isfinite(item))
         if not is_plain or (isinstance(item, str) and not _is_encodable(item)):
             raise InvalidInput(field, "the value of {name} has to be a text, a number, true, false or null", name=shown(key))
@@ -207,12 +238,32 @@ def _is_encodable(text: str) -> bool:
 
 def one_time_on_working_day(given: Schedule, calendar: WorkingCalendar) -> None:
     """A one-time schedule that respects working days can't lie on another day: it would never run."""
-    if given.recurrence is None and given.respect_working_days and not calendar.is_working_day(given.start.date()):
-        raise InvalidInput("start", "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
-                           day=f"{given.start:%Y-%m-%d}", weekday=_WEEKDAY_NAMES[given.start.weekday()])
+    if given.recurrence is not None or not given.respect_working_days:
+        return
+    day = given.start.date()
+    look = calendar.look(day)
+    if look.is_working:
+        return
+    if look.name:
+        raise InvalidInput("start", "{day} is no working day: {name}; choose another day or do not respect working days",
+                           day=f"{day:%Y-%m-%d}", name=look.name)
+    raise InvalidInput("start", "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
+                       day=f"{day:%Y-%m-%d}", weekday=_WEEKDAY_NAMES[day.weekday()])
 
 
-_WEEKDAY_NAMES = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+def day_exception(given: DayException) -> DayException:
+    """Closed days or extra working days."""
+    for field, day in (("first_day", given.first_day), ("last_day", given.last_day)):
+        if not isinstance(day, date) or day.year not in YEARS:
+            raise InvalidInput(field, "enter a year from {first} to {last}", first=YEARS[0], last=YEARS[-1])
+    if given.last_day < given.first_day:
+        raise InvalidInput("last_day", "the last day is before the first")
+    if given.last_day - given.first_day >= LONGEST_EXCEPTION:
+        raise InvalidInput("last_day", "at most a year can be entered at once")
+    return replace(given, name=name(given.name))
+
+
+_WEEKDAY_NAMES = (told("Monday"), told("Tuesday"), told("Wednesday"), told("Thursday"), told("Friday"), told("Saturday"), told("Sunday"))
 
 
 def starts_text(value: object, field: str = "start") -> datetime:

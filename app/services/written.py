@@ -1,4 +1,5 @@
-"""Dates and times of day inside the services' sentences, as the language of ``translate`` writes them; the English ones are ISO 8601."""
+"""Dates and times of day inside the services' sentences, as the language of ``translate`` writes them; the English ones are ISO 8601,
+as files and logs want them, but for ``day_in_words``, which is for people only."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -15,6 +16,12 @@ def time_of_day(at: datetime | time, translate: Translate) -> str:
 def day(at: date, translate: Translate) -> str:
     """2026-11-23"""
     return translate("{year:04}-{month:02}-{day:02}").format(year=at.year, month=at.month, day=at.day)
+
+
+def day_in_words(at: date, translate: Translate) -> str:
+    """23 Nov 2026"""
+    months = translate("Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec").split()
+    return translate("{day} {month} {year}").format(day=at.day, month=months[at.month - 1], year=at.year)
 
 
 def day_and_time(at: datetime, translate: Translate) -> str:

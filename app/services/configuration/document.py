@@ -54,7 +54,7 @@ def read(content: bytes) -> Document:
 
 def at(path: str, error: InvalidInput) -> InvalidInput:
     """The same problem, with the place in the file in front."""
-    return InvalidInput(path, "{path}: {problem}", path=path, problem=error.text)
+    return InvalidInput(path, "{path}: {problem}", path=path, problem=error.told)
 
 
 # ---------------------------------------------------------------------- JSON
@@ -209,6 +209,7 @@ _MISSION: Mapping[str, Read] = MappingProxyType({
     "name": validation.name,
     "guid": validation.guid,
     "robot": _or_none(validation.name),
+    "usual_minutes": _or_none(_number("usual_minutes")),
 })
 _SCHEDULE: Mapping[str, Read] = MappingProxyType({
     "name": _or_none(validation.name),

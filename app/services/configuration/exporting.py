@@ -47,8 +47,12 @@ def _robot(robot: Robot, missions: Mapping[int, Mission]) -> dict[str, Any]:
 
 
 def _mission(mission: Mission, robots: Mapping[int, Robot]) -> dict[str, Any]:
-    given = {"name": mission.name, "guid": mission.guid}
-    return given if mission.robot_id is None else {**given, "robot": robots[mission.robot_id].name}
+    given: dict[str, Any] = {"name": mission.name, "guid": mission.guid}
+    if mission.robot_id is not None:
+        given["robot"] = robots[mission.robot_id].name
+    if mission.usual_minutes is not None:
+        given["usual_minutes"] = mission.usual_minutes
+    return given
 
 
 def _schedule(schedule: Schedule, robots: Mapping[int, Robot], missions: Mapping[int, Mission]) -> dict[str, Any]:

@@ -31,6 +31,7 @@ from app.services.mir.types import (
     RobotState,
     RobotStatus,
 )
+from app.told import told
 
 LONGEST_DESCRIPTION = 200   # characters of message and description (reference, section 3)
 LONGEST_ANSWER = 255        # characters of the answer to a prompt (reference, section 2)
@@ -71,7 +72,7 @@ class RobotClient:
         """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where it is told."""
         status = self.status()
         try:
-            user = self._get("/users/me", lambda found: clean(parse.single(found, "the user").get("name"), 80))
+            user = self._get("/users/me", lambda found: clean(parse.single(found, told("the user")).get("name"), 80))
         except Rejected:
             user = ""
             self._queue.ids({"limit": "1"})                     # needs credentials as well
@@ -81,14 +82,14 @@ class RobotClient:
         """From software 3.x on; older robots tell it in a header, if at all."""
         try:
             return self._get("/software/system_status",
-                             lambda found: parse.text_or_none(parse.single(found, "the system status").get("application_version")))
+                             lambda found: parse.text_or_none(parse.single(found, told("the system status")).get("application_version")))
         except (Refusal, Unreadable, NotAMir):
             return None
 
     # ------------------------------------------------------------------ missions
     def missions(self) -> list[MissionInfo]:
         """All missions of the site that the robot has."""
-        return self._get("/missions", lambda found: parse.listed(found, "the mission list", parse.mission_info))
+        return self._get("/missions", lambda found: parse.listed(found, told("the mission list"), parse.mission_info))
 
     def mission(self, guid: str) -> MissionDetail:
         """Raises Rejected with status 404 when the robot has no such mission."""
@@ -126,10 +127,10 @@ class RobotClient:
         try:
             json_module.dumps(body, allow_nan=False)
         except (TypeError, ValueError, RecursionError):
-            raise Rejected(status=400, reason="a parameter can't be written as JSON", address=self.address.netloc) from None
+            raise Rejected(status=400, reason=told("a parameter can't be written as JSON"), address=self.address.netloc) from None
         answer = self._request("POST", "/mission_queue", json=body)
         if answer.status != 201:
-            raise Unreadable(address=self.address.netloc, problem=f"status {answer.status} instead of 201")
+            raise Unreadable(address=self.address.netloc, problem=told("status {status} instead of 201", status=answer.status))
         return self._read(answer, parse.queue_id)
 
     def queue_item(self, queue_id: int) -> QueueItem:
@@ -178,18 +179,20 @@ class RobotClient:
     def positions(self, map_id: str | None = None) -> list[MapPosition]:
         """Named places, of one map or of all. Coordinates come along where the robot knows the whitelist."""
         path = f"/maps/{_segment(map_id)}/positions" if map_id else "/positions"
-        return self._get(path, lambda found: parse.listed(found, "the list of positions", lambda entry: parse.map_position(entry, map_id)),
+        return self._get(path, lambda found: parse.listed(found, told("the list of positions"),
+                                                          lambda entry: parse.map_position(entry, map_id)),
                          {"whitelist": "all"})
 
     def registers(self) -> list[Register]:
-        return self._get("/registers", lambda found: parse.listed(found, "the list of registers", parse.register))
+        return self._get("/registers", lambda found: parse.listed(found, told("the list of registers"), parse.register))
 
     # ------------------------------------------------------------------ requests
     def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None) -> T:
         return self._read(self._request("GET", path, query=query), read)
 
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
-        return self._read(self._request(method, path, query=query, json=json), lambda found: parse.objects(found, "the mission queue"))
+        answer = self._request(method, path, query=query, json=json)
+        return self._read(answer, lambda found: parse.objects(found, told("the mission queue")))
 
     def _put_status(self, body: Mapping[str, Any]) -> RobotStatus | None:
         began = self._clock()
@@ -221,7 +224,7 @@ class RobotClient:
         if 200 <= status < 300:
             return answer
         if status < 200:
-            raise Unreadable(address=address, problem=f"status {status}")
+            raise Unreadable(address=address, problem=told("status {status}", status=status))
         if status < 400:
             target = self._token.hide_in(clean(answer.header("Location"), 100)) or "elsewhere"
             raise NotAMir(code="redirected", address=address, target=target)

@@ -1,4 +1,5 @@
-"""Sockets that know their deadline. urllib3's time-outs hold for each read, so a robot that sends a byte per second would never time out.
+"""Sockets that know their deadline. A socket's own time-out holds for each read, so a robot that sends a byte per second would never
+time out.
 
 ``Exchange`` is the request on its way: when it has to be over, and what has happened to it. The sockets tell it what they do, so that
 a failure is judged by facts ("no byte was sent") and not by guessing from the type of an exception.
@@ -7,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import http.client
 import ipaddress
 import queue
 import socket
@@ -15,16 +17,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import requests
-import urllib3
-from requests.adapters import HTTPAdapter
-from requests.utils import DEFAULT_CA_BUNDLE_PATH
-from urllib3.connection import HTTPConnection, HTTPSConnection
+import certifi
 
-from app.services.mir.address import Address
+from app.services.mir.address import DEFAULT_PORTS, Address
 from app.services.mir.credentials import normalise_fingerprint
 from app.services.mir.errors import CertificateMismatch, CertificateProblem, Unreachable
 
@@ -215,65 +212,56 @@ def _why_not(error: OSError) -> str:
     return "unreachable"
 
 
-class _PlainConnection(HTTPConnection):
-    def __init__(self, *args: Any, exchange: Exchange, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self._exchange = exchange
-
-    def _new_conn(self) -> socket.socket:
-        return dial(self._exchange)
-
-
-class _TlsConnection(HTTPSConnection):
-    def __init__(self, *args: Any, exchange: Exchange, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self._exchange = exchange
-
-    def _new_conn(self) -> socket.socket:
-        return dial(self._exchange)
-
-    def connect(self) -> None:
-        super().connect()
-        if isinstance(self.sock, _TlsSocket):
-            self.sock.exchange = self._exchange
-
-
-class RobotAdapter(HTTPAdapter):
-    """Makes connections of the kinds above, and tries nothing twice.
+class RobotConnection(http.client.HTTPConnection):
+    """One connection of an exchange, plain or within TLS; nothing is tried twice.
 
     With a pin, exactly that certificate is accepted, whoever signed it and whatever name or date is in it; without one, the authorities
-    known to the system and to certifi decide.
+    known to the system and to certifi decide. Raises Unreachable or CertificateProblem before anything is sent.
     """
 
-    def __init__(self, exchange: Exchange, certificate_sha256: str | None = None) -> None:
-        self._exchange = exchange
-        self._pin = normalise_fingerprint(certificate_sha256) if certificate_sha256 and exchange.address.is_secure else None
-        super().__init__(pool_connections=1, pool_maxsize=1, max_retries=urllib3.Retry(0, read=False))
+    def __init__(self, exchange: Exchange, tls: Tls | None) -> None:
+        address = exchange.address
+        self.default_port = DEFAULT_PORTS[address.scheme]         # which the Host header leaves out
+        super().__init__(address.host, address.port)
+        self._exchange, self._tls = exchange, tls
 
-    def init_poolmanager(self, connections: int, maxsize: int, block: bool = False, **pool_kwargs: Any) -> None:
-        if self._exchange.address.is_secure:
-            pool_kwargs["ssl_context"] = _tls_context(pinned=self._pin is not None)
-            if self._pin is not None:
-                pool_kwargs.update(assert_fingerprint=self._pin, assert_hostname=False)
-        super().init_poolmanager(connections, maxsize, block, **pool_kwargs)
+    def connect(self) -> None:
+        plain = dial(self._exchange)
+        self.sock = plain if self._tls is None else self._tls.secured(plain, self._exchange)
 
-    def build_connection_pool_key_attributes(self, request: requests.PreparedRequest, verify: Any,
-                                             cert: Any = None) -> Any:
-        """requests ≥ 2.32 would put its own verification settings over those of our context."""
-        host, pool_kwargs = super().build_connection_pool_key_attributes(request, verify, cert)
-        if self._exchange.address.is_secure:
-            pool_kwargs = {"cert_reqs": "CERT_NONE" if self._pin is not None else "CERT_REQUIRED"}
-        return host, pool_kwargs
 
-    def get_connection_with_tls_context(self, request: requests.PreparedRequest, verify: Any, proxies: Any = None,
-                                        cert: Any = None) -> Any:
-        pool: Any = super().get_connection_with_tls_context(request, verify, proxies, cert)
-        kind = _TlsConnection if self._exchange.address.is_secure else _PlainConnection
-        pool.ConnectionCls = partial(kind, exchange=self._exchange)
-        return pool
+class Tls:
+    """How to speak HTTPS with one robot, and whom to trust. Made once: loading the authorities takes 10 ms."""
 
-    def cert_verify(self, conn: Any, url: str, verify: Any, cert: Any) -> None:
-        """Nothing: the context knows whom to trust, and loading the authorities anew for each connection costs 10 ms."""
+    def __init__(self, certificate_sha256: str | None = None) -> None:
+        self._pin = normalise_fingerprint(certificate_sha256) if certificate_sha256 else None
+        self._context = _tls_context(pinned=self._pin is not None)
+
+    def secured(self, plain: socket.socket, exchange: Exchange) -> _TlsSocket:
+        """Shake hands. Raises CertificateProblem, CertificateMismatch or Unreachable, with the socket closed."""
+        address = exchange.address.netloc
+        try:
+            secure = self._context.wrap_socket(plain, server_hostname=exchange.address.host)
+        except ssl.SSLCertVerificationError:
+            raise CertificateProblem(code="certificate_untrusted", address=address) from None
+        except TimeoutError:
+            raise Unreachable(code="no_answer", address=address) from None
+        except (ssl.SSLError, ValueError):
+            raise CertificateProblem(address=address) from None
+        except OSError:
+            raise Unreachable(address=address) from None
+        finally:
+            plain.close()                # its descriptor belongs to the other now, or to nobody
+        if self._pin is not None and _fingerprint(secure) != self._pin:
+            secure.close()
+            raise CertificateMismatch(address=address)
+        assert isinstance(secure, _TlsSocket)
+        secure.exchange = exchange
+        return secure
+
+
+def _fingerprint(secure: ssl.SSLSocket) -> str:
+    return hashlib.sha256(secure.getpeercert(binary_form=True) or b"").hexdigest()
 
 
 def _tls_context(*, pinned: bool) -> ssl.SSLContext:
@@ -282,22 +270,10 @@ def _tls_context(*, pinned: bool) -> ssl.SSLContext:
         context.check_hostname, context.verify_mode = False, ssl.CERT_NONE       # the pin is checked instead, before anything is sent
     else:
         context = ssl.create_default_context()
-        context.load_verify_locations(DEFAULT_CA_BUNDLE_PATH)
+        context.load_verify_locations(certifi.where())
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     context.sslsocket_class = _TlsSocket
     return context
-
-
-def certificate_problem(error: BaseException, address: str) -> CertificateProblem | None:
-    """What is wrong with TLS, if that is what an exception from before the first byte says."""
-    if not isinstance(error, requests.exceptions.SSLError):
-        return None
-    text = str(error)
-    if "CERTIFICATE_VERIFY_FAILED" in text or "doesn't match" in text:
-        return CertificateProblem(code="certificate_untrusted", address=address)
-    if "ingerprint" in text:
-        return CertificateMismatch(address=address)
-    return CertificateProblem(address=address)
 
 
 def presented_fingerprint(address: Address, *, connect: float = 3.0, total: float = 10.0, resolver: Resolver | None = None) -> str:

@@ -2,13 +2,15 @@
 
 For a request that changes something, ``error.delivery`` says what is known about its effect; the dispatcher decides by it alone.
 Every error has a ``code``, the ``msgid`` of its English sentence and the ``params`` of that sentence, so that a screen can translate
-it: ``_(error.msgid).format_map(error.params)``. No error carries a secret: neither the token nor a header of the request.
+it: ``tell(error.told, _)``. No error carries a secret: neither the token nor a header of the request.
 """
 from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
 from typing import Any, Self
+
+from app.told import Told, tell, told
 
 
 class Delivery(Enum):
@@ -50,13 +52,6 @@ SENTENCES: Mapping[str, str] = {
 }
 
 
-class _Params(dict[str, Any]):
-    """Values of a sentence; one that is missing must not hide the error behind another."""
-
-    def __missing__(self, key: str) -> str:
-        return "?"
-
-
 class RobotError(Exception):
     """Anything that kept a call to a robot from succeeding. Every call of ``RobotClient`` raises only this."""
 
@@ -67,15 +62,17 @@ class RobotError(Exception):
         super().__init__(msgid, code, params)
         self.code = code or self.code
         self.msgid = msgid or SENTENCES[self.code]
-        self.params = _Params({"address": "the robot", **params})
+        self.params: dict[str, Any] = {"address": told("the robot"), **params}
 
     @property
     def text(self) -> str:
         """One English sentence: what is wrong and, where it can be said, what to mend. Begins small, has no full stop."""
-        try:
-            return self.msgid.format_map(self.params)
-        except (ValueError, LookupError, AttributeError):         # a sentence given whole, with braces of its own
-            return self.msgid
+        return tell(self.told)
+
+    @property
+    def told(self) -> Mapping[str, Any]:
+        """What its sentence is made of."""
+        return told(self.msgid, **self.params)
 
     def __str__(self) -> str:
         return self.text
@@ -124,7 +121,7 @@ class TimedOut(RobotError):
 class Refusal(RobotError):
     """The robot answered with a ``status`` of failure (HTTP). ``robot_code`` and ``reason`` are its own words, often empty."""
 
-    def __init__(self, msgid: str = "", *, status: int, robot_code: str = "", reason: str = "", code: str = "", **params: Any) -> None:
+    def __init__(self, msgid: str = "", *, status: int, robot_code: str = "", reason: Told = "", code: str = "", **params: Any) -> None:
         self.status, self.robot_code, self.reason = status, robot_code, reason
         own = code or type(self).code
         if reason and f"{own}_with_reason" in SENTENCES:

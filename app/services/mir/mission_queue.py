@@ -12,6 +12,7 @@ from typing import Any
 from app.services.mir import parse
 from app.services.mir.errors import Refusal, Unreadable
 from app.services.mir.types import QueueItem, QueueState
+from app.told import told
 
 PAGE = 200                  # items asked for at once
 MOST_ITEMS = 5000           # looked through in one call
@@ -73,7 +74,7 @@ class QueueReader:
             if is_last or (is_sorted and not found):
                 return
             seen |= page.keys()
-        raise Unreadable(problem=f"more than {MOST_ITEMS} queue items")
+        raise Unreadable(problem=told("more than {n} queue items", n=MOST_ITEMS))
 
     def _whole(self, entries: Sequence[parse.Object]) -> list[QueueItem]:
         """Items with all their fields, by ascending id; those that the list gave in short form are asked for."""
@@ -84,6 +85,6 @@ class QueueReader:
                 items.append(parse.queue_item(entry))
                 continue
             if (reads := reads + 1) > MOST_SINGLE_READS:
-                raise Unreadable(problem=f"more than {MOST_SINGLE_READS} queue items in short form")
+                raise Unreadable(problem=told("more than {n} queue items in short form", n=MOST_SINGLE_READS))
             items.append(self._read_item(parse.queue_id(entry)))
         return sorted(items, key=lambda item: item.id)

@@ -7,8 +7,9 @@ from typing import Any
 
 LONGEST_TEXT = 500
 
-# Lone surrogates (neither SQLite nor UTF-8 takes them), control characters, and marks that reverse the direction of what follows.
-_UNWANTED = re.compile("[\ud800-\udfff\x00-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ufeff]")
+# Lone surrogates (neither SQLite nor UTF-8 takes them), control characters, spaces without width, and marks that reverse the direction of
+# what follows.
+_UNWANTED = re.compile("[\ud800-\udfff\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2060-\u2064\u202a-\u202e\u2066-\u2069\ufeff]")
 _BREAKS = re.compile("[\t\n\v\f\r\x85\u2028\u2029]+")
 # %(name)s, %(name)d, %(name).2f …; widths have two digits at most, so that no template can blow a text up.
 _FIELD = re.compile(r"%\((?P<name>[^()]{1,80})\)(?P<format>[-+ 0#]{0,3}\d{0,2}(?:\.\d{1,2})?[sdiufFgGeExXr])|%%")

@@ -1,4 +1,5 @@
-"""The dates that a rule names, expanded by dateutil from shortly before where they are wanted.
+"""The dates that a rule names, from shortly before where they are wanted: of months and years expanded by dateutil, of days and weeks by
+a plain sum, which is many times as quick.
 
 What only limits (BYMONTH of a daily rule, say) is applied here: a rule that never comes would keep dateutil searching to the year 9999.
 """
@@ -8,7 +9,7 @@ from calendar import monthrange
 from collections.abc import Iterator
 from datetime import date, datetime, time, timedelta
 
-from dateutil.rrule import DAILY, MONTHLY, WEEKLY, YEARLY, rrule
+from dateutil.rrule import MONTHLY, YEARLY, rrule
 from dateutil.rrule import weekday as weekday_of
 
 from app.services.recurrence.rule import Frequency, Recurrence
@@ -22,17 +23,17 @@ def dates(rule: Recurrence, start: date, first: date, last: date = LAST_DAY) -> 
     first = max(first, start)
     match rule.frequency:
         case Frequency.DAILY:
-            found, limits = _daily(rule, start, first), Recurrence(months=rule.months, month_days=rule.month_days, weekdays=rule.weekdays)
+            found = _every(rule.interval * DAY, start, first)
+            limits = Recurrence(months=rule.months, month_days=rule.month_days, weekdays=rule.weekdays)
         case Frequency.WEEKLY:
             found, limits = _weekly(rule, start, first), Recurrence(months=rule.months)
         case Frequency.MONTHLY:
-            found, limits = _monthly(rule, start, first), Recurrence(months=rule.months, month_days=rule.month_days)
+            found, limits = map(datetime.date, _monthly(rule, start, first)), Recurrence(months=rule.months, month_days=rule.month_days)
         case Frequency.YEARLY:
-            found, limits = _yearly(rule, start, first), Recurrence()
+            found, limits = map(datetime.date, _yearly(rule, start, first)), Recurrence()
         case _:
             raise ValueError(f"{rule.frequency} names no dates")
-    for moment in found:
-        day = moment.date()
+    for day in found:
         if day > last:
             return
         if day >= first and fits(limits, day):
@@ -51,17 +52,19 @@ def fits(rule: Recurrence, day: date) -> bool:
     return True
 
 
-def _daily(rule: Recurrence, start: date, first: date) -> rrule:
-    steps = (first - start).days // rule.interval
-    return rrule(DAILY, interval=rule.interval, dtstart=_midnight(start + steps * rule.interval * DAY))
+def _every(step: timedelta, start: date, first: date) -> Iterator[date]:
+    """The last one not after ``first``, then all that follow, without end: who asks stops long before the last date there is."""
+    day = start + (first - start) // step * step
+    while True:
+        yield day
+        day += step
 
 
-def _weekly(rule: Recurrence, start: date, first: date) -> rrule:
+def _weekly(rule: Recurrence, start: date, first: date) -> Iterator[date]:
     """Weeks are counted from the Monday of the week in which the rule begins."""
-    monday = start - start.weekday() * DAY
-    steps = (first - monday).days // (7 * rule.interval)
-    weekdays = [day for _, day in rule.weekdays] or [start.weekday()]
-    return rrule(WEEKLY, interval=rule.interval, dtstart=_midnight(monday + steps * 7 * rule.interval * DAY), byweekday=weekdays)
+    weekdays = [day for _, day in rule.weekdays] or [start.weekday()]         # in order
+    for monday in _every(7 * rule.interval * DAY, start - start.weekday() * DAY, first):
+        yield from (monday + weekday * DAY for weekday in weekdays)
 
 
 def _monthly(rule: Recurrence, start: date, first: date) -> rrule:

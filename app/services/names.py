@@ -1,0 +1,54 @@
+"""What a name may be made of: what can be seen. Characters that hide, turn the direction of writing or mean nothing would make two names
+look alike, and one read as another.
+
+Categories are Unicode's (UAX 44). The joiners of UAX 31, section 2.3, stay where a script writes with them: inside a word of Arabic or
+Indic letters, inside an emoji.
+"""
+from __future__ import annotations
+
+import unicodedata
+
+LONGEST = 80                             # characters (contract: "Ranges")
+
+_UNWANTED = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
+_BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")       # letters, marks and a symbol that show nothing
+_JOINERS = frozenset("\u200c\u200d")
+_WITHOUT_JOINERS = ("LATIN ", "GREEK ", "CYRILLIC ", "CJK ", "HANGUL ", "HIRAGANA ", "KATAKANA ")
+
+
+def normal(text: str) -> str:
+    """In composed form (NFC), without the space around it."""
+    return unicodedata.normalize("NFC", text.strip())
+
+
+def unwanted(text: str) -> str:
+    """The first character that can't stand in a name; "" when there is none."""
+    return next((character for n, character in enumerate(text) if not _may_stand(text, n)), "")
+
+
+def has_visible(text: str) -> bool:
+    """Whether there is a letter, a digit, a mark of punctuation or a symbol."""
+    return any(unicodedata.category(character)[0] in "LNPS" and character not in _BLANK for character in text)
+
+
+def cleaned(text: str, longest: int = LONGEST) -> str:
+    """A name out of a text of elsewhere, a robot's or a file's: on one line, no longer than a name may be. "" when nothing is left."""
+    line = " ".join("".join(" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") else c for c in text).split())
+    seen = "".join(c for c in line if c in _JOINERS or not _is_unwanted(c))
+    name = normal("".join(c for n, c in enumerate(seen) if _may_stand(seen, n)))[:longest].rstrip().rstrip("".join(_JOINERS))
+    return name if has_visible(name) else ""
+
+
+def _is_unwanted(character: str) -> bool:
+    return unicodedata.category(character) in _UNWANTED or character in _BLANK
+
+
+def _may_stand(text: str, n: int) -> bool:
+    if text[n] not in _JOINERS:
+        return not _is_unwanted(text[n])
+    return 0 < n < len(text) - 1 and _writes_with_joiners(text[n - 1]) and _writes_with_joiners(text[n + 1])
+
+
+def _writes_with_joiners(character: str) -> bool:
+    return (unicodedata.category(character) in ("Lo", "Lm", "Mn", "Mc", "So", "Sk") and character not in _BLANK
+            and not unicodedata.name(character, "").startswith(_WITHOUT_JOINERS))
