@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import queue
 import signal
 import sys
-import threading
 from collections.abc import Callable, Sequence
 from types import FrameType
 from typing import NoReturn
@@ -70,10 +71,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = parser().parse_args(arguments)
     if args.port and args.port + args.robots - 1 > 65535:
         parser().error(f"--port {args.port}: {args.robots} robots need ports up to {args.port + args.robots - 1}, the last one is 65535")
-    stop = threading.Event()
+    stop: queue.SimpleQueue[int] = queue.SimpleQueue()       # an Event may be locked by the very wait that the signal interrupts
 
     def end(number: int, frame: FrameType | None) -> None:
-        stop.set()
+        stop.put(number)
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
@@ -88,8 +89,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return USAGE_ERROR
     for robot in fleet.robots:
         print(f"ready {robot.name} {robot.url}", flush=True)
-    while not stop.wait(1.0):
-        pass
+    while True:                              # a signal that comes in the moment before a wait begins does not end that one
+        with contextlib.suppress(queue.Empty):
+            stop.get(timeout=1.0)
+            break
     fleet.stop()
     return 0
 

@@ -1,6 +1,7 @@
 """The floor plan as a picture: an occupancy map as robots keep it, and the same with stations and robot for people.
 
-Grey PNG, 0.05 m per pixel, white floor, black walls; written with the standard library alone.
+Grey PNG, 0.05 m per pixel, in the greys of an occupancy map: white floor, black where the scanners met something, grey what they never
+saw, inside of racks and outside of the hall. Written with the standard library alone.
 """
 from __future__ import annotations
 
@@ -13,21 +14,30 @@ from mir_sim import world
 from mir_sim.motion import Pose
 
 RESOLUTION = 0.05     # m per pixel
-FLOOR, WALL, MARK, ROBOT = 254, 0, 120, 60
+FLOOR, UNSEEN, WALL, MARK, ROBOT = 254, 205, 0, 120, 60
 WALL_THICKNESS = 0.2
+EDGE_THICKNESS = 0.15      # of racks and machines
+MARGIN = 2.0               # m of unseen ground around the hall
+PLAN = world.Box(-MARGIN, -MARGIN, world.WIDTH + MARGIN, world.HEIGHT + MARGIN)     # what the picture shows
 
 
 class Picture:
-    """A grey picture addressed in metres of the map; y goes up."""
+    """A grey picture of a part of the map, addressed in metres; y goes up."""
 
-    def __init__(self, width: float, height: float, grey: int) -> None:
-        self.columns, self.rows = round(width / RESOLUTION), round(height / RESOLUTION)
+    def __init__(self, part: world.Box, grey: int) -> None:
+        self._left, self._bottom = part.left, part.bottom
+        self.columns, self.rows = round((part.right - part.left) / RESOLUTION), round((part.top - part.bottom) / RESOLUTION)
         self._pixels = [bytearray([grey]) * self.columns for _ in range(self.rows)]
 
     def fill(self, box: world.Box, grey: int) -> None:
-        left, right = max(0, round(box.left / RESOLUTION)), min(self.columns, round(box.right / RESOLUTION))
-        for row in range(max(0, self.rows - round(box.top / RESOLUTION)), min(self.rows, self.rows - round(box.bottom / RESOLUTION))):
+        left, right = max(0, self._pixel(box.left - self._left)), min(self.columns, self._pixel(box.right - self._left))
+        bottom, top = self._pixel(box.bottom - self._bottom), self._pixel(box.top - self._bottom)
+        for row in range(max(0, self.rows - top), min(self.rows, self.rows - bottom)):
             self._pixels[row][left:right] = bytes([grey]) * max(0, right - left)
+
+    @staticmethod
+    def _pixel(metres: float) -> int:
+        return round(metres / RESOLUTION)
 
     def disc(self, x: float, y: float, radius: float, grey: int) -> None:
         steps = round(radius / RESOLUTION)
@@ -47,12 +57,17 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def _draw() -> Picture:
-    picture = Picture(world.WIDTH, world.HEIGHT, WALL)
-    edge = WALL_THICKNESS
-    picture.fill(world.Box(edge, edge, world.WIDTH - edge, world.HEIGHT - edge), FLOOR)
+    picture, hall = Picture(PLAN, UNSEEN), world.Box(0.0, 0.0, world.WIDTH, world.HEIGHT)
+    picture.fill(hall, WALL)
+    picture.fill(_grown(hall, -WALL_THICKNESS), FLOOR)
     for obstacle in world.OBSTACLES:
         picture.fill(obstacle, WALL)
+        picture.fill(_grown(obstacle, -EDGE_THICKNESS), UNSEEN)
     return picture
+
+
+def _grown(box: world.Box, by: float) -> world.Box:
+    return world.Box(box.left - by, box.bottom - by, box.right + by, box.top + by)
 
 
 @lru_cache(maxsize=1)

@@ -116,7 +116,8 @@ class Site:
                                      "created_by_id": DISTRIBUTOR})
         self.table("/maps").add({
             "guid": world.MAP_GUID, "name": world.MAP_NAME, "session_id": world.SESSION_GUID, "resolution": floor_plan.RESOLUTION,
-            "origin_x": 0.0, "origin_y": 0.0, "origin_theta": 0.0, "created_by_id": DISTRIBUTOR, image_field: floor_plan.base_map()})
+            "origin_x": floor_plan.PLAN.left, "origin_y": floor_plan.PLAN.bottom, "origin_theta": 0.0, "created_by_id": DISTRIBUTOR,
+            image_field: floor_plan.base_map()})
         for number, name in world.POSITION_TYPES.items():
             self.table("/position_types").add({"id": number, "name": name, "hidden": False, "reachable_for_robot": number != world.CHARGER})
         for station in world.STATIONS:
