@@ -8,42 +8,61 @@ import logging
 import threading
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 from kivy.base import ExceptionHandler, ExceptionManager
 from kivy.clock import Clock, ClockEvent
 from kivy.factory import Factory
+from kivy.metrics import Metrics
 from kivy.uix.widget import Widget
+from kivy.utils import platform
 from kivymd.app import MDApp
 
 import app.widgets
 from app import NAME, compat
 from app.container import Container
-from app.i18n import translator
+from app.failures import Failure
+from app.i18n import _, translator
 from app.models import Settings
 from app.screens.base import Background, Dialogs, Navigator, Snackbars, UiBus
 from app.screens.frame import FrameController
+from app.screens.gate import Gate
+from app.screens.problems import sentence_of
 from app.screens.rescue import Damage, RescuePage
 from app.screens.shell import SCREENS, Shell
 from app.services.changes import Topic
+from app.widgets.keyboard import DockedKeyboard, has_keyboard
 from app.widgets.tokens import apply_theme
 
 log = logging.getLogger(__name__)
+TOLD_FOR = 8.0               # s that it can be read how going back to a backup went
+INPUT_DEVICES = Path("/proc/bus/input/devices")
 
 
 class SchedulerApp(MDApp):
-    """With a container the app; with ``damage`` the screen that restores the database, which then goes on as the app."""
+    """With a container the app, opened on the screen ``first``; with ``damage`` the screen that restores the database, which then goes on
+    as the app.
+
+    ``restore`` closes the services, puts a backup in place and opens them again, off the UI thread; it returns what could not be done with
+    the services it has opened all the same, and raises Failure where it could open none.
+    """
     title = NAME
 
-    def __init__(self, container: Container | None, damage: Damage | None = None, animate: bool = True) -> None:
+    def __init__(self, container: Container | None, damage: Damage | None = None, animate: bool = True,
+                 restore: Callable[[Path], tuple[Container, Failure | None]] | None = None, first: str = "home") -> None:
         super().__init__()
         self.container: Container | None = None
         self.shell: Shell | None = None
-        self._given, self._damage, self._animate = container, damage, animate
+        self._given, self._damage, self._animate, self._restorer, self._first = container, damage, animate, restore, first
         self._frame: FrameController | None = None
+        self._gate: Gate | None = None
+        self._keyboard: DockedKeyboard | None = None
         self._poll: ClockEvent | None = None
         self._bus: UiBus | None = None
-        self._unsubscribe: Callable[[], object] = lambda: None
+        self._unsubscribe: Callable[[], object] = lambda: None       # from the services
+        self._forget: Callable[[], object] = lambda: None            # what they still have told
         self._shown: Settings | None = None      # as they look now
+        self._font_scale = Metrics.fontscale     # the system's own, that the setting multiplies
         self._survivor = Survivor(self._tell_unexpected)
 
     # ------------------------------------------------------------------ life
@@ -52,11 +71,13 @@ class SchedulerApp(MDApp):
         app.widgets.load()
         apply_theme(self.theme_cls, "light")
         self._bus = UiBus()
-        self._bus.subscribe(_SettingsChanged, self._settings_changed)
+        self._forget = self._bus.subscribe(_SettingsChanged, self._settings_changed)
         self.root_box = Factory.BoxLayout()
         if self._given is not None:
             self.begin(self._given)
         elif self._damage is not None:
+            if translator.language != self._damage.language:
+                translator.use(self._damage.language)
             self.root_box.add_widget(RescuePage(self._damage, self._bus, self.begin))
         return self.root_box
 
@@ -68,14 +89,19 @@ class SchedulerApp(MDApp):
         frame = Factory.Frame()
         background = Background(self._bus, unexpected=self._tell_unexpected)
         builders = {name: partial(self._build_screen, name) for name in SCREENS}
-        self.shell = Shell(Navigator(frame.ids.body.__self__, builders), Dialogs(self._animate), Snackbars(), self._bus, background)
+        self.shell = Shell(Navigator(frame.ids.body.__self__, builders), Dialogs(self._animate), Snackbars(), self._bus, background,
+                           self._restore if self._restorer is not None else None)
         self._frame = FrameController(container, self.shell, frame)
         self.root_box.clear_widgets()
         self.root_box.add_widget(frame)
         self._unsubscribe = container.changes.subscribe(self._heard)
         self._frame.start()
+        self._gate = Gate(container, self.shell)
+        self._gate.start()
+        self._keyboard = DockedKeyboard(self._wants_keyboard)
+        self._keyboard.start()
         self._set_poll(container.settings())
-        self.shell.go("home")
+        self.shell.go(self._first)
 
     def on_start(self) -> None:
         ExceptionManager.add_handler(self._survivor)
@@ -85,15 +111,60 @@ class SchedulerApp(MDApp):
         """Screens let go, then the work in the background; the host closes the services after the window."""
         ExceptionManager.remove_handler(self._survivor)
         threading.excepthook = threading.__excepthook__
+        self._forget()
+        self._let_go()
+        Metrics.fontscale = self._font_scale
+
+    def _let_go(self) -> None:
+        """Of the services, with everything that shows them."""
         self._unsubscribe()
+        self._unsubscribe = lambda: None
         if self._poll is not None:
             self._poll.cancel()
         if self.shell is not None and self._frame is not None:
             self._frame.stop()
+        if self._gate is not None:
+            self._gate.stop()
+        if self._keyboard is not None:
+            self._keyboard.stop()
+        if self.shell is not None:
             self.shell.dialogs.close_all()
             self.shell.snackbars.clear()
             self.shell.navigator.close()
             self.shell.background.close()
+        self.container = self.shell = self._frame = self._gate = self._keyboard = self._poll = None
+
+    # ------------------------------------------------------------------ going back to a backup
+    def _restore(self, path: Path) -> None:
+        """Asked for by a screen, which is gone in a moment."""
+        Clock.schedule_once(lambda _dt: self._go_back(path), 0)
+
+    def _go_back(self, path: Path) -> None:
+        """Everything goes, the backup comes, everything is built anew on it; one sentence says how it went."""
+        assert self._bus is not None
+        assert self._restorer is not None
+        restorer = self._restorer
+        self._let_go()
+        page = Factory.EmptyState(icon="backup-restore", title=_("Going back to {name} …").format(name=path.name),
+                                  text=_("Nothing is scheduled meanwhile."))
+        self.root_box.clear_widgets()
+        self.root_box.add_widget(page)
+        background = Background(self._bus, workers=1)
+
+        def restored(opened: tuple[Container, Failure | None]) -> None:
+            background.close()
+            container, problem = opened
+            self.begin(container)
+            assert self.shell is not None
+            told = _("The app goes on with {name}").format(name=path.name) if problem is None else sentence_of(problem)
+            self.shell.snackbars.show(told, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=TOLD_FOR)
+
+        def failed(problem: BaseException) -> None:
+            background.close()
+            page.title = _("The database can't be opened")
+            page.text = sentence_of(problem)
+
+        background.run(lambda: restorer(path), restored, failed)
 
     def on_pause(self) -> bool:
         """Android: stay alive behind other apps."""
@@ -130,12 +201,26 @@ class SchedulerApp(MDApp):
                 self._set_poll(settings)
 
     def _appear(self, settings: Settings) -> None:
-        """Theme and language."""
+        """Theme, size of texts and targets, and language. What has other sizes is laid out anew: screens reckon with them when built."""
         before, self._shown = self._shown, settings
-        if before is None or before.theme != settings.theme:
-            apply_theme(self.theme_cls, settings.theme)
+        sizes = [(seen.gloves, seen.font_scale_percent) for seen in (before, settings) if seen is not None]
+        if before is None or before.theme != settings.theme or before.gloves != settings.gloves:
+            apply_theme(self.theme_cls, settings.theme, gloves=settings.gloves)
+        Metrics.fontscale = self._font_scale * settings.font_scale_percent / 100
         if translator.language != settings.language:
             translator.use(settings.language)
+        if self.shell is not None and len(set(sizes)) > 1:
+            self.shell.navigator.rebuild()
+
+    def _wants_keyboard(self) -> bool:
+        """On the screen. Linux says whether the tablet has one; other systems, Android among them, bring up their own."""
+        wanted = self._shown.keyboard if self._shown is not None else "off"
+        if wanted != "auto" or platform != "linux":
+            return wanted == "on"
+        try:
+            return not has_keyboard(INPUT_DEVICES.read_text(encoding="utf-8", errors="replace"))
+        except OSError:
+            return False
 
     # ------------------------------------------------------------------ what nobody foresaw
     def _tell_unexpected(self, problem: BaseException) -> None:

@@ -5,7 +5,9 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from types import FrameType
 
 import platformdirs
@@ -16,7 +18,9 @@ from app.data_directory import DataDirectory
 from app.database import backups
 from app.database.errors import DatabaseDamaged, DatabaseError
 from app.failures import BadInput, Failure
+from app.garbage import Garbage
 from app.host import host
+from app.i18n import SOURCE_LANGUAGE
 from app.services.clock import SystemClock
 from app.services.lock import AlreadyRunning, InstanceLock
 
@@ -24,6 +28,7 @@ DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
 WIDTH, HEIGHT = 1280, 800    # of the window where it does not fill the screen
 LEAST_WIDTH, LEAST_HEIGHT = 600, 480
+LOOKS_FOR_GARBAGE = 5.0      # s
 
 
 def live(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: bool = False) -> int:
@@ -49,7 +54,17 @@ def live(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: 
             return 0
         _open_window()
         from app.application import SchedulerApp
-        _run(SchedulerApp(container))
+
+        def go_back(backup: Path) -> tuple[Container, Failure | None]:
+            """The services end, the backup takes the place of their database, and they begin again on it, or on what there was."""
+            stack.close()
+            try:
+                restore_backup(directory, backup)
+            except BadInput as problem:
+                return begin(), problem
+            return begin(), None
+
+        _run(SchedulerApp(container, restore=go_back))
     return 0
 
 
@@ -72,7 +87,6 @@ def configure(kiosk: bool) -> None:
     }
     if kiosk:
         settings["graphics"] |= {"fullscreen": "auto", "show_cursor": "0"}
-        settings["kivy"]["keyboard_mode"] = "systemanddock"  # nobody hangs a keyboard on a pillar
     for section, values in settings.items():
         for name, value in values.items():
             Config.set(section, name, value)
@@ -104,7 +118,25 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
-    app.run()
+    with _quiet_garbage():
+        app.run()
+
+
+@contextlib.contextmanager
+def _quiet_garbage() -> Iterator[None]:
+    """No search through all objects while somebody uses the screen."""
+    from kivy.clock import Clock
+    from kivy.core.window import Window
+    garbage = Garbage(time.monotonic)
+    garbage.begin()
+    Window.fbind("on_touch_down", garbage.touched)
+    looks = Clock.schedule_interval(garbage.look, LOOKS_FOR_GARBAGE)
+    try:
+        yield
+    finally:
+        looks.cancel()
+        Window.funbind("on_touch_down", garbage.touched)
+        garbage.end()
 
 
 # ---------------------------------------------------------------------- a damaged database
@@ -113,23 +145,24 @@ def _rescue_app(directory: DataDirectory, damage: DatabaseDamaged, begin: Callab
     from app.screens.rescue import Damage
 
     def restore() -> Container:
-        restore_backup(directory, damage)
+        if damage.backup is None:
+            raise BadInput(damage.text)
+        restore_backup(directory, damage.backup)
         return begin()
 
-    return SchedulerApp(None, damage=Damage(damage.text, damage.backup, restore))
+    language = backups.settings_in(damage.backup).language if damage.backup else SOURCE_LANGUAGE
+    return SchedulerApp(None, damage=Damage(damage.told, damage.backup, restore, language))
 
 
-def restore_backup(directory: DataDirectory, damage: DatabaseDamaged) -> None:
-    """Put the newest good backup in the place of the damaged file. Raises BadInput with one sentence."""
-    if damage.backup is None:
-        raise BadInput(damage.text)
+def restore_backup(directory: DataDirectory, backup: Path) -> None:
+    """Put a backup in the place of the database, which is kept aside. Raises BadInput with one sentence."""
     lock = InstanceLock(directory.path)
     try:
         lock.acquire()
     except AlreadyRunning as error:
         raise BadInput(str(error)) from None
     try:
-        backups.restore(damage.backup, directory.database, SystemClock().now())
+        backups.restore(backup, directory.database, SystemClock().now())
     except DatabaseError as error:
         raise BadInput(error.text) from error
     finally:

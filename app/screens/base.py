@@ -143,9 +143,11 @@ class ScreenBase(BoxLayout):
 class Navigator(EventDispatcher):
     """Shows one screen at a time in ``body``, built on its first visit by ``builders[name]()``; there is no transition to wait for.
 
-    A screen may have ``shown(**intent)`` and ``hidden()``. Going to the screen that is already there shows it again with the new intent.
+    A screen may have ``shown(**intent)``, ``hidden()`` and ``place()``. Going to the screen that is already there shows it again with the
+    new intent.
     """
     current = StringProperty()
+    guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; calls what shows it, or not
 
     def __init__(self, body: Widget, builders: Mapping[str, Callable[[], Widget]], **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -154,8 +156,14 @@ class Navigator(EventDispatcher):
         self._screens: dict[str, Widget] = {}
         self._shown: Widget | None = None
 
-    def go(self, name: str, **intent: Any) -> Widget:
-        """Show the screen ``name``. Raises KeyError for an unknown one."""
+    def go(self, name: str, **intent: Any) -> None:
+        """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""
+        if self.guard is None:
+            self._go(name, intent)
+        else:
+            self.guard(name, lambda: self._go(name, intent))
+
+    def _go(self, name: str, intent: dict[str, Any]) -> None:
         screen = self.screen(name)
         self._hide()
         if screen.parent is None:
@@ -164,7 +172,6 @@ class Navigator(EventDispatcher):
         self.current = name
         self._shown = screen
         self._tell(screen, "shown", intent)
-        return screen
 
     def screen(self, name: str) -> Widget:
         """The screen ``name``, built if it was never visited."""
@@ -177,12 +184,14 @@ class Navigator(EventDispatcher):
         return list(self._screens)
 
     def rebuild(self) -> None:
-        """Throw all screens away and build the present one anew (glove mode, size of texts)."""
+        """Throw all screens away and build the present one anew (glove mode, size of texts), at the place in it that its ``place()`` tells
+        as an intent."""
+        intent = getattr(self._shown, "place", dict)()
         self._hide()
         self._body.clear_widgets()
         self._screens.clear()
         if self.current:
-            self.go(self.current)
+            self._go(self.current, intent)
 
     def close(self) -> None:
         """The window is closing: the present screen leaves."""

@@ -13,11 +13,11 @@ What is not known (None) is "–", never 0.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import date, datetime, time
+from datetime import date, datetime, time, tzinfo
 from functools import lru_cache
-from zoneinfo import ZoneInfo
 
 from app.i18n import SOURCE_LANGUAGE, translator
+from app.services.reasons import known_zone
 
 NOTHING = "–"
 DAY = 86400.0
@@ -74,8 +74,8 @@ def current() -> Table:
 
 # ---------------------------------------------------------------------- instants
 @lru_cache(maxsize=32)
-def _zone(name: str) -> ZoneInfo:
-    return ZoneInfo(name)
+def _zone(name: str) -> tzinfo:
+    return known_zone(name)
 
 
 def local(moment: datetime, zone: str) -> datetime:
@@ -180,6 +180,11 @@ def number(value: float | None, digits: int = 0, unit: str = "") -> str:
         return NOTHING
     text = f"{value:.{digits}f}".replace(".", current().decimal)
     return f"{text} {unit}" if unit else text
+
+
+def plain(value: float) -> str:
+    """12 or 12.5 or 12,5: as many decimals as it has, at most six digits."""
+    return f"{value:g}".replace(".", current().decimal)
 
 
 def percent(value: float | None, digits: int = 0) -> str:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 from kivy.clock import Clock
 
 from app.i18n import _, translator
-from app.models import Robot, RobotSnapshot, Settings
-from app.screens.frame_alarms import AlarmsDialog, LateStartsDialog
-from app.screens.frame_view import Act, BannerView, Worries, banner, late_starts, robot_option, top_bar
+from app.models import Execution, Robot, RobotSnapshot, Settings
+from app.screens.alarms_view import Act, Here, bell, is_shelved
+from app.screens.frame_alarms import AlarmList, LateStartsDialog
+from app.screens.frame_view import BannerView, Worries, banner, late_starts, open_worries, robot_option, top_bar
 from app.screens.shell import Shell
 from app.services.changes import Topic
 from app.widgets.frame import Frame
@@ -42,9 +43,7 @@ class FrameFacts:
 def read(container: Container) -> FrameFacts:
     """Called off the UI thread."""
     robots = {robot.id: robot for robot in container.repositories.robots.all(container.db.read())}
-    everywhere = container.holds.active()
-    of_one = [hold for robot_id in robots if (hold := container.holds.active(robot_id)) and hold.robot_id == robot_id]
-    holds = [everywhere, *of_one] if everywhere else of_one
+    holds = sorted(container.holds.standing(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
     return FrameFacts(container.settings(), robots,
                       Worries(container.alarms.standing(), holds, late_starts(container.history.open())))
 
@@ -57,7 +56,7 @@ class FrameController:
         self._facts = FrameFacts()
         self._banner = BannerView()
         self._reading = self._stale = False
-        self._alarms: AlarmsDialog | None = None
+        self._alarms = AlarmList(container, shell, self._do)
         self._late: LateStartsDialog | None = None
         self._late_seen: frozenset[int] = frozenset()         # executions whose list the operator has closed
         self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
@@ -113,6 +112,7 @@ class FrameController:
         if facts.robot and (before is None or before.id != facts.robot.id):
             self._container.loop.watch(facts.robot.id)
         self._show()
+        self._alarms.changed()
         self._show_late_starts()
 
     def _not_read(self, problem: BaseException) -> None:
@@ -125,12 +125,14 @@ class FrameController:
         bar = top_bar(robot, self._snapshot(robot), facts.settings, now)
         frame.date, frame.clock, frame.robot, frame.link = bar.date, bar.clock, bar.robot, bar.link
         frame.link_icon, frame.link_tone = bar.icon, bar.tone
-        on_screen = robot.id if robot and self._shell.navigator.current == "home" else None
-        self._banner = view = banner(facts.worries, facts.robots, facts.settings, now, on_screen)
+        here = Here(self._shell.navigator.current, robot.id if robot else None)
+        self._banner = view = banner(facts.worries, facts.robots, facts.settings, now, here)
         frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
         frame.alarm_others, frame.alarm_action = view.others, view.action
-        if self._alarms is not None:
-            self._alarms.show(facts.worries.alarms, facts.settings, now)
+        standing = len(open_worries(facts.worries, facts.robots, facts.settings, now))
+        shelved = sum(is_shelved(alarm, now) for alarm in facts.worries.alarms)
+        frame.bell_icon, frame.bell_count = bell(standing, shelved)
+        self._alarms.show(facts.worries, facts.robots, facts.settings)
         if self._late is not None:
             self._late.show(facts.worries.late_starts, facts.settings, now)
 
@@ -162,12 +164,21 @@ class FrameController:
         self._do(self._banner.act, self._banner.about)
 
     def _do(self, act: Act, about: int | None) -> None:
+        """What a button of the banner or of the list asks for."""
         container, work = self._container, None
         match act:
             case Act.SHOW_ROBOT:
                 self._shell.go("home", robot_id=about)
             case Act.ROBOT_SETTINGS:
                 self._shell.go("settings", section="robots", robot_id=about)
+            case Act.DATA_SETTINGS:
+                self._shell.go("settings", section="data")
+            case Act.LOGS:
+                self._shell.go("logs")
+            case Act.SHOW_RUN:
+                self._shell.go("logs", execution_id=about)
+            case Act.SCHEDULE_RUN if about is not None:
+                self._shell.background.run(lambda: container.history.last_of_schedule(about), self._show_run, self._shell.say_problem)
             case Act.ACKNOWLEDGE if about is not None:
                 work = lambda: container.alarms.acknowledge(about)  # noqa: E731
             case Act.HOLD:
@@ -176,6 +187,10 @@ class FrameController:
                 work = lambda: container.holds.release(about)  # noqa: E731
         if work is not None:
             self._shell.background.run(work, lambda _none: self._refresh(), self._shell.say_problem)
+
+    def _show_run(self, execution: Execution | None) -> None:
+        """Its story; all of them when the history has it no more."""
+        self._shell.go("logs", execution_id=execution.id if execution else None)
 
     def _hold_late_starts(self) -> None:
         """Nothing goes out until somebody releases it; what waits too long is skipped, as for every hold."""
@@ -188,17 +203,7 @@ class FrameController:
         self._shell.background.run(lambda: self._container.holds.hold(reason), held, self._shell.say_problem)
 
     def _show_alarms(self, _frame: Frame) -> None:
-        if self._alarms is None:
-            self._alarms = AlarmsDialog(act=self._alarm_act)
-            self._alarms.bind(on_dismiss=self._alarms_closed)
-            self._shell.dialogs.open(self._alarms)
-            self._show()
-
-    def _alarms_closed(self, _dialog: AlarmsDialog) -> None:
-        self._alarms = None
-
-    def _alarm_act(self, alarm_id: int) -> None:
-        self._do(Act.ACKNOWLEDGE, alarm_id)
+        self._alarms.open()
 
     def _show_late_starts(self) -> None:
         """Opens by itself: a robot must not start because somebody plugged the tablet in."""

@@ -46,7 +46,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
         self._rest_until = 0.0
-        self._reading = self._stale = False
+        self._reading = self._stale = self._learning_map = False
         self._all_anew = True                                 # more than what the robots do has changed
         self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
 
@@ -54,16 +54,26 @@ class HomeViewModel(HomeState, ViewModel):
     def opened(self, robot_id: int | None = None) -> None:
         self.keep(self._container.changes.subscribe(self._heard))
         self._all_anew = True
-        self.every(1, self._show)
+        self.every(1, self._tick)
         self._read()
         if robot_id is not None:
             self.select_robot(robot_id)
 
-    def _heard(self, topic: Topic, _about: int | None) -> None:
-        """On the publisher's thread."""
+    def _heard(self, topic: Topic, about: int | None) -> None:
+        """On the publisher's thread. Of the robots that are only chips the tick tells what they say."""
+        robot = self._facts.robot
         if topic is not Topic.SNAPSHOT:
             self._all_anew = True
+        elif robot is not None and about != robot.id:
+            return
         self._refresh()
+
+    def _tick(self) -> None:
+        """A second has passed."""
+        facts, robot = self._facts, self._facts.robot
+        others = {other.id: self._container.snapshots.get(other.id) for other in facts.robots if other is not robot}
+        self._facts = replace(facts, snapshots={**facts.snapshots, **others})
+        self._show()
 
     def closed(self) -> None:
         self._refresh.cancel()
@@ -94,6 +104,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._facts = facts
         self._note_running()
         self._learn_names()
+        self._learn_map()
         self.loaded = True
         self._show()
 
@@ -119,6 +130,19 @@ class HomeViewModel(HomeState, ViewModel):
             self._shell.background.run(lambda: self._robot_missions.learn_names(robot.id),
                                        lambda new: self._refresh() if new else None, lambda _problem: None, key=("home", "names"))
 
+    def _learn_map(self) -> None:
+        """One at a time; what is kept comes first, then what the robot says."""
+        robot, map_id, maps = self._facts.robot, self._facts.map_id, self._container.maps
+        if robot is None or map_id is None or self._learning_map or not maps.is_due(robot.id, map_id):
+            return
+        self._learning_map = True
+
+        def ended(_outcome: object) -> None:
+            self._learning_map = False
+            self._refresh()
+
+        self._shell.background.run(lambda: maps.learn(robot.id, map_id), ended, ended)
+
     def _show(self) -> None:
         view = present(self._facts, self._container.clock.now(), self._chosen)
         for field in fields(view):
@@ -132,13 +156,21 @@ class HomeViewModel(HomeState, ViewModel):
         if robot_id == getattr(self._facts.robot, "id", None):
             return
         settings = replace(self._facts.settings, selected_robot_id=robot_id)
-        self._facts = replace(self._facts, settings=settings, missions=(), usual_s={}, names={})
+        self._facts = replace(self._facts, settings=settings, missions=(), usual_s={}, names={}, map=None)
         self._chosen = None
         self._show()
         self._act("robot", lambda: self._container.catalogue.change_settings(selected_robot_id=robot_id), lambda _settings: self._refresh())
 
     def add_robot(self) -> None:
         self._shell.go("settings", section="robots", add=True)
+
+    def open_run(self, execution_id: int) -> None:
+        """Its story, in Logs."""
+        self._shell.go("logs", execution_id=execution_id)
+
+    def open_schedule(self, key: tuple[int, datetime]) -> None:
+        """What a planned start comes from, in Scheduler."""
+        self._shell.go("scheduler", schedule_id=key[0])
 
     def pick_mission(self) -> None:
         options = [{"key": m.id, "text": m.name, "icon": "star" if m.favourite else "star-outline"} for m in self._facts.missions]

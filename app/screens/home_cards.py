@@ -4,17 +4,19 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.event import EventDispatcher
+from kivy.graphics.texture import Texture
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
 from app.screens.home_view import HomeView
+from app.services.map_picture import MapPicture
 from app.widgets import flow  # noqa: F401  (kivy's Factory learns its classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
 from app.widgets.lists import CalmScroll, Row
-from app.widgets.rows import DoneRow
-from app.widgets.surfaces import Surface, TonedSurface
+from app.widgets.rows import DoneRow, PlanRow
+from app.widgets.surfaces import Surface, Tap, TonedSurface
 
 NOTHING = HomeView()
 
@@ -27,6 +29,7 @@ class HomeState(EventDispatcher):
     card = ObjectProperty(NOTHING.card, rebind=True)
     controls = ObjectProperty(NOTHING.controls, rebind=True)
     prompt = ObjectProperty(NOTHING.prompt, rebind=True)
+    map = ObjectProperty(NOTHING.map, rebind=True)
     queue = ListProperty()
     queue_note = StringProperty()
     queue_empty = StringProperty()
@@ -107,34 +110,72 @@ class PromptOption(Row, CommandButton):
         self.act("choose")
 
 
+class RobotPlace(Part):
+    """The robot on its own map, and under it the robot's words."""
+    texture = ObjectProperty(None, allownone=True)
+
+    def __init__(self, **kwargs: Any) -> None:
+        self._picture: MapPicture | None = None
+        super().__init__(**kwargs)
+
+    def show(self, picture: MapPicture) -> None:
+        """The ground, made anew only when it is another one."""
+        if picture is not self._picture:
+            self._picture, self.texture = picture, ground(picture)
+
+
+def ground(picture: MapPicture) -> Texture:
+    """White, as opaque as there are walls."""
+    pixels = bytearray(b"\xff" * (4 * len(picture.shade)))
+    pixels[3::4] = picture.shade
+    texture = Texture.create(size=picture.size, colorfmt="rgba")
+
+    def fill(texture: Texture) -> None:
+        texture.blit_buffer(bytes(pixels), colorfmt="rgba", bufferfmt="ubyte")
+
+    fill(texture)
+    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
+    return texture
+
+
 class Slot(Part):
-    """Where the robot's question stands as long as it has one, and else what ``otherwise`` says."""
+    """A place in the robot's card for one of several things, the first of ``order`` that there is."""
     prompt = ObjectProperty(NOTHING.prompt)
-    otherwise: type[Widget] | None = None
+    map = ObjectProperty(NOTHING.map)
+    order: tuple[type[Widget], ...] = ()
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        for name in ("vm", "prompt"):
+        for name in ("vm", "prompt", "map"):
             self.fbind(name, self._choose)
         self._choose()
 
     def _choose(self, *_: Any) -> None:
-        kind = PromptPanel if self.prompt.guid else self.otherwise
+        wanted = {PromptPanel: bool(self.prompt.guid), RobotPlace: self.map.picture is not None, RobotSays: True}
+        kind = next((kind for kind in self.order if wanted[kind]), None)
         if [type(child) for child in self.children] != [kind]:
             self.clear_widgets()
             if kind is not None:
                 self.add_widget(kind())
         for child in self.children:
             child.vm = self.vm
+            if isinstance(child, RobotPlace):
+                child.show(self.map.picture)
 
 
 class PromptSlot(Slot):
     """In the upright card: the question or nothing."""
+    order = (PromptPanel,)
+
+
+class PlaceSlot(Slot):
+    """In the upright card below the tiles: the map or the robot's words."""
+    order = (RobotPlace, RobotSays)
 
 
 class BelowTiles(Slot):
-    """In the lying card: the question or the robot's words."""
-    otherwise = RobotSays
+    """In the lying card: the question, the map, or the robot's words."""
+    order = (PromptPanel, RobotPlace, RobotSays)
 
 
 class RobotCard(Card):
@@ -153,8 +194,18 @@ class NextCard(Card):
     """What is planned."""
 
 
-class FinishedRow(DoneRow):
-    """An ended run beside the bar of its list."""
+class FinishedRow(DoneRow, Tap):
+    """An ended run, whose story is a tap away, beside the bar of its list."""
+
+    def on_release(self) -> None:
+        self.act("open")
+
+
+class PlannedRow(PlanRow, Tap):
+    """A planned start; its schedule is a tap away."""
+
+    def on_release(self) -> None:
+        self.act("open")
 
 
 class FinishedCard(Card):

@@ -7,6 +7,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING
 
 from app.models import Execution, Mission, Robot, RobotSnapshot, Settings
+from app.services.map_picture import MapPicture
 from app.services.mir.types import QueueItem, QueueState
 from app.services.plan import PlannedRun
 
@@ -27,7 +28,9 @@ class HomeFacts:
     planned: tuple[PlannedRun, ...] = ()
     finished: tuple[Execution, ...] = ()
     usual_s: Mapping[str, float] = field(default_factory=dict)               # by guid, on the selected robot
+    typed: frozenset[str] = frozenset()                 # of these guids: no run has shown it yet
     names: Mapping[str, str] = field(default_factory=dict)                   # of missions by guid, as the selected robot calls them
+    map: MapPicture | None = None                       # that the selected robot is on
     cancelling: frozenset[int] = frozenset()            # queue ids that the operator has just asked to be gone
     seen_running: Mapping[int, datetime] = field(default_factory=dict)       # by queue id: since when this tablet has seen it run
 
@@ -52,6 +55,11 @@ class HomeFacts:
     def running(self) -> QueueItem | None:
         """What the selected robot is at, whoever asked for it."""
         return next((item for item in self.snapshot.queue if item.state is QueueState.EXECUTING), None)
+
+    @property
+    def map_id(self) -> str | None:
+        """Of the map that the selected robot is on."""
+        return self.snapshot.status.map_id if self.snapshot.status else None
 
     def execution_of(self, item: QueueItem) -> Execution | None:
         """Ours behind an item of the selected robot's queue: by its number or, before that is written down, by the token it carries."""
@@ -90,8 +98,11 @@ def read(container: Container, robot_missions: RobotMissions, seen_running: Mapp
     if robot is None:
         return facts
     guids = {item.mission_id for item in facts.snapshot.queue if item.mission_id} | {e.mission_guid for e in facts.open_here}
-    usual = {guid: container.history.usual_duration(robot.id, guid) for guid in guids}
-    return replace(facts, names=robot_missions.names(robot.id), usual_s={guid: seconds for guid, seconds in usual.items() if seconds})
+    usual = {guid: found for guid in guids if (found := container.history.expected(robot.id, guid)) is not None}
+    floor = container.maps.known(robot.id, facts.map_id) if facts.map_id else None
+    return replace(facts, map=floor, names=robot_missions.names(robot.id),
+                   usual_s={guid: one.median_s for guid, one in usual.items() if one.median_s},
+                   typed=frozenset(guid for guid, one in usual.items() if one.typed))
 
 
 def _read_plan(container: Container) -> HomeFacts:

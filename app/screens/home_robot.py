@@ -112,7 +112,7 @@ def battery_look(status: RobotStatus | None, settings: Settings) -> BatteryLook:
         left = status.battery_time_remaining_s
         note = _("about {time} left").format(time=formats.rough_duration(left)) if left else ""
     if low:
-        note = _("under {minimum} %").format(minimum=f"{settings.minimum_battery_percent:g}")
+        note = _("under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent))
     return BatteryLook(_("{n} %").format(n=int(percent)), icon, "attention" if low else "neutral", percent / 100,
                        "attention" if low else "accent", note)
 

@@ -10,7 +10,9 @@ from app.models import Connection, Robot, RobotSnapshot
 from app.screens import formats
 from app.screens.home_facts import HomeFacts
 from app.screens.home_lists import finished_rows, planned_rows, queue_empty, queue_note, queue_rows
+from app.screens.home_map import NO_MAP, MapView, map_view
 from app.screens.home_robot import NO_BATTERY, STOPPED, BatteryLook, battery_look, chips, is_old, link_look, state_look
+from app.screens.problems import words_of
 from app.services.mir.types import QueueItem, RobotState, RobotStatus, UserPrompt
 
 CHIPS = 4                                # missions offered by one tap where none is marked as a favourite
@@ -84,6 +86,7 @@ class HomeView:
     card: CardView = field(default_factory=CardView)
     controls: ControlsView = field(default_factory=ControlsView)
     prompt: PromptView = field(default_factory=PromptView)
+    map: MapView = NO_MAP
     queue: tuple[Row, ...] = ()
     queue_note: str = ""
     queue_empty: str = ""
@@ -97,10 +100,10 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
     robot = facts.robot
     if robot is None:
         return HomeView()
-    snapshot = facts.snapshot
+    shown, old = card(facts, robot, now), is_old(facts.snapshot, now, facts.settings)
     return HomeView(
         has_robots=True, robots=tuple(chips(facts.robots, facts.snapshots, robot.id, now, facts.settings)),
-        card=card(facts, robot, now), controls=controls(facts, robot), prompt=prompt(snapshot, is_old(snapshot, now, facts.settings)),
+        card=shown, controls=controls(facts, robot), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
         queue=tuple(queue_rows(facts, now)), queue_note=queue_note(facts, now), queue_empty=queue_empty(facts, robot),
         planned=tuple(planned_rows(facts, now)), finished=tuple(finished_rows(facts, now)), run=run_now(facts, robot, chosen_mission))
 
@@ -117,7 +120,7 @@ def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
         battery=battery_look(snapshot.status, settings), battery_mark=minimum / 100 if minimum else -1.0, old=old,
         address=formats.address(robot.address), link=link.word, link_icon=link.icon, link_tone=link.tone,
         says_label=_("What is wrong") if old else _("At the moment"),
-        says=snapshot.problem if old else snapshot.status.mission_text if snapshot.status else "",
+        says=words_of(snapshot.problem) if old else snapshot.status.mission_text if snapshot.status else "",
         facts=() if old else tuple(_facts(snapshot.status)), **_mission(facts, robot, now, old))
 
 
@@ -166,13 +169,15 @@ def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> dict[str, Any]
     ours = facts.execution_of(item)
     since = ours.started_at if ours and ours.started_at else facts.seen_running.get(item.id)
     elapsed = max(0.0, (now - since).total_seconds()) if since else None
-    usual = facts.usual_s.get(ours.mission_guid if ours else item.mission_id or "")
+    guid = ours.mission_guid if ours else item.mission_id or ""
+    usual = facts.usual_s.get(guid)
     view: dict[str, Any] = {"mission_label": _("Mission"), "mission": facts.name_of(item),
                             "elapsed": formats.duration(elapsed)}
     if usual and elapsed is not None:
         view["progress"] = min(1.0, elapsed / usual)
-        view["usual"] = _("of usually {duration}").format(duration=formats.duration(usual))
-        if elapsed > LONGER_THAN_USUAL * usual:
+        text = _("of {duration} as typed in Settings") if guid in facts.typed else _("of usually {duration}")
+        view["usual"] = text.format(duration=formats.duration(usual))
+        if guid not in facts.typed and elapsed > LONGER_THAN_USUAL * usual:
             view |= {"mission_tone": "attention", "usual": _("usually {duration}").format(duration=formats.duration(usual))}
     elif ours:
         view["usual"] = _("no earlier run to compare with")
@@ -255,8 +260,9 @@ def _low_battery(facts: HomeFacts, robot: Robot) -> str:
     if not minimum:
         return ""
     if status is None or status.battery_percentage is None:
-        return _("The battery of {robot} is not known; the minimum is {minimum} %.").format(robot=robot.name, minimum=f"{minimum:g}")
+        return _("The battery of {robot} is not known; the minimum is {minimum} %.").format(
+            robot=robot.name, minimum=formats.plain(minimum))
     if status.battery_percentage >= minimum:
         return ""
     return _("The battery of {robot} is at {battery} %, under the minimum of {minimum} %.").format(
-        robot=robot.name, battery=f"{status.battery_percentage:.0f}", minimum=f"{minimum:g}")
+        robot=robot.name, battery=f"{status.battery_percentage:.0f}", minimum=formats.plain(minimum))

@@ -12,15 +12,18 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from app.container import Container
 from app.i18n import _, ngettext
 from app.models import Execution, Trigger
-from app.screens import logs_facts, logs_figures, logs_kpi_view, logs_view
+from app.screens import logs_facts, logs_figures, logs_kpi_view, logs_more_view, logs_states, logs_view, report_page
 from app.screens.base import ScreenBase, ViewModel
-from app.screens.logs_cards import FilterBar, OutcomesCard, RunsCard, UtilisationCard  # noqa: F401  (kv's Factory learns them)
+from app.screens.logs_cards import FilterBar, LogsBody, MoreCard, OutcomesCard, RunsCard, UtilisationCard  # noqa: F401  (kv's Factory learns them)
 from app.screens.logs_facts import LogsFacts
-from app.screens.logs_figures import Figures
+from app.screens.logs_figures import Figures, MoreFigures
+from app.screens.logs_states import StatesFacts
 from app.screens.logs_view import Chosen, Period
 from app.screens.shell import Shell
+from app.services.changes import Topic
 from app.services.history import Page
 from app.services.log_export import LogExport
+from app.services.shift_report import ReportPeriod, ShiftReports
 from app.widgets import load_kv
 from app.widgets.figures import FigureDialog
 
@@ -34,6 +37,8 @@ class LogsViewModel(ViewModel):
     """What kv reads."""
     period = StringProperty(Period.WEEK)
     periods = ListProperty()
+    part = StringProperty("runs")
+    parts = ListProperty()
     robot = StringProperty()
     all_robots = BooleanProperty(True)
     kpis = ListProperty()
@@ -41,6 +46,14 @@ class LogsViewModel(ViewModel):
     utilisation_note = StringProperty()
     days = ListProperty()
     rows = ListProperty()
+    adherence = ObjectProperty({}, rebind=True)                    # of the page of figures: texts and rows by name
+    waiting = ObjectProperty({}, rebind=True)
+    causes = ObjectProperty({}, rebind=True)
+    durations = ObjectProperty({}, rebind=True)
+    lanes = ListProperty()                            # of the page of robots
+    ticks = ListProperty()
+    marked = ListProperty()                           # [robot, from, to] of the span that is told
+    legend = ListProperty()
     told = ObjectProperty(None, allownone=True)       # id of the run whose story is told
     found = StringProperty()
     outcome_chip = StringProperty()
@@ -52,6 +65,7 @@ class LogsViewModel(ViewModel):
     empty_title = StringProperty()
     empty_text = StringProperty()
     exporting = BooleanProperty(False)
+    reporting = BooleanProperty(False)
     narrow = BooleanProperty(False)
 
     def __init__(self, container: Container, shell: Shell) -> None:
@@ -60,6 +74,9 @@ class LogsViewModel(ViewModel):
         self._chosen = Chosen()
         self._facts = LogsFacts()
         self._figures: Figures | None = None
+        self._more = MoreFigures()
+        self._worded = logs_view.Worded()
+        self._states: StatesFacts | None = None
         self._reading = self._stale = self._loading_more = False
         self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
         self._search_soon = Clock.create_trigger(lambda _dt: self._choose(text=self.query), AFTER_TYPING)
@@ -68,14 +85,20 @@ class LogsViewModel(ViewModel):
     # ------------------------------------------------------------------ reading
     def opened(self, execution_id: int | None = None) -> None:
         """``execution_id`` tells the story of that run."""
-        self.keep(self._container.changes.subscribe(lambda _topic, _about: self._refresh()))
+        self.keep(self._container.changes.subscribe(self._heard))
         self.every(LOOKS_AGAIN, self._read)
         if execution_id is None:
             self._read()
         else:
             self._shell.background.run(lambda: self._container.ledger.get(execution_id), self._tell_story, self._shell.say_problem)
 
+    def _heard(self, topic: Topic, _about: int | None) -> None:
+        """On the publisher's thread. What robots say many times a second becomes history only with the executions."""
+        if topic is not Topic.SNAPSHOT:
+            self._refresh()
+
     def retranslated(self) -> None:
+        self._worded.forget()
         self._show()
 
     def _read(self) -> None:
@@ -101,11 +124,17 @@ class LogsViewModel(ViewModel):
         """They rest on many rows, so the list does not wait for them."""
         chosen, facts, now = self._chosen, self._facts, self._container.clock.now()
         robot = next((robot for robot in facts.robots if robot.id == chosen.robot_id), facts.robot)
-        self._shell.background.run(lambda: logs_figures.read(self._container, chosen, robot, now, facts.zone), self._take_figures,
-                                   self._shell.say_problem, key=("logs", "figures"))
+        part = self.part
 
-    def _take_figures(self, figures: Figures) -> None:
-        self._figures = figures
+        def work() -> tuple[Figures, MoreFigures | None, StatesFacts | None]:
+            figures = logs_figures.read(self._container, chosen, robot, now, facts.zone)
+            return figures, logs_figures.read_more(self._container, chosen, now, facts.zone) if part == "figures" else None, \
+                logs_states.read(self._container, chosen, now, facts.zone) if part == "robots" else None
+
+        self._shell.background.run(work, lambda found: self._take_figures(*found), self._shell.say_problem, key=("logs", "figures"))
+
+    def _take_figures(self, figures: Figures, more: MoreFigures | None, states: StatesFacts | None) -> None:
+        self._figures, self._more, self._states = figures, more or self._more, states or self._states
         self._show_figures()
 
     def _not_read(self, problem: BaseException) -> None:
@@ -145,13 +174,13 @@ class LogsViewModel(ViewModel):
             return
         zone = ZoneInfo(self._container.settings().timezone)
         period = logs_facts.period_with(execution.planned_at, self._container.clock.now(), zone)
-        self.told = execution.id
+        self.told, self.part = execution.id, "runs"
         self._choose(Chosen(period=period))
 
     # ------------------------------------------------------------------ showing
     def _show(self) -> None:
         facts, chosen = self._facts, self._chosen
-        self.periods, self.period = logs_view.periods(), chosen.period
+        self.periods, self.period, self.parts = logs_view.periods(), chosen.period, logs_view.parts()
         self.robot, self.all_robots = logs_view.robot_chip(chosen, facts.robots), chosen.robot_id is None
         self.outcome_chip, self.trigger_chip = logs_view.outcome_chip(chosen), logs_view.trigger_chip(chosen)
         self.mission_chip, self.narrows = logs_view.mission_chip(chosen), chosen.narrows
@@ -164,17 +193,37 @@ class LogsViewModel(ViewModel):
         if self._figures is not None:
             self.kpis, self.utilisation = logs_kpi_view.cards(self._figures), logs_kpi_view.utilisation_rows(self._figures)
             self.utilisation_note, self.days = logs_kpi_view.total_note(self._figures), logs_kpi_view.outcome_days(self._figures.days)
+            if self.part == "figures":
+                pages = logs_more_view.pages(self._figures, self._more)
+                self.adherence, self.waiting, self.causes, self.durations = pages
+        if self._states is not None and self.part == "robots":
+            self.lanes, self.ticks = logs_states.lanes(self._states), logs_states.ticks(self._states, self._facts.zone)
+            self.legend = logs_states.legend()
 
     def explain(self, key: str) -> None:
         """What a figure means, and the numbers behind it."""
-        if self._figures is not None:
-            title, text, rows = logs_kpi_view.explanation(key, self._figures)
-            self._shell.dialogs.open(FigureDialog(title=title, text=text, rows=[{**row, "key": n} for n, row in enumerate(rows)]))
+        if key == "states":
+            self._explain(*logs_states.explanation(self._states))
+        elif self._figures is not None:
+            title, text, rows = logs_more_view.explanation(key, self._figures, self._more) if key in logs_more_view.MORE else \
+                logs_kpi_view.explanation(key, self._figures)
+            self._explain(title, text, rows)
+
+    def _explain(self, title: str, text: str, rows: list[dict[str, Any]]) -> FigureDialog:
+        return self._shell.dialogs.open(FigureDialog(title=title, text=text, rows=[{**row, "key": n} for n, row in enumerate(rows)]))
+
+    def tell_moment(self, robot_id: int, place: float) -> None:
+        """What a robot did there, from when to when."""
+        found = logs_states.span_at(self._states, robot_id, place) if self._states else None
+        if found is None or self._states is None:
+            return
+        self.marked = [robot_id, self._states.place(found[1].start), self._states.place(found[1].end)]
+        dialog = self._explain(*logs_states.story(*found, self._states.end, self._facts.settings.timezone))
+        dialog.bind(on_dismiss=lambda _dialog: setattr(self, "marked", []))
 
     def _show_rows(self) -> None:
         facts, now = self._facts, self._container.clock.now()
-        self.rows = [logs_view.row(execution, now, facts.zone, facts.usual_s, execution.id == self.told, self.narrow)
-                     for execution in facts.rows]
+        self.rows = self._worded.rows(facts.rows, now, facts.zone, facts.usual_s, self.told, self.narrow, facts.expected)
 
     # ------------------------------------------------------------------ the filters
     def _choose(self, chosen: Chosen | None = None, **values: Any) -> None:
@@ -187,6 +236,12 @@ class LogsViewModel(ViewModel):
 
     def choose_period(self, period: str) -> None:
         self._choose(period=Period(period))
+
+    def choose_part(self, part: str) -> None:
+        """What stands below the figures."""
+        if part != self.part:
+            self.part = part
+            self._read_figures()
 
     def choose_robot(self) -> None:
         self._shell.dialogs.choose(_("Robot"), logs_view.robot_options(self._facts.robots), lambda key: self._choose(robot_id=key or None),
@@ -247,13 +302,38 @@ class LogsViewModel(ViewModel):
         self.exporting = False
         self._shell.say_problem(problem)
 
+    def choose_report(self) -> None:
+        """Ask for which time; then write the report."""
+        robot = logs_view.robot_chip(self._chosen, self._facts.robots)
+        self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), logs_view.report_options(),
+                                   lambda key: self._report(ReportPeriod(key)))
+
+    def _report(self, period: ReportPeriod) -> None:
+        """Write it as a page to print, and say where it went."""
+        if self.reporting:
+            return
+        self.reporting = True
+        robot_id = self._chosen.robot_id
+        reports = ShiftReports(self._container.db, self._container.clock)
+        export = LogExport(self._container.db, self._container.catalogue, self._container.clock)
+        self._shell.background.run(lambda: export.write_page(report_page.page(reports.make(period, robot_id))), self._reported,
+                                   self._not_reported)
+
+    def _reported(self, path: Path) -> None:
+        self.reporting = False
+        self._shell.snackbars.show(_("Report written to {path}").format(path=path), icon="file-check-outline", seconds=TOLD_FOR)
+
+    def _not_reported(self, problem: BaseException) -> None:
+        self.reporting = False
+        self._shell.say_problem(problem)
+
 
 class LogsScreen(ScreenBase):
     """Filters, figures, charts and runs."""
     lower_height = NumericProperty(0)    # least, of charts and runs
 
     def __init__(self, container: Container, shell: Shell, **kwargs: Any) -> None:
-        load_kv("slots", "logs")
+        load_kv("slots", "logs", "logs_figures", "logs_robots")
         super().__init__(vm=LogsViewModel(container, shell), **kwargs)
         self.fbind("portrait", self._tell_width)
 

@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 from zoneinfo import ZoneInfo
 
-from app.models import Execution, Robot, Settings
+from app.models import Execution, Robot, Settings, Usual
 from app.screens.logs_view import Chosen, Period, period_start
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ class LogsFacts:
     next: Any = None                     # where the next page begins; None: there is none
     count: int = 0                       # rows that the filters let through
     usual_s: Mapping[tuple[int | None, str], float] = field(default_factory=dict)
+    expected: Mapping[int, Usual] = field(default_factory=dict)      # by id, of what is open
 
     @property
     def zone(self) -> ZoneInfo:
@@ -55,7 +56,9 @@ def read(container: Container, chosen: Chosen, rows: int = PAGE) -> LogsFacts:
     names = sorted({mission.name for mission in container.repositories.missions.all(c)}, key=str.casefold)
     facts = LogsFacts(settings=settings, robots=tuple(container.repositories.robots.all(c)), missions=tuple(names), rows=tuple(page.rows),
                       next=page.next, count=container.history.count(wanted))
-    return replace(facts, usual_s=usual_durations(container, page.rows, {}))
+    return replace(facts, usual_s=usual_durations(container, page.rows, {}), expected={
+        row.id: found for row in page.rows if row.state.is_open and row.robot_id is not None
+        and (found := container.history.expected(row.robot_id, row.mission_guid)) is not None})
 
 
 def read_more(container: Container, chosen: Chosen, before: Any) -> Page:

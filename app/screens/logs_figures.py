@@ -9,7 +9,9 @@ from zoneinfo import ZoneInfo
 
 from app.models import Robot
 from app.screens.logs_view import Chosen, period_start
+from app.services.durations import Trend
 from app.services.kpi import Adherence, DayKpis, Delays, KpiFilter, ThesisKpis, midnight
+from app.services.pareto import Cause
 
 if TYPE_CHECKING:
     from app.container import Container
@@ -29,6 +31,15 @@ class Figures:
     utilisation_days: Sequence[float | None] = ()
     charging_s: Mapping[int, float] = field(default_factory=dict)
     robot: Robot | None = None                   # whose utilisation is shown
+    first_day: date | None = None                # of the period; None: from the beginning
+    last_day: date | None = None
+
+
+@dataclass(frozen=True)
+class MoreFigures:
+    """What the page of figures has beside those of the cards."""
+    causes: Sequence[Cause] = ()
+    trends: Sequence[Trend] = ()
 
 
 def read(container: Container, chosen: Chosen, robot: Robot | None, now: datetime, zone: ZoneInfo) -> Figures:
@@ -49,7 +60,14 @@ def read(container: Container, chosen: Chosen, robot: Robot | None, now: datetim
         container.kpis.delays(wanted), [known.get(day) or DayKpis(day) for day in dates],
         [_adherence_of(container, day, robots, zone) for day in dates],
         [] if robot is None else _utilisation_of(container, robot, dates, first, seen),
-        {robot_id: _charging(days) for robot_id, days in charged.items()}, robot)
+        {robot_id: _charging(days) for robot_id, days in charged.items()}, robot,
+        first_day=start.astimezone(zone).date() if start else None, last_day=today)
+
+
+def read_more(container: Container, chosen: Chosen, now: datetime, zone: ZoneInfo) -> MoreFigures:
+    """Called off the UI thread."""
+    wanted = KpiFilter(start=period_start(chosen.period, now, zone), robot_ids=None if chosen.robot_id is None else (chosen.robot_id,))
+    return MoreFigures(container.kpis.failures(wanted), container.kpis.trends(wanted))
 
 
 def _charging(days: Mapping[tuple[str, str], float]) -> float:

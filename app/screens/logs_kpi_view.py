@@ -30,6 +30,7 @@ def _success(figures: Figures) -> Row:
     ended = kpis.completed + kpis.failed
     note = ngettext("{completed} of {n} ended run", "{completed} of {n} ended runs", ended).format(completed=kpis.completed, n=ended) \
         if ended else _("no run has ended")
+    note = with_interval(note, kpis.completed, ended)
     return {"key": "success", "label": _("Success rate"), "value": _share(kpis.success_rate, 1), "note": note,
             "history": [_ratio(day.completed, day.completed + day.failed) for day in figures.days]}
 
@@ -64,6 +65,7 @@ def _adherence(figures: Figures) -> Row:
     found = figures.adherence
     note = ngettext("{ran} of {n} planned", "{ran} of {n} planned", found.planned).format(ran=found.ran, n=found.planned) \
         if found.planned else _("nothing was planned")
+    note = with_interval(note, found.ran, found.planned)
     return {"key": "adherence", "label": _("Schedule adherence"), "value": _share(found.rate, 1), "note": note,
             "history": list(figures.adherence_days)}
 
@@ -80,6 +82,14 @@ def _span(seconds: float | None) -> str:
         return formats.NOTHING
     parts = formats.duration(seconds).split()
     return " ".join(with_unit(number, unit) for number, unit in zip(parts[::2], parts[1::2], strict=True))
+
+
+def with_interval(note: str, successes: int, cases: int) -> str:
+    """Of few cases: how far their share can be trusted, behind it."""
+    ends = wilson(successes, cases) if cases < FEW else None
+    if ends is None:
+        return note
+    return _("{note} ({low}–{high} %)").format(note=note, low=formats.number(ends[0] * 100), high=formats.number(ends[1] * 100))
 
 
 def with_unit(value: str, unit: str) -> str:
@@ -106,8 +116,21 @@ def _of(robots: Sequence[RobotKpis], robot_id: int) -> RobotKpis | None:
 # ---------------------------------------------------------------------- what they mean
 def explanation(key: str, figures: Figures) -> tuple[str, str, list[Row]]:
     """Title, what the figure is, and the numbers behind it as rows of label and value."""
-    return {"success": _about_success, "duration": _about_duration, "per_day": _about_per_day, "utilisation": _about_utilisation,
-            "adherence": _about_adherence}[key](figures)
+    title, text, rows = {"success": _about_success, "duration": _about_duration, "per_day": _about_per_day,
+                         "utilisation": _about_utilisation, "adherence": _about_adherence}[key](figures)
+    return title, text, [*rows, period_row(figures)]
+
+
+def period_row(figures: Figures) -> Row:
+    """For which days a figure holds."""
+    if figures.last_day is None:
+        return {"label": _("Period"), "value": formats.NOTHING}
+    last = formats.wall_day(figures.last_day)
+    if figures.first_day is None:
+        return {"label": _("Period"), "value": _("up to {day}").format(day=last)}
+    if figures.first_day == figures.last_day:
+        return {"label": _("Period"), "value": last}
+    return {"label": _("Period"), "value": f"{formats.wall_day(figures.first_day)} – {last}"}
 
 
 def _about_success(figures: Figures) -> tuple[str, str, list[Row]]:

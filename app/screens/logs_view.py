@@ -9,12 +9,13 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.i18n import _, ngettext
-from app.models import OPEN_STATES, Execution, ReasonCode, Robot, State, Trigger
+from app.models import OPEN_STATES, Execution, ReasonCode, Robot, State, Trigger, Usual
 from app.screens import formats, logs_looks
 from app.services.reasons import sentence, waiting_sentence
+from app.services.shift_report import ReportPeriod
 
 Row = dict[str, Any]
-Usual = Mapping[tuple[int | None, str], float]       # usual seconds by robot and guid
+UsualSeconds = Mapping[tuple[int | None, str], float]       # usual seconds by robot and guid
 
 ON_TIME_S = 60.0             # submitted later than this is told
 AS_USUAL = 0.2               # of the usual duration, within which a run took as long as usual
@@ -66,6 +67,18 @@ def period_start(period: Period, now: datetime, zone: ZoneInfo) -> datetime | No
 # ---------------------------------------------------------------------- the filters
 def periods() -> list[tuple[str, str]]:
     return [(Period.TODAY, _("Today")), (Period.WEEK, _("7 days")), (Period.MONTH, _("30 days")), (Period.ALL, _("All"))]
+
+
+def parts() -> list[tuple[str, str]]:
+    """What can stand below the figures."""
+    return [("runs", _("Runs")), ("figures", _("Figures")), ("robots", _("Robots"))]
+
+
+def report_options() -> list[Row]:
+    return [{"key": ReportPeriod.SHIFT, "text": _("This shift"), "note": _("The last 8 hours"), "icon": "account-clock-outline"},
+            {"key": ReportPeriod.TODAY, "text": _("Today"), "icon": "calendar-today"},
+            {"key": ReportPeriod.YESTERDAY, "text": _("Yesterday"), "icon": "calendar-arrow-left"},
+            {"key": ReportPeriod.WEEK, "text": _("7 days"), "icon": "calendar-week"}]
 
 
 def robot_chip(chosen: Chosen, robots: Sequence[Robot]) -> str:
@@ -123,15 +136,45 @@ def nothing(chosen: Chosen) -> tuple[str, str]:
 
 
 # ---------------------------------------------------------------------- a run as a row
-def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: Usual, opened: bool, narrow: bool = False) -> Row:
+def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool, narrow: bool = False,
+        expected: Usual | None = None) -> Row:
+    """``expected``: how long one that is open will take, as far as anybody knows."""
     line: Row = {
         "key": execution.id, **logs_looks.look(execution), "mission": execution.mission, "reason": reason_line(execution, zone, usual),
         "robot": execution.robot, "trigger": logs_looks.trigger_word(execution.trigger),
         "when": when(execution.planned_at.astimezone(zone), now.astimezone(zone)), "took": formats.duration(execution.duration_s),
         "opened": opened, "narrow": narrow}
     if opened:
-        line |= {"steps": story(execution, zone, usual), "message": message(execution)}
+        line |= {"steps": story(execution, zone, usual, expected), "message": message(execution)}
     return line
+
+
+class Worded:
+    """Rows of many runs: a run that is as it was isn't put into words again, so that thousands can be shown anew within a frame."""
+
+    def __init__(self) -> None:
+        self._alike: object = None                       # what all rows rest on
+        self._rows: dict[int, tuple[Execution, object, Row]] = {}        # by run: as it was, what else its row rests on
+
+    def forget(self) -> None:
+        """The language is another one."""
+        self._rows = {}
+
+    def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, told: int | None,
+             narrow: bool, expected: Mapping[int, Usual]) -> list[Row]:
+        """``row`` of each; ``told`` is the one that is opened, ``expected`` goes by the id of what has not ended."""
+        alike = now.astimezone(zone).date(), zone, narrow
+        known = self._rows if alike == self._alike else {}
+        self._alike, self._rows = alike, {}
+        for execution in executions:
+            details = usual.get((execution.robot_id, execution.mission_guid)), execution.id == told, expected.get(execution.id)
+            before = known.get(execution.id)
+            if before is not None and details == before[1] and (execution is before[0] or execution == before[0]):
+                self._rows[execution.id] = execution, details, before[2]
+            else:
+                line = row(execution, now, zone, usual, execution.id == told, narrow, expected.get(execution.id))
+                self._rows[execution.id] = execution, details, line
+        return [line for _execution, _details, line in self._rows.values()]
 
 
 def when(at: datetime, now: datetime) -> str:
@@ -144,7 +187,7 @@ def when(at: datetime, now: datetime) -> str:
     return f"{weekday if 0 < days < 7 else day} {time_of_day}"
 
 
-def reason_line(execution: Execution, zone: ZoneInfo, usual: Usual) -> str:
+def reason_line(execution: Execution, zone: ZoneInfo, usual: UsualSeconds) -> str:
     """Why it went as it did, in one sentence."""
     if execution.state.is_open:
         return waiting_sentence(execution, zone, _)
@@ -155,7 +198,7 @@ def reason_line(execution: Execution, zone: ZoneInfo, usual: Usual) -> str:
     return _completed(execution, usual)
 
 
-def _completed(execution: Execution, usual: Usual) -> str:
+def _completed(execution: Execution, usual: UsualSeconds) -> str:
     """How punctual and how long, as whole sentences: their halves must not be joined."""
     length = _length(execution, usual)
     late = _late_s(execution)
@@ -177,7 +220,7 @@ def _late_s(execution: Execution) -> float | None:
     return (execution.submitted_at - execution.planned_at).total_seconds() + (execution.robot_delay_s or 0.0)
 
 
-def _length(execution: Execution, usual: Usual) -> str:
+def _length(execution: Execution, usual: UsualSeconds) -> str:
     """Against the usual duration: "usual", "longer", "shorter", or empty when one of them is not known."""
     expected = usual.get((execution.robot_id, execution.mission_guid))
     if not expected or execution.duration_s is None:
@@ -187,7 +230,7 @@ def _length(execution: Execution, usual: Usual) -> str:
 
 
 # ---------------------------------------------------------------------- its story
-def story(execution: Execution, zone: ZoneInfo, usual: Usual) -> list[Row]:
+def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: Usual | None = None) -> list[Row]:
     """planned → submitted → started → ended, as far as it came."""
     steps = [_step(_("Planned"), execution.planned_at, zone, _planned_note(execution))]
     if execution.submitted_at is not None:
@@ -199,7 +242,7 @@ def story(execution: Execution, zone: ZoneInfo, usual: Usual) -> list[Row]:
     if execution.started_at is not None:
         steps.append(_step(_("Started"), execution.started_at, zone, _queue_note(execution)))
     if execution.state.is_open:
-        steps.append({"label": logs_looks.word(execution.state), "time": "–", "note": _("not ended yet"),
+        steps.append({"label": logs_looks.word(execution.state), "time": "–", "note": _open_note(expected),
                       "tone": logs_looks.LOOKS[execution.state][1]})
     else:
         steps.append({**_step(logs_looks.word(execution.state), execution.ended_at, zone, _end_note(execution, usual)),
@@ -230,7 +273,15 @@ def _queue_note(execution: Execution) -> str:
     return _("after {duration} in the queue").format(duration=formats.duration(execution.robot_delay_s))
 
 
-def _end_note(execution: Execution, usual: Usual) -> str:
+def _open_note(expected: Usual | None) -> str:
+    """How long it will take, and who says so."""
+    if expected is None:
+        return _("not ended yet")
+    text = _("not ended yet, {duration} as typed in Settings") if expected.typed else _("not ended yet, usually {duration}")
+    return text.format(duration=formats.duration(expected.median_s))
+
+
+def _end_note(execution: Execution, usual: UsualSeconds) -> str:
     if execution.duration_s is None:
         return ""
     expected = usual.get((execution.robot_id, execution.mission_guid))

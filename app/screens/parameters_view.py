@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from app.i18n import _
+from app.screens import formats
 from app.services.mir.types import MissionParameter
 
 WHOLE = ("integer", "int")
@@ -57,7 +58,7 @@ def _choices(parameter: MissionParameter) -> list[tuple[Any, str]]:
 
 
 def _range(parameter: MissionParameter) -> str:
-    low, high = (None if limit is None else f"{limit:g}" for limit in (parameter.minimum, parameter.maximum))
+    low, high = (None if limit is None else formats.plain(limit) for limit in (parameter.minimum, parameter.maximum))
     if low is not None and high is not None:
         return _("{low} to {high}").format(low=low, high=high)
     if low is not None:

@@ -2,23 +2,24 @@
 from __future__ import annotations
 
 from app.database.errors import DatabaseError
+from app.failures import Failure
 from app.i18n import _
 from app.models import InvalidInput
 from app.services.mir.errors import RobotError
+from app.told import Told, is_told, made_of, tell
 
 
 def sentence_of(problem: BaseException) -> str:
     """Never a traceback and never an exception's class: what nobody foresaw is in the log."""
-    match problem:
-        case RobotError():
-            return _begun(problem.msgid, _(problem.msgid).format_map(problem.params))
-        case InvalidInput():
-            return _begun(problem.msgid, _(problem.msgid).format(**problem.details))
-        case DatabaseError():
-            return problem.text
+    if isinstance(problem, Failure):
+        cause = problem.__cause__
+        return sentence_of(cause) if isinstance(cause, DatabaseError) else str(problem)
+    if isinstance(problem, RobotError | InvalidInput | DatabaseError):
+        return words_of(made_of(problem))
     return _("Something unexpected went wrong; the log file has the details")
 
 
-def _begun(msgid: str, text: str) -> str:
-    """With a capital, unless it begins with a name or an address."""
-    return text if msgid.startswith("{") else text[:1].upper() + text[1:]
+def words_of(problem: Told) -> str:
+    """With a capital, unless it begins with a name or an address; texts of elsewhere as they are."""
+    text = tell(problem, _)
+    return text if not is_told(problem) or problem["msgid"].startswith("{") else text[:1].upper() + text[1:]

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from kivy.properties import BooleanProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.failures import Failure
-from app.i18n import _
-from app.screens.problems import sentence_of
+from app.i18n import SOURCE_LANGUAGE, _
+from app.screens.problems import sentence_of, words_of
 from app.screens.threads import Background, UiBus
+from app.told import Told
 from app.widgets import load_kv
 
 if TYPE_CHECKING:
@@ -21,11 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Damage:
-    """``sentence`` is the one that the commands print; ``backup`` the newest good one, if there is any; ``restore`` puts it in place and
-    opens the services on it, off the UI thread. It raises Failure with one sentence."""
-    sentence: str
+    """``sentence`` is the one that the commands print, in its parts; ``backup`` the newest good one, if there is any; ``restore`` puts it
+    in place and opens the services on it, off the UI thread. It raises Failure with one sentence. ``language`` is the one that was last
+    set."""
+    sentence: Told
     backup: Path | None
     restore: Callable[[], Container]
+    language: str = SOURCE_LANGUAGE
 
 
 class RescuePage(BoxLayout):
@@ -39,7 +41,7 @@ class RescuePage(BoxLayout):
         load_kv("rescue")
         self._damage, self._done = damage, done
         self._background = Background(bus, workers=1)
-        super().__init__(sentence=damage.sentence, backup=damage.backup.name if damage.backup else "", **kwargs)
+        super().__init__(sentence=words_of(damage.sentence), backup=damage.backup.name if damage.backup else "", **kwargs)
 
     def restore(self) -> None:
         """One press restores the backup that the page names."""
@@ -54,7 +56,7 @@ class RescuePage(BoxLayout):
 
     def _failed(self, problem: BaseException) -> None:
         self.working = False
-        self.problem = str(problem) if isinstance(problem, Failure) else sentence_of(problem)
+        self.problem = sentence_of(problem)
 
     def hint(self) -> str:
         return _("Restore puts {backup} in its place; what happened after it is lost.").format(backup=self.backup) if self.backup else ""

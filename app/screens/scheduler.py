@@ -2,7 +2,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from datetime import date, timedelta
 from typing import Any
+from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
@@ -10,34 +13,42 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from app.container import Container
 from app.i18n import _
 from app.models import Execution, Schedule
+from app.screens import formats, scheduler_timeline
 from app.screens import scheduler_view as words
 from app.screens.base import ScreenBase, ViewModel
 from app.screens.scheduler_cards import SchedulerEmpty
-from app.screens.scheduler_facts import SchedulerFacts, read
+from app.screens.scheduler_facts import SchedulerFacts, Window, read
 from app.screens.scheduler_form import FormModel
-from app.screens.scheduler_view import TimelineView
+from app.screens.scheduler_hold import HoldDialog
+from app.screens.scheduler_timeline import TimelineView
 from app.screens.shell import Shell
 from app.services.catalogue import Removed
+from app.services.changes import Topic
 from app.services.forecast import Forecasts
+from app.services.plan_export import PlanExport, PlanFiles
 from app.services.robot_missions import RobotMissions
 from app.services.skipping import Skipping
 from app.widgets import load_kv
 
 LOOKS_AGAIN = 60.0           # s after which the plan is read anew although nothing was said to have changed
+TOLD_FOR = 12.0              # s that the place of an export stays readable
 MOVES = 5.0                  # s between two positions of the now-line
 MANY = 200                   # schedules, from which on their words are not made anew every second
-WIDE_TICKS, NARROW_TICKS = 2, 4
+PAGE = 0.5                   # of what the timeline shows, that a press moves it by
 
 
 class SchedulerViewModel(ViewModel):
-    """What kv reads. ``mode``: the timeline of 24 hours, or the list of 7 days."""
+    """What kv reads. ``mode``: the timeline, or the list of 7 days."""
     mode = OptionProperty("hours", options=("hours", "days"))
     timeline = ObjectProperty(TimelineView(), rebind=True)
+    follows = BooleanProperty(True)      # the timeline goes with the time
+    touched = BooleanProperty(False)     # by fingers that move it: it must not change under them
     days = ListProperty()
     schedules = ListProperty()
     schedules_note = StringProperty()
     has_robots = BooleanProperty(True)
     narrow = BooleanProperty(False)
+    exporting = BooleanProperty(False)
     busy = ListProperty()                # ids of schedules that something is being done to
 
     def __init__(self, container: Container, shell: Shell) -> None:
@@ -49,11 +60,13 @@ class SchedulerViewModel(ViewModel):
         self.form = FormModel(container, shell, Forecasts(container.db, container.clock), robot_missions,
                               saved=lambda _schedule: self._refresh())
         self._facts = SchedulerFacts()
+        self._window = Window()                               # what the timeline shows
         self._wanted: int | None = None                       # a schedule to open as soon as it is known
         self._reading = self._stale = False
         self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
         self.form.fbind("view", lambda *_args: self._show_schedules())
-        self.fbind("narrow", lambda *_args: self._show_timeline())
+        self.fbind("narrow", lambda *_args: self._refresh())
+        self.fbind("touched", lambda *_args: self.touched or self._refresh())
 
     # ------------------------------------------------------------------ reading
     def opened(self, schedule_id: int | None = None, mission_id: int | None = None) -> None:
@@ -62,15 +75,21 @@ class SchedulerViewModel(ViewModel):
         if mission_id is not None:
             self.form.begin()
             self.form.set(mission_id=mission_id)
-        self.keep(self._container.changes.subscribe(lambda _topic, _about: self._refresh()))
+        self.keep(self._container.changes.subscribe(self._heard))
         self.every(1, self._tick)
-        self.every(MOVES, self._show_timeline)
+        self.every(MOVES, self._move_now)
         self.every(LOOKS_AGAIN, self._read)
         self._read()
 
+    def _heard(self, topic: Topic, _about: int | None) -> None:
+        """On the publisher's thread. No plan depends on what robots say many times a second."""
+        if topic is not Topic.SNAPSHOT:
+            self._refresh()
+
     def retranslated(self) -> None:
-        self._show()
+        self._show_schedules()
         self.form.show()
+        self._read()
 
     def _read(self) -> None:
         """One reading at a time; what changes meanwhile asks for one more."""
@@ -78,20 +97,33 @@ class SchedulerViewModel(ViewModel):
             self._stale = True
             return
         self._reading, self._stale = True, False
-        days = self.mode == "days"
-        self._shell.background.run(lambda: read(self._container, days), self._take, self._not_read)
+        window, narrow = self._window if self.mode == "hours" else None, self.narrow
 
-    def _take(self, facts: SchedulerFacts) -> None:
+        def facts_and_words() -> tuple[Window | None, SchedulerFacts, Any]:
+            facts = read(self._container, window)
+            now = self._container.clock.now()
+            return window, facts, words.days(facts, now) if window is None else scheduler_timeline.timeline(facts, now, window, narrow)
+
+        self._shell.background.run(facts_and_words, self._take, self._not_read)
+
+    def _take(self, found: tuple[Window | None, SchedulerFacts, Any]) -> None:
         self._reading = False
         if self._stale:
             self._refresh()
+        window, facts, shown = found
         self._facts = facts
         self.has_robots = bool(facts.robots)
         self.form.take(facts)
         if (schedule := facts.schedule(self._wanted)) is not None:
             self._wanted = None
             self.form.edit(schedule)
-        self._show()
+        if isinstance(shown, TimelineView):
+            if not self.touched and window == self._window:      # else it was moved on meanwhile
+                self.timeline = shown
+        elif self.mode == "days":
+            self.days = shown
+        self._show_schedules()
+        self.schedules_note = words.schedules_note(self._facts)
 
     def _not_read(self, problem: BaseException) -> None:
         self._reading = False
@@ -102,17 +134,12 @@ class SchedulerViewModel(ViewModel):
         if len(self._facts.schedules) <= MANY:
             self._show_schedules()
 
-    def _show(self) -> None:
-        self._show_timeline()
-        self._show_schedules()
-        self.schedules_note = words.schedules_note(self._facts)
-
-    def _show_timeline(self) -> None:
-        now = self._container.clock.now()
-        if self.mode == "hours":
-            self.timeline = words.timeline(self._facts, now, NARROW_TICKS if self.narrow else WIDE_TICKS)
-        else:
-            self.days = words.days(self._facts, now)
+    def _move_now(self) -> None:
+        """The now-line moves; where it leads, the window goes along with the next reading."""
+        if self.timeline.origin is not None and not self.touched and self.mode == "hours":
+            now = self._container.clock.now()
+            self.timeline = replace(self.timeline, now=(now - self.timeline.origin).total_seconds() / 3600,
+                                    now_label=formats.wall_time(now.astimezone(self._facts.zone)))
 
     def _show_schedules(self) -> None:
         self.schedules = words.schedule_rows(self._facts, self._container.clock.now(), self.form.editing)
@@ -122,14 +149,42 @@ class SchedulerViewModel(ViewModel):
         self.days = []
         self._read()
 
+    # ------------------------------------------------------------------ the timeline's window
+    def zoom(self, further: bool) -> None:
+        self._look_at(scheduler_timeline.zoomed(self._window, further, self._container.clock.now(), self._facts.zone))
+
+    def page(self, forward: bool) -> None:
+        self._look_at(scheduler_timeline.moved(self._window, PAGE if forward else -PAGE, self._container.clock.now(), self._facts.zone))
+
+    def to_now(self) -> None:
+        self._look_at(Window(None, self._window.hours))
+
+    def fingers_moved(self, first: float, hours: float) -> None:
+        """To what the timeline shows now, in hours of its own."""
+        if self.timeline.origin is not None:
+            self._look_at(Window(self.timeline.origin + timedelta(hours=first), hours))
+
+    def _look_at(self, window: Window) -> None:
+        """Show at once what is there already; the rest comes with the reading."""
+        self._window, self.follows = window, window.left is None
+        if self.timeline.origin is not None:
+            start = window.start(self._container.clock.now(), self._facts.zone)
+            self.timeline = replace(self.timeline, first=(start - self.timeline.origin).total_seconds() / 3600, hours=window.hours,
+                                    span=scheduler_timeline.span_words(window.hours))
+        self._read()
+
     # ------------------------------------------------------------------ what the operator presses
-    def open_bar(self, key: tuple[str, int]) -> None:
-        """A bar of the timeline: its story, or its schedule."""
-        kind, number = key[0], key[1]
-        if kind == "execution":
-            self._shell.go("logs", execution_id=number)
-        else:
-            self.edit(number)
+    def open_bar(self, key: tuple[str, Any]) -> None:
+        """A bar of the timeline: its story, or its schedule; of many in one, a nearer look."""
+        match key:
+            case ("execution", number):
+                self._shell.go("logs", execution_id=number)
+            case ("zoom", middle, length) if self.timeline.origin is not None:
+                hours = float(next((span for span in scheduler_timeline.SPANS if span >= length), self._window.hours))
+                hours = min(hours, max(self._window.hours / 2, scheduler_timeline.SPANS[0]))
+                self._look_at(Window(self.timeline.origin + timedelta(hours=middle - hours / 2), hours))
+            case ("schedule", number):
+                self.edit(number)
 
     def open_day(self, key: tuple[str, int, Any]) -> None:
         self.choose_mode("hours")
@@ -156,15 +211,41 @@ class SchedulerViewModel(ViewModel):
         schedule = self._facts.schedule(schedule_id)
         if schedule is None:
             return
+        paused = schedule.is_paused(self._container.clock.now())
         items = [
             {"key": "run", "text": _("Run now"), "icon": "play"},
             {"key": "skip", "text": _("Skip next"), "icon": "skip-next", "disabled": not (schedule.enabled and schedule.next_at)},
+            {"key": "resume", "text": _("Resume now"), "icon": "play-circle-outline"} if paused else
+            {"key": "pause", "text": _("Pause until …"), "icon": "pause-circle-outline", "disabled": not schedule.enabled},
             {"key": "duplicate", "text": _("Duplicate"), "icon": "content-copy"},
             {"key": "delete", "text": _("Delete"), "icon": "trash-can-outline", "tone": "fault"},
         ]
         calls: dict[str, Callable[[Schedule], object]] = {
-            "run": self.run_now, "skip": self.skip_next, "duplicate": self.form.duplicate, "delete": self.delete}
+            "run": self.run_now, "skip": self.skip_next, "pause": self.pause, "resume": self.resume,
+            "duplicate": self.form.duplicate, "delete": self.delete}
         self._shell.dialogs.menu(anchor, items, lambda key: calls[key](schedule))
+
+    def hold(self) -> None:
+        """Keep everything, or one robot, from being sent anything; the banner releases it."""
+        if self._facts.robots:
+            self._shell.dialogs.open(HoldDialog(self._container, self._shell, self._facts))
+
+    def export(self) -> None:
+        """The starts of the next days as a calendar file, saying where it went."""
+        if self.exporting:
+            return
+        self.exporting = True
+        container = self._container
+        files = PlanFiles(container.db, container.catalogue, container.clock, container.plan)
+        self._shell.background.run(files.export, self._exported, self._not_exported)
+
+    def _exported(self, done: PlanExport) -> None:
+        self.exporting = False
+        self._shell.snackbars.show(words.export_result(done, self._facts.settings.timezone), icon="calendar-export", seconds=TOLD_FOR)
+
+    def _not_exported(self, problem: BaseException) -> None:
+        self.exporting = False
+        self._shell.say_problem(problem)
 
     def add_robot(self) -> None:
         self._shell.go("settings", section="robots", add=True)
@@ -180,6 +261,26 @@ class SchedulerViewModel(ViewModel):
     def skip_next(self, schedule: Schedule) -> None:
         self._act(schedule.id, lambda: self._skipping.skip_next(schedule.id), lambda _at: self._say(
             _("The next start of {name} is skipped").format(name=schedule.name), "skip-next"))
+
+    def pause(self, schedule: Schedule) -> None:
+        """Until which day its starts are skipped."""
+        self._shell.dialogs.choose(_("Pause {name}").format(name=schedule.name), words.pause_options(schedule, self._container.clock.now()),
+                                   lambda day: self._pick_pause(schedule) if day == words.PICK else self._pause_until(schedule, day))
+
+    def _pick_pause(self, schedule: Schedule) -> None:
+        today = self._container.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
+        tomorrow = today + timedelta(days=1)
+        self._shell.dialogs.pick_date(_("First day with starts again"), tomorrow, lambda day: self._pause_until(schedule, day), today=today,
+                                      first=tomorrow)
+
+    def _pause_until(self, schedule: Schedule, day: date) -> None:
+        until = words.day_begins(day, ZoneInfo(schedule.timezone))
+        self._act(schedule.id, lambda: self._skipping.pause(schedule.id, until), lambda _paused: self._say(
+            _("{name} is paused until {day}").format(name=schedule.name, day=formats.wall_day(day)), "pause-circle-outline"))
+
+    def resume(self, schedule: Schedule) -> None:
+        self._act(schedule.id, lambda: self._skipping.resume(schedule.id), lambda _resumed: self._say(
+            _("{name} goes on").format(name=schedule.name), "play-circle-outline"))
 
     def delete(self, schedule: Schedule) -> None:
         """It is off at once; 8 s to take that back."""
@@ -214,7 +315,7 @@ class SchedulerScreen(ScreenBase):
     lower_height = NumericProperty(0)    # least, of the form and the schedules
 
     def __init__(self, container: Container, shell: Shell, **kwargs: Any) -> None:
-        load_kv("flow", "slots", "scheduler")
+        load_kv("flow", "slots", "scheduler", "scheduler_form", "dialogs/hold")
         super().__init__(vm=SchedulerViewModel(container, shell), **kwargs)
         self._page, self._lower = self.ids.page.__self__, self.ids.lower.__self__
         self._empty = SchedulerEmpty()

@@ -6,8 +6,8 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.scheduler_draft import Kind
 from app.screens.scheduler_form_view import FormView
-from app.screens.scheduler_view import TimelineView
-from app.widgets import plan_rows, slots, weekdays  # noqa: F401  (kv's Factory learns them)
+from app.screens.scheduler_timeline import TimelineView
+from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (kv's Factory learns them)
 from app.widgets.display import EmptyState, SectionCard
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
@@ -20,8 +20,14 @@ class UpcomingCard(SectionCard):
     timeline = ObjectProperty(TimelineView(), rebind=True)
     days = ListProperty()
     narrow = BooleanProperty(False)
+    follows = BooleanProperty(True)      # what is shown goes with the time
     bars_height = NumericProperty(0)     # of all robots' lanes
     wanted = NumericProperty(0)          # height at which all robots up to four are seen
+
+
+class TimeControls(BoxLayout):
+    """Back, now, forward, nearer, further: what fingers do, as buttons."""
+    card = ObjectProperty(None, rebind=True)
 
 
 class HoursPart(LowPage):
@@ -82,6 +88,10 @@ class MonthWeekdayFields(FormPart):
 
 class OtherFields(FormPart):
     """A rule that the form can't say."""
+
+
+class FreeTime(FormPart):
+    """The offer of a free time."""
 
 
 class MoreFields(FormPart):

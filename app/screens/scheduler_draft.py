@@ -12,9 +12,11 @@ from enum import StrEnum
 from typing import Any
 
 from app.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
+from app.services.calendar import WorkingCalendar
 
 LAST = -1                                # day of month or number of a weekday: the last one
 MOST_MINUTES, MOST_HOURS = 720, 24       # "every …": what the form offers
+SOON = 60                                # days in which a working day is looked for
 
 
 class Kind(StrEnum):
@@ -132,10 +134,12 @@ class Draft:
         return {"month_day": day.day, "nth": nth, "month_weekday": WEEKDAYS[day.weekday()]}
 
     @classmethod
-    def new(cls, now: datetime, settings: Settings, robot_id: int | None = None, mission_id: int | None = None) -> Draft:
+    def new(cls, now: datetime, settings: Settings, robot_id: int | None = None, mission_id: int | None = None,
+            calendar: WorkingCalendar | None = None) -> Draft:
         """An empty form. ``now`` is local: the next full hour, on the next working day."""
         start = (now + timedelta(minutes=65)).replace(minute=0, second=0, microsecond=0, tzinfo=None)
-        start = next((day for n in range(7) if settings.is_working_day((day := start + timedelta(days=n)).date())), start)
+        calendar = calendar or WorkingCalendar(settings)
+        start = next((day for n in range(SOON) if calendar.is_working_day((day := start + timedelta(days=n)).date())), start)
         return cls(day=start.date(), at=start.time(), timezone=settings.timezone, robot_id=robot_id, mission_id=mission_id,
                    weekdays=tuple(settings.working_days), **cls.derived(start.date()))
 

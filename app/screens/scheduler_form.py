@@ -108,6 +108,11 @@ class FormModel(EventDispatcher):
         self._shell.dialogs.pick_date(self.view.day_label, self._draft.day, lambda day: self._change(self._draft.with_day(day)),
                                       today=today, first=min(today, self._draft.day))
 
+    def take_free(self) -> None:
+        """The offered time, at which no other run of the robot is in the way."""
+        if self._preview.forecast is not None and (free := self._preview.forecast.free_at) is not None:
+            self.set(at=free.time())
+
     def pick_time(self) -> None:
         self._shell.dialogs.pick_time(self.view.time_label, self._draft.at, lambda at: self.set(at=at))
 
@@ -200,7 +205,7 @@ class FormModel(EventDispatcher):
         robots = [robot for robot in self._facts.robots if robot.enabled] or list(self._facts.robots)
         selected = self._facts.settings.selected_robot_id
         robot_id = selected if any(robot.id == selected for robot in robots) else robots[0].id if robots else None
-        return Draft.new(self._local_now(), self._facts.settings, robot_id)
+        return Draft.new(self._local_now(), self._facts.settings, robot_id, calendar=self._facts.calendar)
 
     def _local_now(self) -> datetime:
         return self._container.clock.now().astimezone(ZoneInfo(self._facts.settings.timezone))

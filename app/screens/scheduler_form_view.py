@@ -1,7 +1,7 @@
 """The Scheduler's form in words: what is chosen, what is wrong with it and where, what it would bring. Pure."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date, datetime, timedelta
 from typing import Any
@@ -16,6 +16,7 @@ from app.screens.scheduler_facts import SchedulerFacts
 from app.screens.scheduler_words import rule_sentence
 from app.services import decisions
 from app.services.forecast import Concern, ConcernCode, Forecast
+from app.services.meetings import ASSUMED_S
 
 Row = dict[str, Any]
 
@@ -76,7 +77,9 @@ class FormView:
     sentence: str = ""
     starts: tuple[Row, ...] = ()
     starts_label: str = ""
+    lasts: str = ""                      # how long it takes, and who says so
     warnings: tuple[str, ...] = ()
+    free: str = ""                       # the offer of a time at which no other run is in the way
     save: str = ""
     save_off: bool = True
     why: str = ""                        # it can't be saved
@@ -106,8 +109,9 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         overlap=overlap_word(draft.overlap), respect_working_days=draft.respect_working_days,
         priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
         problems={} if waits or not problem else {field_name: problem},
-        sentence="" if problem else rule_sentence(draft.schedule(), facts.settings), starts=_starts(forecast, draft, now),
-        starts_label=_starts_label(forecast), warnings=_warnings(facts, draft, forecast, now),
+        sentence="" if problem else rule_sentence(draft.schedule(), facts.settings, facts.calendar), starts=_starts(forecast, draft, now),
+        starts_label=_starts_label(forecast), lasts=_lasts(forecast, robot), warnings=_warnings(facts, draft, forecast, now),
+        free=_free(forecast),
         save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem)
 
 
@@ -128,7 +132,10 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
         schedule = draft.schedule()
     except InvalidInput as problem:
         return problem.field, sentence_of(problem)
-    if draft.kind is Kind.ONCE and draft.respect_working_days and not facts.settings.is_working_day(draft.day):
+    look = facts.calendar.look(draft.day)
+    if draft.kind is Kind.ONCE and draft.respect_working_days and not look.is_working:
+        if look.name:
+            return "day", _("Not a working day: {name}. Choose another day, or under More any day").format(name=look.name)
         weekday = formats.current().weekdays[draft.day.weekday()]
         return "day", _("{weekday} is not a working day: choose another day, or under More any day").format(
             weekday=weekday[:1].upper() + weekday[1:])
@@ -267,6 +274,21 @@ def _starts_label(forecast: Forecast | None) -> str:
     return ngettext("{n} start", "{n} starts", count).format(n=count) if count else ""
 
 
+def _lasts(forecast: Forecast | None, robot: Robot | None) -> str:
+    """What the lengths of its bars and its warnings rest on."""
+    if forecast is None or robot is None:
+        return ""
+    usual = forecast.usual
+    if usual is None:
+        return _("How long it takes on {robot} is not known yet: {duration} are assumed").format(
+            robot=robot.name, duration=formats.duration(ASSUMED_S))
+    if usual.typed:
+        return _("{duration} as typed in Settings: no run was completed on {robot} yet").format(
+            robot=robot.name, duration=formats.duration(usual.median_s))
+    return ngettext("Usually {duration}, by its one run on {robot}", "Usually {duration}, by the last {n} runs on {robot}",
+                    usual.runs).format(duration=formats.duration(usual.median_s), n=usual.runs, robot=robot.name)
+
+
 def dated(day: date, today: date) -> str:
     """A day as a person would name it from today: the year only where it is another one."""
     return formats.wall_day(day) if day.year == today.year or day - today < timedelta(days=180) else formats.wall_day(day, year=True)
@@ -280,6 +302,12 @@ def _warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, no
     return tuple(_warning(facts, draft, same[0], len(same), now) for same in told.values())
 
 
+def _free(forecast: Forecast | None) -> str:
+    if forecast is None or forecast.free_at is None:
+        return ""
+    return _("Take {time}: free").format(time=formats.wall_time(forecast.free_at))
+
+
 def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:
     """The first of ``times`` alike."""
     zone, details = ZoneInfo(draft.timezone), concern.details
@@ -289,9 +317,18 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
         case ConcernCode.OVERLAP:
             begins, ends = (formats.wall_time(details[name].astimezone(zone)) for name in ("start", "end"))
             return _overlap_text(concern, times).format(n=times, day=day, robot=robot.name if robot else "–", mission=details["mission"],
-                                                        start=begins, end=ends)
+                                                        start=begins, end=ends) + _likely(details.get("likely"))
+        case ConcernCode.LOW_BATTERY:
+            text = ngettext("The battery of {robot} was too low around this time {n} time in the last {days} days",
+                            "The battery of {robot} was too low around this time {n} times in the last {days} days", details["count"])
+            return text.format(robot=robot.name if robot else "–", n=details["count"], days=details["days"])
         case ConcernCode.DAY_OFF:
+            if details.get("name"):
+                return _("{day} is not a working day: {name}. It begins later").format(day=formats.wall_day(details["day"]),
+                                                                                       name=details["name"])
             return _("{day} is not a working day, so it begins later").format(day=formats.wall_day(details["day"]))
+        case ConcernCode.PASSED_OVER:
+            return _passed_over(details["days"])
         case ConcernCode.CLOCK_CHANGE:
             text = _("{day}: {time} comes twice that night, it starts the first time") if details["twice"] else \
                 _("{day}: there is no {time} that night, it starts at {start}")
@@ -303,6 +340,23 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
             return _("{robot} is switched off in Settings: nothing will be sent").format(**details)
         case ConcernCode.NO_START:
             return _("No start is left to come")
+
+
+def _passed_over(days: Sequence[tuple[date, str]]) -> str:
+    """The first of the days that are left out, by name."""
+    day, name = days[0]
+    if len(days) == 1:
+        return _("Not on {day}, not a working day: {name}").format(day=formats.wall_day(day), name=name)
+    text = ngettext("Not on {day} ({name}) nor {n} other day: not working days",
+                    "Not on {day} ({name}) nor {n} other days: not working days", len(days) - 1)
+    return text.format(day=formats.wall_day(day), name=name, n=len(days) - 1)
+
+
+def _likely(share: float | None) -> str:
+    """How likely two runs meet, where that is not as good as sure; coarse, for twenty runs tell no more."""
+    if share is None or share > 0.9:
+        return ""
+    return _(" (about {percent} % of the runs)").format(percent=max(5, round(share * 20) * 5))
 
 
 def _overlap_text(concern: Concern, times: int) -> str:

@@ -7,6 +7,7 @@ from app.i18n import _
 from app.models import Schedule, Settings
 from app.screens import formats
 from app.services import decisions, phrases
+from app.services.calendar import WorkingCalendar
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 
@@ -16,13 +17,15 @@ def rule_line(schedule: Schedule) -> str:
     return _when(replace(schedule, respect_working_days=False))
 
 
-def rule_sentence(schedule: Schedule, settings: Settings) -> str:
+def rule_sentence(schedule: Schedule, settings: Settings, calendar: WorkingCalendar | None = None) -> str:
     """When it starts and under which conditions."""
-    minimum = decisions.minimum_battery(schedule, settings)
+    minimum, when = decisions.minimum_battery(schedule, settings), _when(schedule)
+    if calendar is not None and calendar.has_exceptions and schedule.respect_working_days and schedule.recurrence is not None:
+        when = _("{rule}, not on holidays or other days off").format(rule=rule_line(schedule))
     if minimum is None:
-        return _when(schedule)
+        return when
     condition = _("if battery ≥ {percent}").format(percent=formats.percent(minimum))
-    return f"{_when(schedule)}, {condition.replace('≥ ', f'≥{NO_BREAK}').replace(' %', f'{NO_BREAK}%')}"
+    return f"{when}, {condition.replace('≥ ', f'≥{NO_BREAK}').replace(' %', f'{NO_BREAK}%')}"
 
 
 def _when(schedule: Schedule) -> str:

@@ -32,8 +32,8 @@ PAGES: dict[str, type[SettingsPage]] = {
     "robots": RobotsPage, "missions": MissionsPage, "constraints": ConstraintsPage, "idle": IdlePage, "scheduler": SchedulerPage,
     "display": DisplayPage, "data": DataPage, "about": AboutPage}
 FIRST = "robots"
-SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS)       # snapshots are looked at once a second
-KV = ("settings", *(f"settings_{name}" for name in PAGES), "dialogs/robot", "dialogs/mission")
+SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS, Topic.CALENDAR)       # snapshots are looked at once a second
+KV = ("settings", *(f"settings_{name}" for name in PAGES), "dialogs/robot", "dialogs/mission", "dialogs/days", "month", "settings_calendar")
 
 
 class SettingsViewModel(ViewModel):
@@ -166,6 +166,10 @@ class SettingsScreen(ScreenBase):
             self.vm.once_read(lambda: self.open(section, **intent))
         else:
             self.vm.once_read(lambda: self._page.reached())
+
+    def place(self) -> dict[str, Any]:
+        """The intent that leads back here."""
+        return {"section": self.vm.current}
 
     # ------------------------------------------------------------------ sections
     def open(self, section: str, **intent: Any) -> None:

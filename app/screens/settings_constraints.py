@@ -1,4 +1,4 @@
-"""Settings, Constraints: the minimum battery and the working days."""
+"""Settings, Constraints: the minimum battery, the working days of the week, and the calendar of exceptions to them."""
 from __future__ import annotations
 
 from datetime import datetime
@@ -11,6 +11,7 @@ from kivy.uix.boxlayout import BoxLayout
 from app.i18n import _
 from app.models import WEEKDAYS
 from app.screens.problems import sentence_of
+from app.screens.settings_calendar import CalendarCard, CalendarPart
 from app.screens.settings_facts import SettingsFacts
 from app.screens.settings_page import Desk, SettingsPage
 from app.screens.settings_view import day_chips, days_phrase
@@ -53,6 +54,8 @@ class ConstraintsModel(EventDispatcher):
 class ConstraintsPage(SettingsPage):
     def __init__(self, desk: Desk, **kwargs: Any) -> None:
         super().__init__(desk, ConstraintsModel(), **kwargs)
+        self.calendar = CalendarPart(desk)
+        self.ids.page.add_widget(CalendarCard(part=self.calendar))
 
     def show(self, facts: SettingsFacts, now: datetime) -> None:
         vm, settings = self.vm, facts.settings
@@ -61,9 +64,11 @@ class ConstraintsPage(SettingsPage):
             vm.battery = settings.minimum_battery_percent
         vm.days = day_chips(settings)
         vm.days_phrase = days_phrase(settings.working_days)
+        self.calendar.show(facts, now)
 
     def reached(self, **intent: Any) -> None:
         self.vm.battery_problem = self.vm.days_problem = ""
+        self.calendar.reached()
 
     # ------------------------------------------------------------------ what is changed
     def switch_battery(self, wanted: bool) -> None:

@@ -17,6 +17,7 @@ from app.screens.settings_facts import SettingsFacts
 from app.screens.settings_page import Desk, OutcomeModel, SettingsPage
 from app.screens.settings_view import NoticeView, backup_options, backups_phrase, import_result, went_wrong
 from app.services.data_files import Backup
+from app.told import Told
 
 EXPORT_CONFIGURATION, IMPORT_CONFIGURATION, EXPORT_LOG = "export_configuration", "import_configuration", "export_log"
 STEMS = {EXPORT_CONFIGURATION: ("amr-scheduler", ".json"), EXPORT_LOG: ("amr-scheduler-log", ".csv")}
@@ -47,7 +48,7 @@ class DataModel(EventDispatcher):
 class DataPage(SettingsPage):
     def __init__(self, desk: Desk, **kwargs: Any) -> None:
         # the window can close the services, put a backup in place and go on; where it can't, the command does
-        self._restore: Callable[[Path], object] | None = getattr(desk.shell, "restore", None)
+        self._restore: Callable[[Path], object] | None = desk.shell.restore
         model = DataModel(**{name: FileModel() for name in (EXPORT_CONFIGURATION, IMPORT_CONFIGURATION, EXPORT_LOG)},
                           configuration_outcome=OutcomeModel(), log_outcome=OutcomeModel(), backup_outcome=OutcomeModel())
         super().__init__(desk, model, **kwargs)
@@ -57,7 +58,7 @@ class DataPage(SettingsPage):
         vm.backups, vm.has_backups = backups_phrase(facts, now), bool(facts.backups)
         vm.can_restore = self._restore is not None and vm.has_backups
         vm.restore_hint = "" if self._restore is not None else \
-            _("To go back to one, close the app and start it with --restore-backup and the name of the file")
+            _("To go back to one, close the app and enter: python main.py --restore-backup FILE")
 
     def reached(self, **intent: Any) -> None:
         for name in (EXPORT_CONFIGURATION, IMPORT_CONFIGURATION, EXPORT_LOG):
@@ -108,7 +109,7 @@ class DataPage(SettingsPage):
         self.vm.configuration_outcome.tell(NoticeView(_("Configuration written, without passwords"), str(path), "done", "check-circle"))
         self._suggest()
 
-    def _configuration_taken(self, lines: Sequence[str]) -> None:
+    def _configuration_taken(self, lines: Sequence[Told]) -> None:
         self.vm.configuration_outcome.tell(import_result(lines))
         self.desk.refresh()
 

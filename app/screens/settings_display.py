@@ -1,16 +1,21 @@
-"""Settings, Display & language: theme and language, switched at once."""
+"""Settings, Display & language: theme, language, size of texts and targets, switched at once."""
 from __future__ import annotations
 
 from datetime import datetime
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import ListProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
-from app.i18n import languages
+from app.i18n import _, languages
+from app.models import FONT_SCALES
+from app.screens import formats
+from app.screens.pin_dialog import PinDialog
+from app.screens.problems import sentence_of
 from app.screens.settings_facts import SettingsFacts
 from app.screens.settings_page import Desk, SettingsPage
-from app.screens.settings_view import language_name, theme_names
+from app.screens.settings_view import keyboard_words, language_name, theme_names
+from app.services.access import LONGEST, SHORTEST
 
 
 class DisplayModel(EventDispatcher):
@@ -18,6 +23,12 @@ class DisplayModel(EventDispatcher):
     theme = StringProperty("light")
     languages = ListProperty()
     language = StringProperty("en")
+    font_scales = ListProperty()
+    font_scale = NumericProperty(100)    # %
+    gloves = BooleanProperty(False)
+    keyboards = ListProperty()
+    keyboard = StringProperty("auto")
+    has_pin = BooleanProperty(False)
 
 
 class DisplayPage(SettingsPage):
@@ -30,6 +41,45 @@ class DisplayPage(SettingsPage):
         vm.themes = list(theme_names().items())
         vm.languages = self._languages
         vm.theme, vm.language = settings.theme, settings.language
+        vm.font_scales = [(percent, formats.percent(percent)) for percent in FONT_SCALES]
+        vm.font_scale, vm.gloves = settings.font_scale_percent, settings.gloves
 
-    def set(self, name: str, value: str) -> None:
+        vm.keyboards = list(keyboard_words().items())
+        vm.keyboard = settings.keyboard
+        vm.has_pin = self.desk.container.access.is_set()
+
+    # ------------------------------------------------------------------ the PIN
+    def ask_for_pin(self) -> None:
+        """Twice, so that a slip locks nobody out."""
+        first = _("Choose {least} to {most} digits").format(least=SHORTEST, most=LONGEST)
+        dialog = PinDialog(title=_("New PIN"), text=first)
+        chosen: list[str] = []
+
+        def entered(_dialog: PinDialog, pin: str) -> None:
+            if not chosen:
+                chosen.append(pin)
+                dialog.ask_again(text=_("Enter it once more"))
+            elif chosen.pop() != pin:
+                dialog.ask_again(_("The two were different"), first)
+            else:
+                dialog.busy = True
+                self.desk.work(lambda: self.desk.container.access.set_pin(pin), lambda _none: self._pin_set(dialog),
+                               lambda problem: dialog.ask_again(sentence_of(problem), first))
+
+        dialog.bind(on_entered=entered)
+        self.desk.shell.dialogs.open(dialog)
+
+    def _pin_set(self, dialog: PinDialog) -> None:
+        dialog.busy = False
+        dialog.dismiss()
+        self.desk.say(_("From now on Settings asks for the PIN"), "lock-outline")
+        self.desk.refresh()
+
+    def remove_pin(self) -> None:
+        def removed(_was_set: bool) -> None:
+            self.desk.say(_("Settings is open to everybody"), "lock-open-outline")
+            self.desk.refresh()
+        self.desk.work(self.desk.container.access.remove, removed)
+
+    def set(self, name: str, value: Any) -> None:
         self.desk.save(**{name: value})

@@ -3,9 +3,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
-from app.models import Mission, Robot, RobotSnapshot, Schedule, Settings
+from app.models import DayException, Mission, Robot, RobotSnapshot, Schedule, Settings
+from app.services import national_holidays
+from app.services.calendar import WorkingCalendar
 
 if TYPE_CHECKING:
     from app.container import Container
@@ -22,6 +25,14 @@ class SettingsFacts:
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot -> guid -> name; robots that did not tell are absent
     backups: tuple[Backup, ...] = ()                                         # newest first
+    exceptions: tuple[DayException, ...] = ()                                # to the working days
+    country: str = ""                                                        # whose public holidays are closed, by name; empty: none
+    region: str = ""                                                         # part of it
+    has_regions: bool = False                                                # whether parts of that country have holidays of their own
+
+    @cached_property
+    def calendar(self) -> WorkingCalendar:
+        return WorkingCalendar(self.settings, self.exceptions)
 
     def robot(self, robot_id: int | None) -> Robot | None:
         return next((robot for robot in self.robots if robot.id == robot_id), None)
@@ -66,7 +77,15 @@ def read(container: Container, robot_missions: RobotMissions, files: DataFiles) 
     repositories, db = container.repositories, container.db.read()
     robots = tuple(repositories.robots.all(db))
     told = {robot.id: robot_missions.names(robot.id) for robot in robots}
-    return SettingsFacts(
-        settings=container.settings(), robots=robots, missions=tuple(repositories.missions.all(db)),
+    settings = container.settings()
+    country = settings.holiday_country           # their names are in a large library, which nobody reads who has chosen none
+    regions = national_holidays.subdivisions(country) if country else {}
+    facts = SettingsFacts(
+        settings=settings, exceptions=tuple(repositories.calendar.all(db)), has_regions=bool(regions),
+        country=national_holidays.countries().get(country, country) if country else "",
+        region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision), robots=robots,
+        missions=tuple(repositories.missions.all(db)),
         schedules=tuple(repositories.schedules.all(db)), snapshots={robot.id: container.snapshots.get(robot.id) for robot in robots},
         names={robot_id: names for robot_id, names in told.items() if names}, backups=tuple(files.backups()))
+    facts.calendar.look(container.clock.now().date())
+    return facts

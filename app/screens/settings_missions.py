@@ -20,6 +20,7 @@ from app.screens.settings_missions_view import (
     offer_options,
     offers,
     removal_sentence,
+    typed_minutes,
 )
 from app.screens.settings_page import BAR_BESIDE, Desk, OutcomeModel, SettingsPage
 from app.screens.settings_view import NoticeView, went_wrong
@@ -170,8 +171,10 @@ class MissionForm(EventDispatcher):
     guid = StringProperty()
     robot_id = NumericProperty(0)        # 0: all robots
     robot_name = StringProperty()
+    usual_minutes = StringProperty()     # empty: only its runs tell
     name_problem = StringProperty()
     guid_problem = StringProperty()
+    usual_minutes_problem = StringProperty()
     robot_problem = StringProperty()
     problem = StringProperty()
     saving = BooleanProperty(False)
@@ -186,10 +189,11 @@ class MissionDialog(FormDialog):
         form = MissionForm(title=_("Edit mission") if mission else _("Add mission"))
         if mission is not None:
             form.name, form.guid, form.robot_id = mission.name, mission.guid, mission.robot_id or 0
+            form.usual_minutes = str(mission.usual_minutes or "")
         super().__init__(vm=form, **kwargs)
         self.ids.page.bar_margin = BAR_BESIDE
         self._name_robot()
-        for name in ("name", "guid"):
+        for name in ("name", "guid", "usual_minutes"):
             form.fbind(name, self._edited, name)
 
     def _edited(self, name: str, *_args: Any) -> None:
@@ -215,7 +219,7 @@ class MissionDialog(FormDialog):
             return
         form.saving = True
         mission = replace(self._mission or Mission("", ""), name=form.name.strip(), guid=form.guid.strip(),
-                          robot_id=int(form.robot_id) or None)
+                          robot_id=int(form.robot_id) or None, usual_minutes=typed_minutes(form.usual_minutes))
         self._desk.work(lambda: self._desk.container.catalogue.save_mission(mission), self._saved, self._refused)
 
     def _saved(self, mission: Mission) -> None:
@@ -227,7 +231,7 @@ class MissionDialog(FormDialog):
         form = self.vm
         form.saving = False
         field = problem.field if isinstance(problem, InvalidInput) else ""
-        if field in ("name", "guid", "robot"):
+        if field in ("name", "guid", "robot", "usual_minutes"):
             setattr(form, f"{field}_problem", sentence_of(problem))
         else:
             form.problem = sentence_of(problem)

@@ -7,12 +7,12 @@ from typing import Any
 
 from app.i18n import _, ngettext
 from app.models import IdleRule, Mission, Robot
+from app.screens import formats
 from app.screens.settings_facts import SettingsFacts
+from app.services import names
 from app.services.mir.types import MissionInfo
 
 Row = dict[str, Any]
-
-LONGEST_NAME = 80                        # contract: "Ranges"
 
 
 def mission_rows(facts: SettingsFacts, query: str = "") -> list[Row]:
@@ -32,6 +32,8 @@ def mission_rows(facts: SettingsFacts, query: str = "") -> list[Row]:
 
 def _row(facts: SettingsFacts, mission: Mission, owner: Robot | None) -> Row:
     use = usage(facts, mission)
+    if mission.usual_minutes is not None:
+        use = _("{use} · typed: {duration}").format(use=use, duration=formats.duration(mission.usual_minutes * 60))
     note = _("Only on {robot} · {use}").format(robot=owner.name, use=use) if owner else use
     return {"key": mission.id, "name": mission.name, "guid": mission.guid, "note": note, "favourite": mission.favourite,
             "warning": missing_sentence(facts, mission)}
@@ -45,6 +47,14 @@ def usage(facts: SettingsFacts, mission: Mission) -> str:
     if idle := facts.idle_on(mission):
         parts.append(_("idle automation on {robots}").format(robots=", ".join(robot.name for robot in idle)))
     return ", ".join(parts) or _("no schedule uses it")
+
+
+def typed_minutes(text: str) -> int | None:
+    """What stands in the field of the usual duration; what is no number is for the services to refuse."""
+    stripped = text.strip()
+    if not stripped:
+        return None
+    return int(stripped) if stripped.isdecimal() else 0
 
 
 def missing_sentence(facts: SettingsFacts, mission: Mission) -> str:
@@ -93,7 +103,7 @@ def offers(found: Sequence[MissionInfo], missions: Sequence[Mission], robot_id: 
         if info.guid in known:
             result.append(Offer(info.name, info.guid, known=True))
             continue
-        name = _free_name(info.name or info.guid, taken)
+        name = _free_name(info.name if names.cleaned(info.name) else info.guid, taken)
         result.append(Offer(name, info.guid, robot_id if name in for_all else None))
         taken.add(name)
         for_all.add(name)
@@ -101,11 +111,11 @@ def offers(found: Sequence[MissionInfo], missions: Sequence[Mission], robot_id: 
 
 
 def _free_name(wanted: str, taken: set[str]) -> str:
-    name, number = wanted[:LONGEST_NAME].strip(), 1
+    name, number = names.cleaned(wanted), 1
     while name in taken:
         number += 1
         ending = f" {number}"
-        name = wanted[:LONGEST_NAME - len(ending)].strip() + ending
+        name = names.cleaned(wanted, names.LONGEST - len(ending)) + ending
     return name
 
 

@@ -19,6 +19,7 @@ from app.screens.settings_view import (
     plain_address,
     went_wrong,
 )
+from app.services import names
 from app.services.mir.errors import Unauthorized
 from app.services.mir.types import Identity
 from app.widgets.dialogs import FormDialog
@@ -161,7 +162,7 @@ class RobotDialog(FormDialog):
         self._tested, self._found = asked, identity
         form.outcome.tell(connection_found(identity, self._robot))
         if not form.name.strip() and identity.name:
-            form.name = identity.name[:80]
+            form.name = names.cleaned(identity.name)
         then()
 
     def _failed(self, asked: tuple[str, ...], problem: BaseException) -> None:

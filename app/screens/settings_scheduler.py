@@ -3,7 +3,6 @@ from __future__ import annotations
 
 from datetime import datetime
 from typing import Any
-from zoneinfo import available_timezones
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, NumericProperty, StringProperty
@@ -12,6 +11,7 @@ from app.i18n import _
 from app.screens.settings_facts import SettingsFacts
 from app.screens.settings_page import Desk, SettingsPage
 from app.screens.settings_view import sentence_of, zone_options
+from app.services.clock import zone_names
 
 NUMBERS = ("poll_interval_seconds", "retry_limit", "start_window_minutes", "unknown_outcome_quiet_seconds", "history_limit")
 
@@ -58,7 +58,7 @@ class SchedulerPage(SettingsPage):
         self.set("history_limit", None if wanted else int(self.vm.history_limit))
 
     def pick_timezone(self) -> None:
-        self.desk.shell.dialogs.choose(_("Time zone"), zone_options(available_timezones(), self.desk.now()),
+        self.desk.shell.dialogs.choose(_("Time zone"), zone_options(zone_names(), self.desk.now()),
                                        lambda name: self.set("timezone", name), selected=self.vm.timezone)
 
     def _refused(self, name: str, problem: BaseException) -> None:

@@ -15,9 +15,10 @@ from app.i18n import _, ngettext
 from app.models import WEEKDAYS, Connection, Robot, Settings
 from app.screens import formats
 from app.screens.home_robot import link_look
-from app.screens.problems import sentence_of
+from app.screens.problems import sentence_of, words_of
 from app.screens.settings_facts import SettingsFacts
 from app.services.mir.types import Identity
+from app.told import Told
 
 Row = dict[str, Any]
 
@@ -53,7 +54,7 @@ def section_rows(facts: SettingsFacts, now: datetime, current: str) -> list[Row]
 
 def section_notes(facts: SettingsFacts, now: datetime) -> dict[str, NoticeView]:
     settings = facts.settings
-    battery = _("Battery {n} %").format(n=f"{settings.minimum_battery_percent:g}") if settings.minimum_battery_percent else \
+    battery = _("Battery {n} %").format(n=formats.plain(settings.minimum_battery_percent)) if settings.minimum_battery_percent else \
         _("No minimum battery")
     return {
         "robots": _robots_note(facts),
@@ -102,6 +103,11 @@ def _backup_note(facts: SettingsFacts, now: datetime) -> NoticeView:
 # ---------------------------------------------------------------------- words for values
 def theme_names() -> dict[str, str]:
     return {"light": _("Light"), "dark": _("Dark"), "contrast": _("High contrast")}
+
+
+def keyboard_words() -> dict[str, str]:
+    """When the keyboard on the screen comes up."""
+    return {"auto": _("When there is none"), "on": _("Always"), "off": _("Never")}
 
 
 def language_name(language: str) -> str:
@@ -225,11 +231,11 @@ def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
     return _("{backups}, the newest of {when}").format(backups=count, when=newest)
 
 
-def import_result(lines: Sequence[str], most: int = 12) -> NoticeView:
+def import_result(lines: Sequence[Told], most: int = 12) -> NoticeView:
     """What an import did; a long list is cut, and says so."""
     if not lines:
         return NoticeView(_("Everything in the file is here already"), tone="done", icon="check-circle")
-    shown = list(lines[:most])
+    shown = [words_of(line) for line in lines[:most]]
     if len(lines) > most:
         shown.append(ngettext("and {n} more", "and {n} more", len(lines) - most).format(n=len(lines) - most))
     text = ngettext("{n} change taken over", "{n} changes taken over", len(lines)).format(n=len(lines))

@@ -7,7 +7,9 @@ is the window's own; a screen fills what is between them, and the margins around
 """
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.screens.problems import sentence_of
@@ -31,13 +33,15 @@ class Shell:
     """The services of the window (app/screens/base.py tells how they are used); tests pass fakes.
 
     ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` says what was done, with Undo; ``bus`` brings what happens on other
-    threads to the UI thread; ``background`` runs work off the UI thread and its result back on it.
+    threads to the UI thread; ``background`` runs work off the UI thread and its result back on it. ``restore`` closes the services, puts a
+    backup in the place of the database and goes on with it; None: this window can't.
     """
     navigator: Navigator
     dialogs: Dialogs
     snackbars: Snackbars
     bus: UiBus
     background: Background
+    restore: Callable[[Path], object] | None = None
 
     def go(self, screen: str, **intent: Any) -> None:
         """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""

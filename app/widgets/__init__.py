@@ -48,7 +48,8 @@ Lists (lists.py, long_list.py; rows are dicts of the row class's properties with
     A new one: ``class AlarmRow(Row, Toned, BoxLayout)`` with properties, a kv rule whose height follows its texts, ``self.act("name")``.
 
 Drawings (chart.py, charts.py, timeline.py, robot_map.py)
-    Meter Sparkline StackedBars UtilisationBars Timeline(on_bar(key)) RobotMap Swatch AmrGlyph WorkingRing; a new one: subclass ``Chart``
+    Meter Sparkline StackedBars RobotBars Timeline(on_bar(key), on_window(first, hours)) RobotMap Swatch AmrGlyph WorkingRing; a new one:
+    subclass ``Chart``
 
 Dialogs (dialogs.py, pickers.py; screens open them through ``app.screens.overlays.Dialogs``)
     FormDialog ConfirmDialog ChoiceDialog Menu TimeDialog DateDialog; your own: see dialogs.py. ``Snackbars`` (snackbar.py): show, undo.
@@ -92,6 +93,7 @@ def load() -> None:
         lists,
         long_list,
         pickers,
+        robot_bars,
         robot_map,
         rows,
         snackbar,

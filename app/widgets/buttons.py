@@ -1,10 +1,10 @@
 """What the operator presses: command button, icon button, chips, segments, switch."""
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.surfaces import CLEAR, Tap, TonedTap
-from app.widgets.tokens import tk
+from app.widgets.tokens import late_color, tk
 
 STYLES = ("filled", "tonal", "outlined", "plain", "danger", "onsolid")
 
@@ -12,15 +12,15 @@ STYLES = ("filled", "tonal", "outlined", "plain", "danger", "onsolid")
 class Styled:
     """``style`` and ``disabled`` -> back, front, edge. ``onsolid`` stands on a block of its ``tone``."""
     style = OptionProperty("outlined", options=STYLES)
-    back = ColorProperty(CLEAR)
-    front = ColorProperty((0, 0, 0, 1))
-    edge = ColorProperty(CLEAR)
+    back = late_color(CLEAR)
+    front = late_color((0, 0, 0, 1))
+    edge = late_color(CLEAR)
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         for name in ("style", "disabled", "tone"):
             self.fbind(name, self._restyle)
-        tk.bind(theme=self._restyle)
+        tk.follow(self._restyle)
         self._restyle()
 
     def _restyle(self, *_):
@@ -68,7 +68,7 @@ class CommandButton(Styled, TonedTap):
         self.working = self.busy
 
     def on_touch_down(self, touch):
-        if self.busy and self.collide_point(*touch.pos):
+        if self.busy and self.is_seen and self.collide_point(*touch.pos):
             return True
         return super().on_touch_down(touch)
 
@@ -92,6 +92,8 @@ class Segment(Tap):
     key = ObjectProperty(None, allownone=True)
     text = StringProperty()
     selected = BooleanProperty(False)
+    tight = BooleanProperty(False)       # smaller words, closer to the edge
+    word_width = NumericProperty(0)      # as wide as it would be in full size
 
 
 class Toggle(Tap):
@@ -115,16 +117,21 @@ class Toggle(Tap):
 
 
 class Segments(BoxLayout):
-    """A row of segments of which one is chosen: ``options`` = [(key, word), …]. ``selected`` is the key; a tap fires ``on_choose(key)``."""
+    """A row of segments of which one is chosen: ``options`` = [(key, word), …]. ``selected`` is the key; a tap fires ``on_choose(key)``.
+
+    Where the words don't fit beside each other they get smaller.
+    """
     options = ListProperty()
     selected = ObjectProperty(None, allownone=True)
 
     __events__ = ("on_choose",)
 
     def __init__(self, **kwargs):
+        self._fit = Clock.create_trigger(self._fit_words, -1)
         super().__init__(**kwargs)
         self.fbind("options", self._build)
         self.fbind("selected", self._mark)
+        self.fbind("width", self._fit)
         self._build()
 
     def on_choose(self, key):
@@ -135,9 +142,15 @@ class Segments(BoxLayout):
         for key, word in self.options:
             segment = Segment(text=word)
             segment.key = key
-            segment.bind(on_release=self._tapped)
+            segment.bind(on_release=self._tapped, word_width=self._fit)
             self.add_widget(segment)
         self._mark()
+        self._fit()
+
+    def _fit_words(self, _dt):
+        wanted = sum(max(tk.h_touch, segment.word_width) for segment in self.children) + self.spacing * (len(self.children) - 1)
+        for segment in self.children:
+            segment.tight = wanted > self.width
 
     def _mark(self, *_):
         for segment in self.children:

@@ -8,7 +8,7 @@ from math import ceil
 from kivy.clock import Clock
 from kivy.core.text import Label as CoreLabel
 from kivy.graphics import Color, Line, Mesh, PopMatrix, PushMatrix, Rectangle, Rotate, SmoothLine
-from kivy.metrics import Metrics, dp, sp
+from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
 from kivy.uix.widget import Widget
 from kivymd.icon_definitions import md_icons
@@ -34,8 +34,7 @@ class Chart(Widget):
         super().__init__(**kwargs)
         for name in ("pos", "size", *self.watch):
             self.fbind(name, self._trigger)
-        tk.bind(theme=self._look_changed)
-        Metrics.bind(fontscale=self._look_changed)
+        tk.follow(self._look_changed)
         self._trigger()
 
     def _look_changed(self, *_):
@@ -100,7 +99,7 @@ class Sparkline(Chart):
 
     def draw(self):
         known = [value for value in self.values if value is not None]
-        if not known:
+        if not known or self.width < dp(20):     # a line so steep says nothing
             return
         low, high = min(known), max(known)
         span = (high - low) or 1
@@ -154,8 +153,8 @@ class WorkingRing(Chart):
         PopMatrix()
 
 
-SWATCHES = ("planned", "charging", "overlap", "closed", "accent", "accent_mid", "track", "attention_solid", "fault_solid",
-            "neutral_solid", "done_solid")
+SWATCHES = ("planned", "assumed", "typed", "charging", "overlap", "closed", "accent", "accent_mid", "track", "attention_solid",
+            "fault_solid", "neutral_solid", "done_solid")
 
 
 class Swatch(Chart):
@@ -165,9 +164,12 @@ class Swatch(Chart):
 
     def draw(self):
         box = (*self.pos, *self.size)
-        if self.kind in ("planned", "charging"):
-            self.box(*box, tk.accent_bg if self.kind == "planned" else tk.accent_soft, dp(3))
+        if self.kind in ("planned", "assumed", "typed", "charging"):
+            self.box(*box, {"assumed": tk.surface, "charging": tk.accent_soft}.get(self.kind, tk.accent_bg), dp(3))
             self.box(*box, tk.accent, dp(3), ring=1)
+            if self.kind == "typed":
+                frame = tk.accent_on if tk.strong else tk.accent
+                self.box(self.x + dp(3), self.y + dp(3), self.width - dp(6), self.height - dp(6), frame, dp(1), ring=1)
         elif self.kind == "overlap":
             self.box(*box, tk.attention_bg)
             self.hatch(*box, tk.overlap, 6, 2)

@@ -1,6 +1,6 @@
-"""Charts of the log: outcomes per day and utilisation of the robots side by side."""
+"""Outcomes per day."""
 from kivy.metrics import dp
-from kivy.properties import ListProperty, NumericProperty
+from kivy.properties import ListProperty
 
 from app.widgets.chart import Chart, nice_step
 from app.widgets.tokens import tk
@@ -47,34 +47,3 @@ class StackedBars(Chart):
             corners = (dp(4), dp(4), 0, 0) if k == len(parts) - 1 else 0
             self.box(x, y + gap, width, height - gap, getattr(tk, token), corners)
             y += height
-
-
-class UtilisationBars(Chart):
-    """``rows`` = [(robot, words, busy, charging), …] with fractions 0..1 of the observed time; the rest of the track is idle time."""
-    rows = ListProperty()
-    row_height = NumericProperty("32dp")
-    wanted_height = NumericProperty(0)       # of all rows; for lists that scroll
-    watch = ("rows",)
-
-    def on_rows(self, *_):
-        self.wanted_height = len(self.rows) * self.row_height
-
-    def draw(self):
-        if not self.rows:
-            return
-        slot = self.height / len(self.rows)
-        names = max(self.width_of(row[0], 16) for row in self.rows) + dp(16)
-        words = max(self.width_of(row[1], 20, "RobotoMedium") for row in self.rows) + dp(16)
-        x, w, h = self.x + names, max(dp(8), self.width - names - words), dp(16)
-        for n, (name, value, busy, charging) in enumerate(self.rows):
-            y = self.top - slot * (n + .5)
-            self.text(name, self.x, y, tk.ink, 16)
-            self.box(x, y - h / 2, w, h, tk.track, dp(4))
-            on_mission = w * min(1., busy)
-            on_charger = min(w * charging, w - on_mission - 1)
-            if on_mission > 1:
-                self.box(x, y - h / 2, on_mission, h, tk.accent, (dp(4), 0, 0, dp(4)))
-            if on_charger > 1:
-                self.box(x + on_mission + 1, y - h / 2, on_charger, h, tk.accent_soft)
-                self.box(x + on_mission + 1, y - h / 2, on_charger, h, tk.accent, ring=1)
-            self.text(value, self.right, y, tk.ink, 20, 1, font="RobotoMedium")

@@ -21,11 +21,10 @@ from kivy.properties import (
     ObjectProperty,
     StringProperty,
 )
-from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.modalview import ModalView
 
 from app.widgets.lists import Row
-from app.widgets.surfaces import Surface, TonedTap
+from app.widgets.surfaces import SeenBox, Surface, TonedTap
 
 ESCAPE = 27                              # also Android's back button
 
@@ -41,7 +40,7 @@ class Overlay(ModalView):
         return False
 
 
-class DialogActions(BoxLayout):
+class DialogActions(SeenBox):
     """The buttons at the foot of a dialog: their words share the width; the main one stands right."""
 
 

@@ -17,9 +17,10 @@ class SectionCard(Surface):
 
 
 class CardHead(BoxLayout):
-    """Title of a card and a quiet note at its right."""
+    """Title of a card and a quiet note at its right; ``least`` high."""
     title = StringProperty()
     note = StringProperty()
+    least = NumericProperty("40dp")
 
 
 class Tile(Surface):

@@ -15,7 +15,8 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.textinput import TextInput
 
 from app.widgets.buttons import CommandButton
-from app.widgets.surfaces import Surface, Tap
+from app.widgets.dock import dock
+from app.widgets.surfaces import SeenBox, Surface, Tap
 
 KINDS = {"text": ("text", None), "int": ("number", "int"), "decimal": ("number", "float"), "url": ("url", None)}
 
@@ -23,6 +24,9 @@ KINDS = {"text": ("text", None), "int": ("number", "int"), "decimal": ("number",
 class FieldInput(TextInput):
     """The line that is typed into; ``max_length`` > 0 stops further characters."""
     max_length = NumericProperty(0)
+
+    def on_focus(self, _field, focused):
+        (dock.entered if focused else dock.left)(self)
 
     def insert_text(self, substring, from_undo=False):
         if self.max_length and not from_undo:
@@ -95,7 +99,7 @@ class FormField(FieldBase):
             self.commit()
 
 
-class SearchField(BoxLayout):
+class SearchField(SeenBox):
     """One line that filters a list while it is typed; bind ``text``. The cross empties it."""
     text = StringProperty()
     hint = StringProperty()

@@ -17,7 +17,7 @@ class FigureCard(Row, Tap, KpiCard):
 
 
 class FigureGrid(GridLayout):
-    """One FigureCard per dict of ``data``; a tap fires ``on_action(key, "explain")``."""
+    """One FigureCard per dict of ``data``; a tap fires ``on_action(key, "explain")``. The cards of each row share its whole width."""
     data = ListProperty()
 
     __events__ = ("on_action",)
@@ -37,6 +37,14 @@ class FigureGrid(GridLayout):
             self.add_widget(FigureCard(host=self))
         for card, data in zip(reversed(self.children), self.data, strict=True):
             card.take(data)
+
+    def do_layout(self, *args):
+        super().do_layout(*args)
+        last = list(reversed(self.children[:len(self.children) % self.cols]))
+        gap = self.spacing[0]
+        wide = (self.width + gap) / max(1, len(last)) - gap
+        for n, card in enumerate(last):
+            card.x, card.width = self.x + n * (wide + gap), wide
 
 
 class FactRow(Row, BoxLayout):

@@ -6,7 +6,8 @@ from app.widgets.tokens import TONES
 
 
 class TopBar(TonedSurface):
-    """Name of the screen, date and time, and the selected robot with its connection; a tap on it fires ``on_pick_robot``.
+    """Name of the screen, date and time, the bell, and the selected robot with its connection; a tap on it fires ``on_pick_robot``, one on
+    the bell ``on_list_alarms``.
 
     The date stays out where it finds no room (``narrow``); long names of robots wrap.
     """
@@ -16,12 +17,17 @@ class TopBar(TonedSurface):
     robot = StringProperty()
     link = StringProperty()
     icon = StringProperty()
+    bell_icon = StringProperty("bell-outline")
+    bell_count = StringProperty()
     narrow = BooleanProperty(False)
 
-    __events__ = ("on_pick_robot",)
+    __events__ = ("on_pick_robot", "on_list_alarms")
 
     def on_pick_robot(self):
         """The robot in the bar was tapped."""
+
+    def on_list_alarms(self):
+        """The bell was tapped."""
 
 
 class AlarmBanner(TonedSurface):
@@ -97,6 +103,8 @@ class Frame(Surface):
     alarm_note = StringProperty()
     alarm_others = StringProperty()
     alarm_action = StringProperty()
+    bell_icon = StringProperty("bell-outline")
+    bell_count = StringProperty()
     items = ListProperty()
     current = StringProperty()
 
@@ -112,7 +120,7 @@ class Frame(Surface):
         """The button of the banner was pressed."""
 
     def on_list_alarms(self):
-        """The count of other alarms was tapped."""
+        """The bell, or the count of other alarms, was tapped."""
 
     def add_widget(self, widget, *args, **kwargs):
         body = self.ids.get("body")

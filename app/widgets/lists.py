@@ -52,18 +52,25 @@ class Row:
 
 
 class Rows(BoxLayout):
-    """One ``viewclass`` per dict of ``data``, all of them, in a box. For few rows; ``ScrollRows`` scrolls them."""
+    """One ``viewclass`` per dict of ``data``, all of them, in a box. For few rows; ``ScrollRows`` scrolls them.
+
+    ``sight`` (left, bottom, right, top) is the part of it that is seen; rows outside it exist, but are not drawn. None: all is seen.
+    """
     viewclass = StringProperty()
     data = ListProperty()
     host = ObjectProperty(None, allownone=True)
+    sight = ObjectProperty(None, allownone=True)
 
     __events__ = ("on_action", "on_rows")
 
     def __init__(self, **kwargs):
         self._views = {}
+        self._unseen = set()                 # views that are not drawn
+        self._look = Clock.create_trigger(self._draw_seen, -1)
         super().__init__(**kwargs)
         self.fbind("data", self._build)
         self.fbind("viewclass", self._rebuild)
+        self.fbind("sight", self._look)
         self._build()
 
     def on_action(self, key, action, *values):
@@ -94,9 +101,29 @@ class Rows(BoxLayout):
         wanted = list(self._views.values())
         if wanted != self.children[::-1]:
             self.clear_widgets()
+            self._unseen.clear()
             for view in wanted:
                 self.add_widget(view)
+        self._unseen.intersection_update(wanted)
         self.dispatch("on_rows")
+
+    def do_layout(self, *args):
+        super().do_layout(*args)
+        self._draw_seen()
+
+    def _draw_seen(self, *_):
+        """What lies outside of what is seen would cost as much to draw as what lies inside."""
+        if self.sight is None:
+            return
+        left, bottom, right, top = self.sight
+        for view in self.children:
+            is_seen = view.right > left and view.x < right and view.top > bottom and view.y < top
+            if is_seen and view in self._unseen:
+                self._unseen.remove(view)
+                self.canvas.add(view.canvas)
+            elif not is_seen and view not in self._unseen:
+                self._unseen.add(view)
+                self.canvas.remove(view.canvas)
 
 
 class CalmScroll(ScrollView):
@@ -170,6 +197,11 @@ class ScrollRows(FloatLayout):
         view = self.ids.rows._views.get(key)
         if view is not None:
             self.ids.scroll.scroll_to(view, padding=0, animate=False)
+
+    def in_sight(self, scroll_x, scroll_y, scroll, rows) -> tuple[float, float, float, float]:
+        """The part of the rows, whose size is ``rows``, that is seen in a scroll view of size ``scroll``."""
+        left, bottom = scroll_x * max(0, rows[0] - scroll[0]), scroll_y * max(0, rows[1] - scroll[1])
+        return left, bottom, left + scroll[0], bottom + scroll[1]
 
     def turn(self, direction: int) -> None:
         """Show the next (1) or the previous (-1) part of a strip; a row that was cut at the edge comes whole."""

@@ -3,6 +3,9 @@
 Not kivy's RecycleView: that one hands its views out anew whenever a height changes, so rows that take their own height (a reason on two
 lines, an opened story) never come to rest in it, and a pressed row may become another. Here views belong to keys, heights are remembered
 per key, and what is read stays where it is when rows are added above.
+
+A frame of scrolling costs the rows that come into sight, whatever the length of the list: each view sits on a seat that is moved in its
+place, so that nothing in it is laid out anew, and where rows are is reckoned only when a height is learned.
 """
 from bisect import bisect_right
 from itertools import accumulate
@@ -14,6 +17,20 @@ from kivy.properties import ListProperty, NumericProperty, StringProperty
 from kivy.uix.relativelayout import RelativeLayout
 
 from app.widgets.lists import CalmScroll, Row
+
+
+class Seat(RelativeLayout):
+    """Where a view is: its own origin, as large as the view."""
+
+    def __init__(self, view, **kwargs):
+        self.view = view
+        super().__init__(size_hint=(None, None), **kwargs)
+        self.add_widget(view)
+        view.fbind("size", self._fit)
+        self._fit()
+
+    def _fit(self, *_):
+        self.size = self.view.size
 
 
 class LongList(CalmScroll):
@@ -31,10 +48,12 @@ class LongList(CalmScroll):
 
     def __init__(self, **kwargs):
         self._keys: list = []
+        self._places: dict = {}              # of keys in the list
         self._tops: list[float] = [0.]       # of each row, from the top of the content; the last is the whole height
         self._heights: dict = {}
-        self._live: dict = {}
-        self._spare: list = []
+        self._reckoned = False               # whether the tops are those of the heights that are known
+        self._live: dict[object, Seat] = {}
+        self._spare: list[Seat] = []
         self._anchor: tuple | None = None    # (key of the first row in sight, px of it above the edge); None: at the top
         self._width = 0
         self._moving = False
@@ -44,8 +63,10 @@ class LongList(CalmScroll):
         self._content = RelativeLayout(size_hint_y=None, height=0)
         super().__init__(do_scroll_x=False, **kwargs)
         self.add_widget(self._content)
-        for name in ("size", "spacing", "row_height", "empty_text"):
+        for name in ("size", "empty_text"):
             self.fbind(name, self._arrange)
+        for name in ("spacing", "row_height"):
+            self.fbind(name, self._reckon_anew)
         self.fbind("data", self._changed)
         self.fbind("viewclass", self._start_over)
         self.fbind("scroll_y", self._scrolled)
@@ -59,29 +80,34 @@ class LongList(CalmScroll):
 
     def show(self, key) -> None:
         """Scroll until the row of ``key`` stands at the top, as far as the list goes."""
-        if key in self._keys:
+        if key in self._places:
             self._anchor = key, 0.
             self._arrange()
 
     @property
     def views(self) -> list:
         """The rows that exist now, from the top."""
-        return sorted(self._live.values(), key=lambda view: -view.y)
+        return [seat.view for seat in sorted(self._live.values(), key=lambda seat: -seat.y)]
 
     # ------------------------------------------------------------------ what is where
     def _changed(self, *_):
         self._keys = [row.get("key", n) for n, row in enumerate(self.data)]
-        if len(set(self._keys)) != len(self._keys):
+        self._places = {key: n for n, key in enumerate(self._keys)}
+        if len(self._places) != len(self._keys):
             raise ValueError("two rows with one key")
-        for key, row in zip(self._keys, self.data, strict=True):
-            if key in self._live:
-                self._live[key].take(row)
-        self._arrange()
+        for key, seat in self._live.items():
+            if key in self._places:
+                seat.view.take(self.data[self._places[key]])
+        self._reckon_anew()
 
     def _start_over(self, *_):
-        for view in self._live.values():
-            self._content.remove_widget(view)
+        for seat in self._live.values():
+            self._content.remove_widget(seat)
         self._live, self._spare, self._heights = {}, [], {}
+        self._reckon_anew()
+
+    def _reckon_anew(self, *_):
+        self._reckoned = False
         self._arrange()
 
     def _scrolled(self, *_):
@@ -99,8 +125,8 @@ class LongList(CalmScroll):
         self._resting = True
         if self._anchor is not None:
             key, hidden = self._anchor
-            if key in self._keys and hidden > .5 and not self._at_end():
-                n = self._keys.index(key)
+            if key in self._places and hidden > .5 and not self._at_end():
+                n = self._places[key]
                 if hidden > (self._tops[n + 1] - self._tops[n]) / 2:
                     key = self._keys[min(n + 1, len(self._keys) - 1)]
                 if self._height_of(key) < self.height:
@@ -119,9 +145,14 @@ class LongList(CalmScroll):
         if self.width != self._width:            # other line breaks, other heights
             self._width = self.width
             self._heights.clear()
-        heights = [self._height_of(key) + self.spacing for key in self._keys]
-        self._tops = list(accumulate(heights, initial=0.))
-        self._content.height = max(0, self._tops[-1] - (self.spacing if self._keys else 0))
+            self._reckoned = False
+        if not self._reckoned:
+            known, guess, spacing = self._heights, self.row_height, self.spacing
+            self._tops = list(accumulate((known.get(key, guess) + spacing for key in self._keys), initial=0.))
+            self._moving = True              # kivy keeps scroll_y within another height: nobody scrolls here
+            self._content.height = max(0, self._tops[-1] - (spacing if self._keys else 0))
+            self._moving = False
+            self._reckoned = True
         above = self._hold_place()
         first = max(0, bisect_right(self._tops, above) - 1)
         last = min(len(self._keys), bisect_right(self._tops, above + self.height))
@@ -135,8 +166,8 @@ class LongList(CalmScroll):
         """Keep the row at the upper edge there; returns how many px of content lie above it."""
         hidden = max(0., self._content.height - self.height)
         above = 0.
-        if self._anchor is not None and self._anchor[0] in self._keys:
-            above = min(hidden, self._tops[self._keys.index(self._anchor[0])] + self._anchor[1])
+        if self._anchor is not None and self._anchor[0] in self._places:
+            above = min(hidden, self._tops[self._places[self._anchor[0]]] + self._anchor[1])
         if hidden and abs((1 - self.scroll_y) * hidden - above) > .5:
             self._moving = True
             self.scroll_y = 1 - above / hidden
@@ -146,31 +177,32 @@ class LongList(CalmScroll):
     def _populate(self, shown: range, aside):
         """Views for the rows ``shown``. The row ``aside`` would be cut in two: it stands out of sight, but goes on being measured."""
         wanted = {self._keys[n]: n for n in shown}
-        for key in [key for key in self._live if key not in wanted]:
-            view = self._live.pop(key)
-            self._content.remove_widget(view)
-            self._spare.append(view)
+        self._spare += [self._live.pop(key) for key in [key for key in self._live if key not in wanted]]
         for key, n in wanted.items():
-            view = self._live.get(key)
-            if view is None:
-                view = self._live[key] = self._spare.pop() if self._spare else self._new_view()
-                Row.take(view, self.data[n])
-                view.width = self.width
-                self._content.add_widget(view)
+            seat = self._live.get(key)
+            if seat is None:
+                seat = self._live[key] = self._spare.pop() if self._spare else self._new_seat()
+                Row.take(seat.view, self.data[n])
+                if seat.parent is None:
+                    self._content.add_widget(seat)
+            view = seat.view
             view.width = self.width
-            view.pos = 2 * self.width if key == aside else 0, self._content.height - self._tops[n] - view.height
+            seat.pos = 2 * self.width if key == aside else 0, self._content.height - self._tops[n] - view.height
             if self._heights.get(key) != view.height:
                 self._heights[key] = view.height
-                self._arrange()
+                self._reckon_anew()
+        for seat in self._spare:
+            if seat.parent is not None:
+                self._content.remove_widget(seat)
 
-    def _new_view(self):
-        view = Factory.get(self.viewclass)(size_hint=(None, None))
+    def _new_seat(self):
+        view = Factory.get(self.viewclass)(size_hint=(None, None), width=self.width)
         view.host = self
         view.fbind("height", self._arrange)
-        return view
+        return Seat(view)
 
     def _say_empty(self):
-        labels = [child for child in self._content.children if child not in self._live.values()]
+        labels = [child for child in self._content.children if not isinstance(child, Seat)]
         wanted = bool(self.empty_text) and not self._keys
         if wanted and not labels:
             labels = [Factory.Note(size_hint_x=None)]

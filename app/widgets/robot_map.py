@@ -13,7 +13,7 @@ from kivy.graphics import (
     StencilUnUse,
     StencilUse,
 )
-from kivy.metrics import dp
+from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 
 from app.widgets.chart import Chart
@@ -23,9 +23,10 @@ from app.widgets.tokens import tk
 class RobotMap(Chart):
     """Coordinates are fractions of the map, origin bottom left; ``heading`` in degrees, 0 = right, anticlockwise.
 
-    The ground is a ``texture`` (the robot's own map picture), or drawn from ``walls`` and ``racks`` = [(x, y, width, height)].
-    ``places`` = [(x, y, name)]; ``path`` = points still to drive; ``at`` empty = position unknown. The map keeps its proportions
-    (``aspect`` = height / width); where room is short it is cut around the robot.
+    The ground is a ``texture``, as opaque as there are walls (the theme colours it), or drawn from ``walls`` and ``racks`` =
+    [(x, y, width, height)]. ``places`` = [(x, y, name)], shown as far as they neither touch each other nor the robot; ``path`` = points
+    still to drive, its last the goal; ``at`` empty = position unknown; ``name`` of the map stands in a corner. The map keeps its
+    proportions (``aspect`` = height / width); where room is short it is cut around the robot.
     """
     tone = StringProperty("accent")
     at = ListProperty()
@@ -36,7 +37,8 @@ class RobotMap(Chart):
     walls = ListProperty()
     racks = ListProperty()
     places = ListProperty()
-    watch = ("tone", "at", "heading", "path", "texture", "aspect", "walls", "racks", "places")
+    name = StringProperty()
+    watch = ("tone", "at", "heading", "path", "texture", "aspect", "walls", "racks", "places", "name")
 
     def draw(self):
         self._place_map()
@@ -45,6 +47,7 @@ class RobotMap(Chart):
         RoundedRectangle(**clip)
         StencilUse()
         self._ground()
+        self._names()
         if self.path:
             self._goal([self._point(x, y) for x, y in self.path])
         if self.at:
@@ -55,12 +58,20 @@ class RobotMap(Chart):
         self.box(*self.pos, *self.size, tk.map_wall, dp(12), ring=2)
 
     def _place_map(self):
-        """Fill the width or the height, whichever leaves nothing empty, and keep the robot in sight."""
+        """Fill the width or the height, whichever leaves nothing empty, and keep the robot in sight, and the goal where both can be."""
         self._wide = max(self.width, self.height / self.aspect)
         self._high = self._wide * self.aspect
         x, y = self.at or (.5, .5)
-        self._x0 = self.x + min(0, max(self.width - self._wide, self.width / 2 - self._wide * x))
-        self._y0 = self.y + min(0, max(self.height - self._high, self.height / 2 - self._high * y))
+        goal_x, goal_y = self.path[-1] if self.path else (x, y)
+        self._x0 = self.x + self._shift(self.width, self._wide, x, goal_x)
+        self._y0 = self.y + self._shift(self.height, self._high, y, goal_y)
+
+    @staticmethod
+    def _shift(room, length, at, goal):
+        """Where a map of ``length`` begins in ``room``: around the middle of both points, the robot at least its halo from the edge."""
+        least = max(0, room / 2 - dp(26))
+        middle = length * at + min(least, max(-least, length * (goal - at) / 2))
+        return min(0, max(room - length, room / 2 - middle))
 
     def _point(self, x, y):
         return self._x0 + self._wide * x, self._y0 + self._high * y
@@ -68,16 +79,44 @@ class RobotMap(Chart):
     def _ground(self):
         self.box(*self.pos, *self.size, tk.map_floor)
         if self.texture is not None:
-            shade = .82 if tk.theme == "dark" else 1
-            Color(shade, shade, shade, 1)
+            Color(*tk.map_wall)
             Rectangle(pos=(self._x0, self._y0), size=(self._wide, self._high), texture=self.texture)
         for parts, colour, least, corner in ((self.racks, tk.map_rack, 0, dp(2)), (self.walls, tk.map_wall, dp(2), 0)):
             for x, y, w, h in parts:
                 self.box(*self._point(x, y), max(least, self._wide * w), max(least, self._high * h), colour, corner)
+
+    def _names(self):
+        """Of the map and of places, each on a plate of floor; one that would touch another, the robot or the goal is left out."""
+        taken = [self._around(*self._point(*point), dp(17)) for point in (self.at, *self.path[-1:]) if point]
+        corner = None
+        if self.name and (width := self.width_of(self.name)) < self.width - dp(24):
+            corner = self.x + dp(8), self.top - dp(8) - sp(20), self.x + dp(20) + width, self.top - dp(8)
+            if any(_touch(corner, other) for other in taken):
+                corner = corner[0], self.y + dp(8), corner[2], self.y + dp(8) + sp(20)
+            taken.append(corner)
         for x, y, name in self.places:
             px, py = self._point(x, y)
-            if self.y + dp(12) < py < self.top - dp(12):              # no name cut in two
-                self.text(name, px, py, tk.ink2, 14, .5)
+            half, high = self.width_of(name) / 2, sp(9)
+            if not (self.x < px < self.right and self.y + high + dp(3) < py < self.top - high - dp(3)) or 2 * half > self.width - dp(12):
+                continue
+            px = min(max(px, self.x + half + dp(6)), self.right - half - dp(6))
+            plate = px - half - dp(3), py - high, px + half + dp(3), py + high
+            if not any(_touch(plate, other) for other in taken):
+                taken.append(plate)
+                self._plate(plate, name, tk.ink2)
+        if corner is not None:
+            self._plate(corner, self.name, tk.ink, ring=True)
+
+    def _plate(self, area, name, colour, ring=False):
+        left, bottom, right, top = area
+        self.box(left, bottom, right - left, top - bottom, tk.map_floor, dp(4), alpha=1. if ring else .82)
+        if ring:
+            self.box(left, bottom, right - left, top - bottom, tk.map_wall, dp(4), ring=1)
+        self.text(name, (left + right) / 2, (bottom + top) / 2, colour, 14, .5)
+
+    @staticmethod
+    def _around(x, y, reach):
+        return x - reach, y - reach, x + reach, y + reach
 
     def _robot(self, x, y):
         colour = getattr(tk, self.tone)
@@ -103,5 +142,12 @@ class RobotMap(Chart):
                 next_dot += step
             gone += length
         x, y = points[-1]
+        if not (self.x < x < self.right and self.y < y < self.top - dp(26)):
+            return                                                # half a pin would say nothing
         self.box(x - dp(3), y - dp(3), dp(6), dp(6), tk.accent, dp(3))
         self.icon("map-marker", x, y + dp(11), tk.accent, 26)
+
+
+def _touch(a, b):
+    """Whether two areas (left, bottom, right, top) have a point in common."""
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

@@ -4,12 +4,12 @@
 PlanRow and DoneRow none, ScheduleRow "switch" (with the wanted state), "edit", "menu" (with the button to hang the menu on), LogRow
 "open", SectionRow "choose", OptionRow "choose".
 """
-from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.lists import RecycledRow, Row
 from app.widgets.surfaces import Tap, Toned, TonedTap
-from app.widgets.tokens import tk
+from app.widgets.tokens import late_color, tk
 
 
 class RobotChip(Row, TonedTap):
@@ -19,8 +19,8 @@ class RobotChip(Row, TonedTap):
     battery = StringProperty("–")
     battery_icon = StringProperty("battery-unknown")
     battery_tone = StringProperty("neutral")
-    battery_fg = ColorProperty((0, 0, 0, 1))
-    icon_fg = ColorProperty((0, 0, 0, 1))
+    battery_fg = late_color((0, 0, 0, 1))
+    icon_fg = late_color((0, 0, 0, 1))
     selected = BooleanProperty(False)
 
     def retone(self, *_):

@@ -6,7 +6,7 @@ from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.shapes import rounded
-from app.widgets.tokens import TONES, tk
+from app.widgets.tokens import TONES, late_color, tk
 
 CLEAR = (0, 0, 0, 0)
 
@@ -14,16 +14,16 @@ CLEAR = (0, 0, 0, 0)
 class Toned:
     """``tone`` -> fg, tint, tint_ink, solid, solid_ink; follows the theme. Classes that add colours override ``retone``."""
     tone = OptionProperty("neutral", options=TONES)
-    fg = ColorProperty((0, 0, 0, 1))
-    tint = ColorProperty(CLEAR)
-    tint_ink = ColorProperty((0, 0, 0, 1))
-    solid = ColorProperty((0, 0, 0, 1))
-    solid_ink = ColorProperty((1, 1, 1, 1))
+    fg = late_color((0, 0, 0, 1))
+    tint = late_color(CLEAR)
+    tint_ink = late_color((0, 0, 0, 1))
+    solid = late_color((0, 0, 0, 1))
+    solid_ink = late_color((1, 1, 1, 1))
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.fbind("tone", self.retone)
-        tk.bind(theme=self.retone)
+        tk.follow(self.retone)
         self.retone()
 
     def retone(self, *_):
@@ -35,7 +35,23 @@ class Toned:
         self.solid_ink = {"attention": tk.amber_ink, "accent": tk.accent_ink}.get(tone, tk.solid_ink)
 
 
-class Surface(BoxLayout):
+class OnlySeen:
+    """A widget that takes no touch while nobody sees it, nor hands one to what it holds. Kivy's do: layouts hand touches on wherever
+    their children lie, and disabled widgets keep those on them."""
+
+    @property
+    def is_seen(self):
+        return self.opacity > 0 and self.width >= 1 and self.height >= 1
+
+    def on_touch_down(self, touch):
+        return self.is_seen and super().on_touch_down(touch)
+
+
+class SeenBox(OnlySeen, BoxLayout):
+    """A box whose content comes and goes with its opacity."""
+
+
+class Surface(OnlySeen, BoxLayout):
     """A box with a filled, bordered, rounded background; ``veil`` lies over the fill (what is pressed looks pressed)."""
     fill = ColorProperty(CLEAR)
     veil = ColorProperty(CLEAR)
@@ -73,8 +89,11 @@ class Tap(ButtonBehavior, Surface):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.fbind("state", self._veil)
-        tk.bind(theme=self._veil)
+        tk.follow(self._veil)
         self._veil()
+
+    def on_touch_down(self, touch):
+        return self.is_seen and super().on_touch_down(touch)      # before the button looks
 
     def _veil(self, *_):
         self.veil = (*tk.ink[:3], .22 if tk.strong else .12) if self.state == "down" else CLEAR

@@ -1,154 +1,196 @@
-"""Timeline of the next hours: one lane per robot, a bar per run, the now-line, overlaps and closed time hatched."""
+"""Timeline of robots' time: one lane per robot, a bar per run, the now-line, overlaps and closed time hatched.
+
+A finger drags it along, two fingers zoom. What is drawn (``Drawing``) reaches beyond what is seen and is only moved as long as it does; a
+new drawing of crowded lanes is made a few lanes a frame, and takes the place of the old one when it is complete.
+"""
+from collections.abc import Iterator
+
+from kivy.clock import Clock
 from kivy.metrics import dp
-from kivy.properties import ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
 from app.widgets.chart import Chart
-from app.widgets.tokens import tk
+from app.widgets.timeline_drawing import AXIS, Box, Drawing
 
-# state of a bar: (fill, text on it, border)
-_BAR_COLOURS = {
-    "past": ("track", "ink2", "track"), "failed": ("fault_bg", "fault_on", "fault"),
-    "skipped": ("attention_bg", "attention_on", "attention"), "running": ("accent", "accent_ink", "accent"),
-    "planned": ("accent_bg", "accent_on", "accent"),
-}
+AT_ONCE = 2000           # bars that are drawn in one frame
+AHEAD = .15              # of what is seen: so near to its end a new drawing is begun
+SLOP = 12                # dp that a finger moves before it drags
+LEAST_HOURS, MOST_HOURS = 6, 168
 
 
 class Timeline(Chart):
-    """``hours`` hours from the left edge of the axis; all times are floats in hours from there.
+    """Shows ``hours`` hours from hour ``first`` on; all times are floats in hours from one common instant.
 
-    lanes = [{"name", "note", "bars": [{"key", "start", "end", "label", "state"}]}], state: past, failed, skipped, running, planned.
-    closed = [(from, to, words)], ticks = [(hour, label, strong)]. Where two bars of one lane overlap, both stay visible and the common
-    part is hatched. A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``.
+    lanes = [{"name", "note", "bars": [{"key", "start", "end", "label", "state", "late", "assumed", "typed", "overlaps"}]}], state: past,
+    failed, skipped, running, planned; ``late`` (optional) is where a whisker ends, ``assumed``: the length is not known, ``typed``: a
+    person has said it, ``overlaps``: stands for several that do. closed = [(from, to, words)],
+    ticks = [(hour, label, strong)]. Where two bars of one lane overlap, both stay visible and the common part is hatched. A tap on a bar
+    (or nearest within a fingertip) fires ``on_bar(key)``; ``on_window(first, hours)`` tells what is seen after fingers have moved it.
+    In a page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing.
     """
     lanes = ListProperty()
     closed = ListProperty()
     ticks = ListProperty()
     hours = NumericProperty(24)
+    first = NumericProperty(0)
     now = NumericProperty(-1)
     now_label = StringProperty()
     lane_height = NumericProperty("44dp")    # least
     wanted_height = NumericProperty(0)       # of all lanes at their least; for a timeline that scrolls
-    watch = ("lanes", "closed", "ticks", "now", "now_label", "hours")
+    seen_from = NumericProperty(0)
+    seen_height = NumericProperty(0)
+    watch = ("lanes", "closed", "ticks", "hours")
 
-    __events__ = ("on_bar",)
-    AXIS = 28                                # dp
+    touched = BooleanProperty(False)         # fingers move it just now
+    __events__ = ("on_bar", "on_window")
 
     def __init__(self, **kwargs):
+        self._fingers: dict[object, tuple[float, float]] = {}      # uid of a touch: where it is
+        self._moved = False
+        self._drawing: Drawing | None = None                       # that is seen
+        self._next: Drawing | None = None                          # that is being made
+        self._again = False                                        # and is not what is wanted any more
+        self._go_on = Clock.create_trigger(self._make, 0)
+        self._place_soon = Clock.create_trigger(self._place, -1)
         super().__init__(**kwargs)
-        self._hits: list[tuple[float, float, float, float, object]] = []
+        for name in ("first", "now", "now_label"):
+            self.fbind(name, self._place_soon)
+        for name in ("seen_from", "seen_height"):
+            self.fbind(name, self._scrolled)
 
     def on_bar(self, key):
         """A bar was tapped."""
 
+    def on_window(self, first, hours):
+        """Fingers have chosen another part of time."""
+
     def on_lanes(self, *_):
-        self.wanted_height = dp(self.AXIS) + len(self.lanes) * self.lane_height
+        self.wanted_height = dp(AXIS) + len(self.lanes) * self.lane_height
+
+    # ------------------------------------------------------------------ fingers
+    def on_touch_down(self, touch):
+        if self.collide_point(*touch.pos) and not touch.is_mouse_scrolling and len(self._fingers) < 2:
+            if not self._fingers:
+                self._moved = False
+            self._fingers[touch.uid] = touch.pos
+            touch.grab(self)
+        return super().on_touch_down(touch)
+
+    def on_touch_move(self, touch):
+        if touch.grab_current is not self or touch.uid not in self._fingers:
+            return super().on_touch_move(touch)
+        before = dict(self._fingers)
+        if not self._moved and abs(touch.x - touch.ox) < max(dp(SLOP), abs(touch.y - touch.oy)):
+            return True
+        self._moved = self.touched = True
+        self._fingers[touch.uid] = touch.pos
+        if len(before) == 2:
+            self._pinch(*(position[0] for position in before.values()), *(position[0] for position in self._fingers.values()))
+        else:
+            self._drag(touch.x - before[touch.uid][0])
+        return True
 
     def on_touch_up(self, touch):
-        if touch.grab_current is None and self.collide_point(*touch.pos) and not touch.is_mouse_scrolling:
-            reach = dp(24)
-            near = [(max(x - touch.x, touch.x - x2, 0), key) for x, y, x2, y2, key in self._hits if y - dp(8) <= touch.y <= y2 + dp(8)]
-            if near and min(near, key=lambda hit: hit[0])[0] <= reach:
-                self.dispatch("on_bar", min(near, key=lambda hit: hit[0])[1])
-                return True
+        if touch.grab_current is self:
+            touch.ungrab(self)
+            self._fingers.pop(touch.uid, None)
+            if self._moved and not self._fingers:
+                self.dispatch("on_window", self.first, self.hours)
+                self.touched = False
+                self._place_soon()               # labels at the edges come whole again
+            return True
+        is_tap = touch.grab_current is None and not self._moved and self.collide_point(*touch.pos) and not touch.is_mouse_scrolling
+        if is_tap and (key := self._bar_near(*touch.pos)) is not None:
+            self.dispatch("on_bar", key)
+            return True
         return super().on_touch_up(touch)
 
+    def boxes(self) -> Iterator[Box]:
+        """Where the bars are that were drawn for what is seen."""
+        if self._drawing is not None:
+            for lane in self._drawing.lanes:
+                yield from self._drawing.boxes(lane)
+
+    def _bar_near(self, x, y):
+        if self._drawing is None:
+            return None
+        reach, slack = dp(24), dp(8)
+        lanes = {self._drawing.lane_at(y + slack), self._drawing.lane_at(y - slack)}
+        near = [(max(left - x, x - right, 0), key) for lane in lanes for left, bottom, right, top, key in self._drawing.boxes(lane)
+                if bottom - slack <= y <= top + slack]
+        distance, key = min(near, key=lambda hit: hit[0], default=(reach + 1, None))
+        return key if distance <= reach else None
+
+    def _drag(self, dx):
+        """Move what is drawn; ``first`` follows at once."""
+        if self._drawing is None:
+            return
+        self.first -= dx / self._drawing.unit
+        self._drawing.move(dx)
+        if self._next is None and not self._drawing.reaches(self.first, self.hours * AHEAD):
+            self._trigger()
+
+    def _pinch(self, a0, b0, a, b):
+        """What was under the fingers stays under them."""
+        if self._drawing is None or abs(b0 - a0) < 1 or abs(b - a) < dp(24):
+            return
+        hours = min(MOST_HOURS, max(LEAST_HOURS, self.hours * abs(b0 - a0) / abs(b - a)))
+        left, width = self._drawing.left, self._drawing.right - self._drawing.left
+        held = self.first + ((a0 + b0) / 2 - left) / width * self.hours
+        self.first = held - ((a + b) / 2 - left) / width * hours
+        self.hours = hours
+
+    # ------------------------------------------------------------------ drawing
+    def _redraw(self, *_):
+        """One drawing at a time is made; what changes meanwhile asks for one more."""
+        if self._next is not None:
+            self._again = True
+        elif self.lanes and self.width > 4 and self.height > 4:
+            self.draw()
+        else:
+            self._drawing = None
+            self.canvas.clear()
+
     def draw(self):
-        self._hits = []
-        if not self.lanes:
+        """Begin a new drawing; it is seen when it is complete."""
+        self._again = False
+        self._next = Drawing(self)
+        self._make()
+
+    def _make(self, *_):
+        """Some lanes more, and with the last the new drawing in the place of the old."""
+        drawing = self._next or self._drawing
+        if drawing is None:
             return
-        names = max(max(self.width_of(lane["name"], 16, "RobotoMedium"), self.width_of(lane.get("note", ""))) for lane in self.lanes)
-        self._left = self.x + max(dp(88), min(names + dp(16), self.width * .3))
-        self._unit = (self.right - self._left) / self.hours
-        axis = dp(self.AXIS)
-        height = (self.height - axis) / len(self.lanes)
-        self._ground(self.height - axis, height)
-        for n, lane in enumerate(self.lanes):
-            self._lane(lane, self.top - axis - height * (n + .5), height - dp(16))
-        if 0 <= self.now <= self.hours:
-            self._now_line()
+        if not drawing.show_lanes(self.seen_from, self.seen_height, AT_ONCE):
+            self._go_on()
+        elif drawing is self._next:
+            self._drawing, self._next = drawing, None
+            self.canvas.clear()
+            self.canvas.add(drawing.canvas)
+            if self._again:
+                self._trigger()
+            else:
+                drawing.place(self.first)
+            drawing.draw_axis(self.now, self.now_label)
 
-    def _at(self, hour):
-        return self._left + self._unit * min(max(hour, 0), self.hours)
-
-    def _ground(self, height, lane):
-        for start, end, _words in self.closed:
-            x, width = self._at(start), self._at(end) - self._at(start)
-            self.box(x, self.y, width, height, tk.closed)
-            self.hatch(x, self.y, width, height, tk.hatch)
-        for hour, _label, strong in self.ticks:
-            self.box(self._at(hour), self.y, 2 if strong else 1, height, tk.outline if strong else tk.grid)
-        self._tick_labels()
-        for n in range(len(self.lanes) + 1):
-            self.box(self.x, self.y + lane * n, self.width, 1, tk.line)
-        for start, end, words in self.closed:
-            width = self.width_of(words) + dp(24)
-            if words and width <= self._at(end) - self._at(start):
-                x, y = (self._at(start) + self._at(end)) / 2, self.y + lane * (len(self.lanes) - .5)
-                self.box(x - width / 2, y - dp(13), width, dp(26), tk.surface, dp(13))
-                self.text(words, x, y, tk.ink2, ax=.5)
-
-    def _tick_labels(self):
-        """As many as fit side by side: the strong ones (a new day) first, and none under the pill of the now-line."""
-        y = self.top - dp(self.AXIS) / 2 + dp(2)
-        taken = [self._now_pill()] if 0 <= self.now <= self.hours and self.now_label else []
-        for hour, label, strong in sorted(self.ticks, key=lambda tick: not tick[2]):
-            font = "RobotoMedium" if strong else "Roboto"
-            width = self.width_of(label, font=font)
-            x = min(max(self._at(hour) - width / 2, self._left), self.right - width)
-            if all(x + width + dp(6) <= left or right + dp(6) <= x for left, right in taken):
-                taken.append((x, x + width))
-                self.text(label, x, y, tk.ink if strong else tk.ink3, font=font)
-
-    def _now_pill(self):
-        """Left and right end of the now-line's label."""
-        width = self.width_of(self.now_label, 14, "RobotoMedium") + dp(16)
-        left = min(max(self._at(self.now) - width / 2, self._left), self.right - width)
-        return left, left + width
-
-    def _lane(self, lane, y, height):
-        note = lane.get("note", "")
-        self.text(lane["name"], self.x, y + (dp(9) if note else 0), tk.ink, 16, font="RobotoMedium")
-        self.text(note, self.x, y - dp(10), tk.ink3)
-        bars = sorted((bar for bar in lane["bars"] if bar["end"] > 0 and bar["start"] < self.hours), key=lambda bar: bar["start"])
-        for bar in bars:
-            self._bar(bar, y, height, bars)
-        last_end = 0.
-        for bar in bars:
-            if bar["start"] < last_end:
-                x, x2 = self._at(bar["start"]), self._at(min(last_end, bar["end"]))
-                self.box(x, y - height / 2, x2 - x, height, tk.attention_bg)
-                self.hatch(x, y - height / 2, x2 - x, height, tk.overlap, 6, 2)
-                self.box(x, y - height / 2, x2 - x, height, tk.attention, ring=1)
-            last_end = max(last_end, bar["end"])
-
-    def _bar(self, bar, y, height, bars):
-        x, x2 = self._at(bar["start"]), self._at(bar["end"])
-        wide = max(dp(6), x2 - x - 1)
-        state = bar.get("state", "planned")
-        fill, ink, edge = (getattr(tk, token) for token in _BAR_COLOURS[state])
-        bottom = y - height / 2
-        self.box(x, bottom, wide, height, fill, dp(4))
-        self.box(x, bottom, wide, height, edge, dp(4), ring=1)
-        if state == "planned":
-            self.box(x, bottom, dp(4), height, tk.accent, (dp(4), 0, 0, dp(4)))
-        self._hits.append((x, bottom, x + wide, bottom + height, bar.get("key")))
-        label = bar.get("label", "")
-        if not label:
+    def _place(self, *_):
+        """Hour ``first`` at the left, unless a new drawing is on its way."""
+        drawing = self._drawing
+        if drawing is None or self._next is not None or self._trigger.is_triggered:
             return
-        need = self.width_of(label) + dp(16)
-        if need <= wide:
-            self.text(label, x + dp(10), y, ink)
+        if not drawing.reaches(self.first):
+            self._trigger()
             return
-        follows = [self._at(other["start"]) for other in bars if other["start"] > bar["start"]]
-        shut = [self._at(start) for start, *_ in self.closed if self._at(start) > x]
-        if x + wide + need <= min([*follows, *shut, self.right]):
-            self.text(label, x + wide + dp(6), y, tk.ink2)
+        drawing.place(self.first)
+        if not self.touched:
+            drawing.draw_axis(self.now, self.now_label)
 
-    def _now_line(self):
-        x = self._at(self.now)
-        axis = dp(self.AXIS)
-        self.box(x - 1, self.y, 2, self.height - axis, tk.ink)
-        if self.now_label:
-            left, right = self._now_pill()
-            self.box(left, self.top - axis + dp(3), right - left, dp(24), tk.ink, dp(12))
-            self.text(self.now_label, (left + right) / 2, self.top - axis / 2 + dp(1), tk.surface, ax=.5, font="RobotoMedium")
+    def _scrolled(self, *_):
+        """Other lanes are in sight."""
+        if self._drawing is None or self._next is not None or self._trigger.is_triggered:
+            return
+        if self._drawing.would_be_crowded(self.seen_from, self.seen_height) != self._drawing.is_crowded:
+            self._trigger()
+        else:
+            self._make()

@@ -4,8 +4,11 @@ Colours are properties of ``tk`` so that kv binds to them (``tk.ink``) and a swi
 colours to KivyMD's own widgets. Sizes that never change are constants of tokens.kv. ``tk`` is the one theme of this process, for
 kv's sake; nothing but appearance depends on it.
 """
+from collections.abc import Callable
+from weakref import WeakMethod
+
 from kivy.event import EventDispatcher
-from kivy.metrics import dp
+from kivy.metrics import Metrics, dp
 from kivy.properties import BooleanProperty, ColorProperty, NumericProperty, OptionProperty
 
 THEMES = ("light", "dark", "contrast")
@@ -81,7 +84,17 @@ COLOURS = {
 # name: (bare hands, gloves) in dp; MIL-STD-1472 asks for 19 mm with gloves on
 TARGETS = {"h_touch": (48, 64), "h_field": (56, 64), "h_action": (64, 120)}
 
-Colours = type("Colours", (EventDispatcher,), {name: ColorProperty(light) for name, (light, _, _) in COLOURS.items()})
+
+def late_color(default) -> ColorProperty:
+    """A colour that tells who reads it at each setting, also when it stays as it was.
+
+    A label of kv has two rules for its ``color``: its class's (``tk.ink``) and its own, where it stands on something dark. Whichever
+    colour was told last wins, so after a switch of the theme white ink that stays white must be told again, behind ``tk.ink``.
+    """
+    return ColorProperty(default, force_dispatch=True)
+
+
+Colours = type("Colours", (EventDispatcher,), {name: late_color(light) for name, (light, _, _) in COLOURS.items()})
 
 
 class Tokens(Colours):
@@ -96,11 +109,38 @@ class Tokens(Colours):
     h_field = NumericProperty("56dp")      # height of a field
     h_action = NumericProperty("64dp")     # height of the operator's buttons
 
+    def __init__(self, **kwargs) -> None:
+        self._followers: dict[WeakMethod, None] = {}             # an ordered set
+        super().__init__(**kwargs)
+        for source, name in ((self, "theme"), (Metrics, "fontscale")):
+            source.fbind(name, self._tell)
+
+    def follow(self, look_changed: Callable[..., object]) -> None:
+        """Call the method ``look_changed()`` after each switch of the theme or of the size of texts, as long as its widget lives.
+
+        Kivy's ``bind`` would keep an entry of every widget there ever was until the next switch, which on a wall tablet never comes.
+        """
+        self._followers[WeakMethod(look_changed, self._forget)] = None
+
+    @property
+    def followers(self) -> int:
+        return len(self._followers)
+
+    def _forget(self, dead: WeakMethod) -> None:
+        self._followers.pop(dead, None)
+
+    def _tell(self, *_args) -> None:
+        for reference in list(self._followers):
+            look_changed = reference()
+            if look_changed is not None:
+                look_changed()
+
     def use(self, theme: str, gloves: bool | None = None) -> None:
         """Switch to ``theme`` and, unless None, to targets for gloved or bare hands."""
         column = THEMES.index(theme)
-        for name, values in COLOURS.items():
-            setattr(self, name, values[column])
+        if theme != self.theme:          # else who chooses colours by the theme would not be told after the colours
+            for name, values in COLOURS.items():
+                setattr(self, name, values[column])
         self.strong = theme == "contrast"
         self.line_w = self.control_w = max(1, round(dp(2 if self.strong else 1)))
         self.select_w = max(2, round(dp(3 if self.strong else 2)))

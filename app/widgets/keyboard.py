@@ -1,0 +1,210 @@
+"""A keyboard on the screen, for tablets that have none: letters with å ä ö, signs, and a number pad for number fields.
+
+Not kivy's VKeyboard: that one is drawn from pictures of its own, follows no theme, has neither keys for gloves nor a pad for numbers, and
+moves the whole window by itself.
+"""
+from kivy.clock import Clock
+from kivy.core.window import Window
+from kivy.metrics import dp
+from kivy.properties import NumericProperty, StringProperty
+from kivy.uix.behaviors import FocusBehavior
+from kivy.uix.boxlayout import BoxLayout
+
+from app.widgets import load_kv
+from app.widgets.dock import dock
+from app.widgets.surfaces import Surface, Tap
+
+SHIFT, BACKSPACE, DONE, SIGNS, LETTERS, SPACE = "shift", "backspace", "done", "signs", "letters", "space"
+ICONS = {SHIFT: "apple-keyboard-shift", BACKSPACE: "backspace-outline", DONE: "check", SPACE: "keyboard-space"}
+WORDS = {SIGNS: "123", LETTERS: "abc"}
+WIDE = {SPACE: 5., DONE: 2., SIGNS: 1.5, LETTERS: 1.5}       # in widths of a letter's key
+PAGES = {
+    "letters": ([*"qwertyuiopå"], [*"asdfghjklöä"], [SHIFT, *"zxcvbnm.-", BACKSPACE], [SIGNS, "@", SPACE, "/", DONE]),
+    "signs": ([*"1234567890+"], [*"-/:;()€&@\"'"], [*"\\.,?!_=#%*", BACKSPACE], [LETTERS, "[", SPACE, "]", DONE]),
+    "numbers": ([*"123", BACKSPACE], [*"456", "-"], [*"789", "."], ["0", DONE]),
+}
+PAD_WIDTH = 480                          # dp, of the number pad
+REPEATS = (.5, .1)                       # s: until a held backspace repeats, and how often then
+CLEARANCE = 16                           # dp between the field and the keyboard
+
+
+class BoardKey(Tap):
+    """One key; ``share`` is its part of the row's width."""
+    key = StringProperty()
+    text = StringProperty()
+    icon = StringProperty()
+    share = NumericProperty(1)
+
+
+class BoardRow(BoxLayout):
+    """The keys of one row, at least 64 dp high."""
+
+
+class DockedKeyboard(Surface):
+    """Stands at the bottom of the window while a field is typed into, if ``wanted()`` says so, and lifts what the field is in above
+    itself."""
+    page = StringProperty()
+
+    def __init__(self, wanted, **kwargs):
+        load_kv("keyboard")
+        self._wanted = wanted
+        self._pages = {}
+        self._is_upper = False
+        self._entered = None                 # the field that it was last placed for
+        self._lifted = None                  # (widget, the y it had)
+        self._follow = Clock.create_trigger(self._place, .05)          # another field may take the focus over
+        self._watch = Clock.create_trigger(self._look, .25, interval=True)
+        self._repeat = Clock.create_trigger(self._repeat_backspace, REPEATS[0])
+        super().__init__(**kwargs)
+
+    # ------------------------------------------------------------------ life
+    def start(self) -> None:
+        dock.bind(field=self._follow)
+        Window.bind(size=self._follow)
+
+    def stop(self) -> None:
+        dock.unbind(field=self._follow)
+        Window.unbind(size=self._follow)
+        self._follow.cancel()
+        self._hide()
+
+    def _place(self, *_):
+        field = dock.field
+        if field is None or not self._wanted():
+            self._hide()
+            return
+        if field is not self._entered and field.input_type == "number":
+            field.cursor = field.get_cursor_from_index(len(field.text))      # a number is corrected from its end
+        self._entered = field
+        self._show_page("numbers" if field.input_type == "number" else "letters" if self.page in ("", "numbers") else self.page)
+        self._put_down()
+        if self.parent is not None:
+            Window.remove_widget(self)       # over whatever has opened since
+        self.size_hint = None, None
+        row = self._pages[self.page][0].height
+        self.pos, self.size = (0, 0), (Window.width, len(self._pages[self.page]) * (row + self.spacing) - self.spacing + 2 * dp(8))
+        Window.add_widget(self)
+        self._lift(field)
+        self._watch()
+
+    def _look(self, _dt):
+        """A dialog that closes doesn't take the focus from its fields."""
+        widget = dock.field
+        while widget is not None and widget.parent is not None and widget.parent is not widget:
+            if widget.parent is Window:
+                return
+            widget = widget.parent
+        if dock.field is not None:
+            dock.field.focus = False
+        self._hide()
+
+    def _hide(self) -> None:
+        self._watch.cancel()
+        self._repeat.cancel()
+        self._put_down()
+        self._entered = None
+        self.page = ""
+        if self.parent is not None:
+            Window.remove_widget(self)
+
+    def _lift(self, field) -> None:
+        """So far that the field stands above the keyboard, with what is said below it where there is room."""
+        top = field
+        while top.parent is not None and top.parent is not Window and top.parent is not top:
+            top = top.parent
+        below = field.to_window(field.x, field.y)[1]
+        up = self.height + dp(CLEARANCE) - below
+        if up > 0:
+            self._lifted = top, top.y
+            top.y += up
+
+    def _put_down(self) -> None:
+        if self._lifted is not None:
+            widget, y = self._lifted
+            widget.y = y
+            self._lifted = None
+
+    # ------------------------------------------------------------------ pages
+    def _show_page(self, name) -> None:
+        if name == self.page:
+            return
+        self.page = name
+        if name not in self._pages:
+            self._pages[name] = [self._row(keys) for keys in PAGES[name]]
+        self.clear_widgets()
+        for row in self._pages[name]:
+            self.add_widget(row)
+        self._set_case(False)
+
+    def _row(self, keys) -> BoardRow:
+        row = BoardRow()
+        for key in keys:
+            button = BoardKey(key=key, text="" if key in ICONS else WORDS.get(key, key), icon=ICONS.get(key, ""), share=WIDE.get(key, 1.))
+            button.bind(on_press=self._pressed, on_release=self._released)
+            row.add_widget(button)
+        return row
+
+    def _set_case(self, is_upper) -> None:
+        self._is_upper = is_upper
+        for row in self._pages[self.page]:
+            for key in row.children:
+                if len(key.key) == 1:
+                    key.text = key.key.upper() if is_upper else key.key
+
+    # ------------------------------------------------------------------ keys
+    def on_touch_down(self, touch):
+        """Kivy takes the focus from a field when another place is touched, unless the touch is said to be none of its business."""
+        if not self.collide_point(*touch.pos):
+            return False
+        FocusBehavior.ignored_touch.append(touch)
+        super().on_touch_down(touch)
+        return True
+
+    def _pressed(self, key):
+        if key.key == BACKSPACE:
+            self._backspace()
+            self._repeat.timeout = REPEATS[0]
+            self._repeat()
+
+    def _released(self, key):
+        field, name = dock.field, key.key
+        self._repeat.cancel()
+        if field is None or name == BACKSPACE:
+            return
+        if name == SHIFT:
+            self._set_case(not self._is_upper)
+        elif name in (SIGNS, LETTERS):
+            self._show_page(name)
+        elif name == DONE:
+            field.dispatch("on_text_validate")
+            field.focus = False
+        else:
+            field.insert_text(" " if name == SPACE else key.text)
+            if self._is_upper:
+                self._set_case(False)
+
+    def _backspace(self):
+        field = dock.field
+        if field is None:
+            return
+        if field.selection_text:
+            field.delete_selection()
+        else:
+            field.do_backspace()
+
+    def _repeat_backspace(self, _dt):
+        if any(key.key == BACKSPACE and key.state == "down" for row in self.children for key in row.children):
+            self._backspace()
+            self._repeat.timeout = REPEATS[1]
+            self._repeat()
+
+
+def side_margin(width: float, page: str) -> float:
+    """px left and right of the keys: a number pad stays as wide as a hand."""
+    return max(dp(8), (width - dp(PAD_WIDTH)) / 2) if page == "numbers" else dp(8)
+
+
+def has_keyboard(devices: str) -> bool:
+    """Whether Linux's list of input devices (/proc/bus/input/devices) has one with keys that repeat and lights for the locks: power buttons
+    and remote controls have neither."""
+    return any("kbd" in device and "EV=120013" in device for device in devices.split("\n\n"))
