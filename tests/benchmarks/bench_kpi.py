@@ -73,7 +73,7 @@ def measure(number: int, directory: Path) -> None:
     month, one_robot = KpiFilter(end - timedelta(days=30), end), KpiFilter(end - timedelta(days=30), end, [1])
     executions, c = ExecutionRepository(), db.read()
     for name, work in {"thesis's five": kpis.thesis, "outcomes per day": kpis.per_day, "adherence": kpis.adherence,
-                       "start delays": kpis.delays}.items():
+                       "start delays": kpis.delays, "causes of failure": kpis.failures, "durations": kpis.trends}.items():
         print(f"  {name:18} all {best_ms(work, 3):8.1f}   30 days {best_ms(lambda work=work: work(month), 10):7.1f}"
               f"   30 days of one robot {best_ms(lambda work=work: work(one_robot), 10):6.1f}")
     print(f"  plain scan         all {best_ms(lambda: c.execute(SCAN, ('', '~')).fetchall(), 2):8.1f}")

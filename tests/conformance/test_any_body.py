@@ -22,7 +22,7 @@ def ready(software: str, verb: str, template: str) -> tuple[Client, str, dict[st
     return client, path_of(template, params), client.body(verb, template, params)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(operation=st.sampled_from(WITH_BODY), data=st.data())
 def test_any_body_gets_a_documented_answer(operation: tuple[str, str, str], data: st.DataObject) -> None:
     client, path, right = ready(*operation)
@@ -38,7 +38,7 @@ def test_any_body_gets_a_documented_answer(operation: tuple[str, str, str], data
 
 
 @pytest.mark.parametrize("software", SOFTWARE)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(parameters=st.lists(ANYTHING | st.fixed_dictionaries({"id": ANYTHING, "value": ANYTHING}), max_size=3))
 def test_any_parameters_of_an_action_leave_the_robot_alive(software: str, parameters: list[Any]) -> None:
     client = Client(software)

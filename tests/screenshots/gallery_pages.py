@@ -301,7 +301,7 @@ PAGES = """
             SectionCard:
                 CardHead:
                     title: "Utilisation"
-                UtilisationBars:
+                RobotBars:
                     rows: samples.UTILISATION
             SectionCard:
                 CardHead:

@@ -12,8 +12,9 @@ from kivy.factory import Factory
 from app.i18n import _
 from app.models import Alarm, Connection, Priority, Robot, Wait
 from app.screens import frame as frame_controller
-from app.screens.frame_alarms import AlarmsDialog, LateStartsDialog
-from app.screens.frame_view import Worries, banner, robot_option, top_bar
+from app.screens.alarms_view import Here
+from app.screens.frame_alarms import LateStartsDialog
+from app.screens.frame_view import Worries, banner, open_worries, robot_option, top_bar
 from app.screens.home import HomeScreen
 from app.screens.home_facts import HomeFacts
 from app.screens.rescue import Damage, RescuePage
@@ -48,6 +49,7 @@ class _Nowhere:
 def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, worries: Worries | None = None) -> HomeScreen:
     """Home in its frame, with these facts."""
     container = SimpleNamespace(changes=SimpleNamespace(subscribe=lambda _listener: lambda: None), make_client=None,
+                                maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False),
                                 clock=SimpleNamespace(now=lambda: sample.NOW))
     shell = SimpleNamespace(background=_Nowhere(), dialogs=studio.dialogs)
     frame = Factory.Frame()
@@ -61,9 +63,10 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, worries: Worr
     frame.date, frame.clock, frame.robot, frame.link, frame.link_icon, frame.link_tone = (
         bar.date, bar.clock, bar.robot, bar.link, bar.icon, bar.tone)
     if worries is not None:
-        view = banner(worries, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW, on_screen=1)
+        view = banner(worries, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW, Here("home", 1))
         frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
         frame.alarm_others, frame.alarm_action = view.others, view.action
+        frame.bell_icon, frame.bell_count = "bell-ring-outline", str(len(open_worries(worries, {}, facts.settings, sample.NOW)))
     studio.show(frame)
     return screen
 
@@ -104,6 +107,11 @@ def parameters(studio: Any) -> None:
     home(studio, sample.FACTS).vm.parameters = PARAMETERS
 
 
+@picture("home-no-map", sizes=(*BOTH, SMALL))
+def no_map(studio: Any) -> None:
+    home(studio, replace(sample.FACTS, map=None))
+
+
 @picture("home-fifty-robots", sizes=BOTH)
 def fifty(studio: Any) -> None:
     robots = (sample.AINO, *(Robot(f"Robot {n}" if n % 4 else f"Trukki hallissa {n}", "http://10.0.0.1", id=n) for n in range(2, 51)))
@@ -119,14 +127,6 @@ def held(studio: Any) -> None:
 @picture("home-empty")
 def empty(studio: Any) -> None:
     home(studio, HomeFacts(settings=sample.SETTINGS), chosen=None)
-
-
-@picture("alarms")
-def alarms(studio: Any) -> Any:
-    home(studio, sample.with_aino(sample.STOPPED), worries=Worries(ALARMS))
-    dialog = AlarmsDialog(act=lambda _alarm_id: None)
-    dialog.show(ALARMS, sample.SETTINGS, sample.NOW)
-    return studio.dialogs.open(dialog)
 
 
 @picture("late-starts")
@@ -160,7 +160,7 @@ def clear_queue(studio: Any) -> Any:
 @picture("damaged-database")
 def damaged(studio: Any) -> None:
     sentence = ("The database /home/tablet/.local/share/amr-scheduler/amr-scheduler.db is damaged (malformed disk image), kept as "
-                "amr-scheduler.db.damaged-20261120; restore the newest good backup with --data-dir /home/tablet/.local/share/"
-                "amr-scheduler --restore-backup /home/tablet/.local/share/amr-scheduler/backups/daily-2026-11-20.db")
+                "amr-scheduler.db.damaged-20261120; restore the newest good backup with: python main.py --data-dir /home/tablet/.local/"
+                "share/amr-scheduler --restore-backup /home/tablet/.local/share/amr-scheduler/backups/daily-2026-11-20.db")
     damage = Damage(sentence, Path("daily-2026-11-20.db"), lambda: None)  # type: ignore[arg-type, return-value]
     studio.show(RescuePage(damage, UiBus(), lambda _container: None))

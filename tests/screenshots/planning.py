@@ -3,13 +3,16 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
-from datetime import date, time
+from dataclasses import replace
+from datetime import date, datetime, time
 from pathlib import Path
 from typing import Any
 
 from kivy.factory import Factory
 
 from app.container import Container
+from app.i18n import _
+from app.models import Schedule
 from app.screens import frame as frame_controller
 from app.screens.base import Background, Navigator, Snackbars, UiBus
 from app.screens.logs import LogsScreen
@@ -26,13 +29,8 @@ SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
 
 class Stand:
     """A screen in its frame, on the services of the month."""
-    before: Stand | None = None
-
     def __init__(self, studio: Any, name: str, furnished: bool = True,
                  prepare: Callable[[Container], object] = lambda _container: None) -> None:
-        if Stand.before is not None:             # the picture before this one is taken: its screen may rest
-            Stand.before.screen.hidden()
-        Stand.before = self
         self.studio = studio
         self.container = month.plant(Path(tempfile.mkdtemp(prefix="amr-pictures-")), furnished)
         prepare(self.container)
@@ -48,6 +46,8 @@ class Stand:
         if name == "scheduler":                  # nobody answers at the robots' addresses
             self.vm.form._robot_missions.learn_names = lambda _robot_id: False
             self.vm.form._robot_missions.parameters = lambda _robot_id, _guid: ()
+        for close in (self.container.close, self.background.close, self.screen.hidden):      # the last one first
+            studio.afterwards(close)
         self.screen.shown()
         self.settle()
 
@@ -83,6 +83,23 @@ def weekly(studio: Any) -> Any:
     stand = planning(studio, kind=Kind.WEEKLY, minimum_battery_percent=40.0)
     robot = next(robot.id for robot in stand.vm._facts.robots if robot.name == "Veikko")
     stand.vm.form.set(robot_id=robot)
+    return stand.settle()
+
+
+@picture("scheduler-typed", sizes=(*BOTH, LARGE_TEXT))
+def typed(studio: Any) -> Any:
+    """Lengths of all three kinds: learned, typed, not known."""
+    def ahead(container: Container) -> None:
+        c, catalogue = container.db.read(), container.catalogue
+        missions = {mission.name: mission for mission in container.repositories.missions.all(c)}
+        robots = {robot.name: robot.id for robot in container.repositories.robots.all(c)}
+        catalogue.save_mission(replace(missions["Floor wash, hall A"], usual_minutes=80))
+        for robot, name, at in (("Aino", "Floor wash, hall A", time(22, 20)), ("Veikko", "Night stock count", time(20, 0)),
+                                ("Veikko", "Floor wash, hall A", time(21, 30))):
+            catalogue.save_schedule(Schedule("", robots[robot], missions[name].id, datetime.combine(date(2026, 11, 20), at), month.ZONE))
+
+    stand = Stand(studio, "scheduler", prepare=ahead)
+    stand.vm.form.set(mission_id=stand.mission("Floor wash, hall A"), day=date(2026, 11, 23), at=time(17, 0))
     return stand.settle()
 
 
@@ -175,7 +192,7 @@ def empty(studio: Any) -> Any:
 @picture("logs", sizes=EVERY_SIZE)
 def logs(studio: Any) -> Any:
     stand = Stand(studio, "logs")
-    failed = next(row["key"] for row in stand.vm.rows if row["outcome"] == "Failed")
+    failed = next(row["key"] for row in stand.vm.rows if row["outcome"] == _("Failed"))
     stand.vm.toggle(failed)
     return stand.settle()
 
@@ -228,3 +245,59 @@ def logs_empty(studio: Any) -> Any:
     stand = Stand(studio, "logs", furnished=False)
     stand.vm.choose_period("all")
     return stand.settle()
+
+
+@picture("logs-figures", sizes=EVERY_SIZE)
+def logs_figures(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.choose_period("month")
+    stand.vm.choose_part("figures")
+    return stand.settle()
+
+
+@picture("logs-figures-below", sizes=BOTH)
+def logs_figures_below(studio: Any) -> Any:
+    screen = logs_figures(studio)
+    next(widget for widget in screen.walk() if type(widget).__name__ == "LowColumn").scroll_y = 0
+    studio.driver.advance(.2)
+    return screen
+
+
+@picture("logs-causes", sizes=(LANDSCAPE,))
+def causes(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.choose_part("figures")
+    stand.settle()
+    stand.vm.explain("causes")
+    return studio.dialogs.top
+
+
+@picture("logs-robots", sizes=EVERY_SIZE)
+def logs_robots(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.choose_part("robots")
+    return stand.settle()
+
+
+@picture("logs-robots-today", sizes=BOTH)
+def logs_robots_today(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.choose_period("today")
+    stand.vm.choose_part("robots")
+    return stand.settle()
+
+
+@picture("logs-robot-span", sizes=(LANDSCAPE,))
+def logs_robot_span(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.choose_part("robots")
+    stand.settle()
+    stand.vm.tell_moment(stand.vm.lanes[0]["key"], .93)
+    return studio.dialogs.top
+
+
+@picture("logs-report", sizes=BOTH)
+def logs_report(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.choose_report()
+    return studio.dialogs.top

@@ -61,7 +61,8 @@ KPIS = [
      "history": [6.6, 6.4, 6.5, 6.3, 6.35, 6.1, 6.2]},
     {"key": 3, "label": "Missions per day", "value": "–", "note": "no recorded day", "history": []},
 ]
-UTILISATION = [("Aino", "46 %", .46, .14), ("Veikko", "31 %", .31, .11), ("Sisu", "22 %", .22, .27)]
+UTILISATION = [("Aino", "46 %", "3 h 41 min", .46, .14), ("Veikko", "31 %", "2 h 29 min", .31, .11),
+               ("Sisu", "22 %", "1 h 46 min", .22, .27)]
 DAYS = [("Sa", 20, 0, 0, 0), ("Su", 12, 0, 0, 1), ("Mo", 74, 2, 1, 0), ("Tu", 79, 1, 2, 1), ("We", 76, 0, 1, 0), ("Th", 82, 2, 1, 0),
         ("Fr", 62, 3, 3, 0)]
 LANES = [

@@ -12,8 +12,10 @@ from kivy.factory import Factory
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
+from app.i18n import _
 from app.models import Connection, Mission, Robot, Schedule
 from app.screens.base import Background, Navigator, Snackbars, UiBus
+from app.screens.pin_dialog import PinDialog
 from app.screens.settings import SettingsScreen
 from app.screens.settings_missions import MissionDialog
 from app.screens.settings_missions_view import offer_options, offers
@@ -54,14 +56,15 @@ def framed(screen: SettingsScreen):
 
 class Plant:
     """Services on a throw-away database, a window of nothing but Settings, and no robot behind the addresses."""
-    last: SettingsScreen | None = None
-
     def __init__(self, studio, furnished: bool = True) -> None:
         directory = Path(tempfile.mkdtemp(prefix="amr-pictures-"))
         self.clock = VirtualClock(NOW)
         self.container = Container(Database.open(directory / "amr-scheduler.db", clock=self.clock, durable=False), self.clock)
         bus = UiBus()
-        self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, Background(bus))
+        background = Background(bus)
+        self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, background, lambda _path: None)
+        for close in (self.container.close, background.close):       # the last one first
+            studio.afterwards(close)
         self.container.catalogue.change_settings(timezone="Europe/Helsinki")
         if furnished:
             self._furnish()
@@ -87,9 +90,8 @@ class Plant:
         os.utime(backup, (datetime(2026, 11, 20, tzinfo=UTC).timestamp(),) * 2)
 
     def screen(self, studio, section: str = "robots", **intent) -> SettingsScreen:
-        if Plant.last is not None:               # the picture before this one is taken: its screen may rest
-            Plant.last.hidden()
-        Plant.last = screen = SettingsScreen(self.container, self.shell)
+        screen = SettingsScreen(self.container, self.shell)
+        studio.afterwards(screen.hidden)
         names = {robot.id: {guid(name): name for name in MISSIONS if robot.name != "Sisu" or name != "Move coils to press"}
                  for robot in self.container.repositories.robots.all(self.container.db.read())}
         screen.vm.desk.robot_missions.names = lambda robot_id: names.get(robot_id, {})
@@ -156,9 +158,16 @@ def data_done(studio):
     page = screen._page
     page._configuration_taken(["robot R4 added", "mission Deliver kits to line 3 added", "schedule Morning delivery changed"])
     page.vm.export_log.problem = "/media/usb/log.csv can't be written: No space left on device"
-    page.vm.backup_outcome.tell(NoticeView("Backup made", f"{HOME}/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db",
+    page.vm.backup_outcome.tell(NoticeView(_("Backup made"), f"{HOME}/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db",
                                            "done", "check-circle"))
     return screen
+
+
+@picture("settings-display-pin", sizes=EVERY_SIZE)
+def display_pin(studio):
+    plant = Plant(studio)
+    plant.container.access.set_pin("4711")
+    return plant.screen(studio, "display")
 
 
 def dialog(name: str):
@@ -170,6 +179,11 @@ def dialog(name: str):
             return studio.dialogs.open(build(screen.vm.desk))
         return shown
     return register
+
+
+@dialog("pin-dialog")
+def pin_dialog(desk: Desk):
+    return PinDialog(title="Settings", text="Enter the PIN", pin="471", problem="Wrong PIN; 4 tries left")
 
 
 @dialog("robot-dialog-new")
@@ -195,12 +209,12 @@ def robot_dialog_problems(desk: Desk):
 
 @dialog("mission-dialog")
 def mission_dialog(desk: Desk):
-    return MissionDialog(desk, desk.facts.missions[0])
+    return MissionDialog(desk, replace(desk.facts.missions[0], usual_minutes=25))
 
 
 @dialog("mission-checklist")
 def mission_checklist(desk: Desk):
     found = [MissionInfo(f"new-{name}", name) for name in ("Cart to press", "Deliver kits to line 3", "Empty cart home", "Charge")]
     offered = offers(found, desk.facts.missions, desk.facts.robots[0].id)
-    return ChoiceDialog(title="Missions of Aino", options=offer_options(offered), selected=["new-Cart to press"], multiple=True,
-                        confirm="Add chosen", decline="Cancel")
+    return ChoiceDialog(title=_("Missions of {robot}").format(robot="Aino"), options=offer_options(offered),
+                        selected=["new-Cart to press"], multiple=True, confirm=_("Add chosen"), decline=_("Cancel"))

@@ -7,7 +7,8 @@ import os
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,7 @@ class Studio:
         self.driver = Driver(self.app)
         self.dialogs = Dialogs(animate=False)
         self.shown: Any = None
+        self._after = ExitStack()
 
     def show(self, widget: Any) -> Any:
         """Put ``widget`` into the empty window."""
@@ -65,10 +67,15 @@ class Studio:
         self.theme = theme
         apply_theme(self.app.theme_cls, theme, gloves=self.size.gloves)
 
+    def afterwards(self, close: Callable[[], object]) -> None:
+        """What is to be done when the picture is taken."""
+        self._after.callback(close)
+
     def clear(self) -> None:
-        """Close dialogs, empty the window."""
+        """Close dialogs and services, empty the window."""
         from kivy.core.window import Window
         self.dialogs.close_all()
+        self._after.close()
         for child in list(Window.children):
             Window.remove_widget(child)
         self.shown = None

@@ -10,9 +10,10 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter
-from app.models import Between, Execution, InvalidInput, Mission, ReasonCode, Robot, Schedule, State, Trigger
-from app.services.forecast import ASSUMED_S, ConcernCode, Forecasts
+from app.models import Between, DayException, Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from app.services.forecast import ConcernCode, Forecasts
 from app.services.log_export import LogExport
+from app.services.meetings import ASSUMED_S
 from app.services.skipping import Skipping
 from tests.support.clock import VirtualClock
 
@@ -113,6 +114,86 @@ def test_a_meeting_is_found_by_the_learned_durations(container, other, meets):
             datetime(2026, 11, 23, 4, 30, tzinfo=UTC), "Empties", begins, begins + timedelta(seconds=1500))
 
 
+def type_duration(container, mission_id, minutes):
+    mission = container.repositories.missions.get(container.db.read(), mission_id)
+    container.catalogue.save_mission(replace(mission, usual_minutes=minutes))
+
+
+def test_a_typed_duration_holds_until_a_run_on_that_robot_shows_it(container):
+    plan(container, start=datetime(2026, 11, 23, 6, 40), recurrence="FREQ=DAILY")          # Empties, ten minutes later
+    assert codes(forecasts(container).of(draft())) == []                                    # five minutes are assumed
+    type_duration(container, 1, 30)
+    found = forecasts(container).of(draft())
+    assert (found.usual_s, found.usual.typed, codes(found)) == (1800.0, True, [ConcernCode.OVERLAP])
+    assert found.concerns[0].details["likely"] is None                                      # no runs that could say
+    usually(container, "guid-kits", 400.0, robot_id=2)                                      # elsewhere: says nothing of this robot
+    assert forecasts(container).of(draft()).usual.typed
+    usually(container, "guid-kits", 420.0)
+    found = forecasts(container).of(draft())
+    assert (found.usual_s, found.usual.typed, codes(found)) == (420.0, False, [])
+
+
+def test_the_typed_duration_of_the_other_mission_counts_as_much(container):
+    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")          # Empties, twenty minutes before
+    assert codes(forecasts(container).of(draft())) == []
+    type_duration(container, 2, 25)
+    concern, = forecasts(container).of(draft()).concerns
+    assert (concern.code, concern.details["end"] - concern.details["start"]) == (ConcernCode.OVERLAP, timedelta(minutes=25))
+
+
+def test_plan_and_runs_under_way_know_the_typed_duration_and_that_it_is_one(container):
+    type_duration(container, 2, 25)
+    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")
+
+    def first():
+        run = container.plan.next(1)[0]
+        return run.usual_s, run.slow_s, run.typed
+
+    assert first() == (1500.0, 1500.0, True)
+    assert container.history.expected(1, "guid-empties").typed
+    assert container.history.expected(1, "guid-kits") is None
+    usually(container, "guid-empties", 600.0)
+    assert first() == (600.0, 600.0, False)
+    assert container.history.expected(1, "guid-empties").median_s == 600.0
+
+
+def several(container, mission_guid, *seconds):
+    for n, lasted in enumerate(seconds):
+        usually(container, mission_guid, lasted + n / 1000)
+
+
+def test_how_likely_they_meet_is_the_share_of_runs_that_took_long_enough(container):
+    several(container, "guid-empties", *[600.0] * 16, *[1500.0] * 4)         # median 10 min, P90 25 min
+    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")
+    concern = forecasts(container).of(draft()).concerns[0]                    # 20 min later
+    assert (concern.code, concern.details["likely"]) == (ConcernCode.OVERLAP, pytest.approx(0.2))
+    same_time = draft(start=datetime(2026, 11, 23, 6, 10))
+    assert forecasts(container).of(same_time).concerns[0].details["likely"] == 1.0
+
+
+def test_the_nearest_free_time_is_offered_and_is_free(container):
+    usually(container, "guid-kits", 420.0)
+    usually(container, "guid-empties", 1500.0)
+    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")          # until 06:35
+    plan(container, start=datetime(2026, 11, 23, 6, 40), recurrence="FREQ=DAILY", name="next")       # until 07:05
+    found = forecasts(container).of(draft())                                                # 06:30, 7 min
+    assert found.free_at == datetime(2026, 11, 23, 6, 0)
+    assert codes(forecasts(container).of(draft(start=found.free_at))) == []
+    assert forecasts(container).of(draft(start=datetime(2026, 11, 23, 9, 0))).free_at is None    # nothing in its way
+
+
+def test_a_battery_that_was_too_low_at_that_time_is_told(container):
+    for days, hour in ((1, 6), (3, 7), (5, 12), (40, 6)):
+        at = datetime(2026, 11, 20, hour, 20, tzinfo=UTC) - timedelta(days=days, hours=2)     # Helsinki is two hours ahead
+        row = Execution(trigger=Trigger.SCHEDULED, robot_id=1, robot="Aino", mission="x", mission_guid="g", planned_at=at, closes_at=at,
+                        created_at=at, token=f"low {days}", timezone=ZONE, state=State.SKIPPED, ended_at=at, schedule_id=9,
+                        reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30}))
+        container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
+    concern, = forecasts(container).of(draft(minimum_battery_percent=30.0)).concerns
+    assert (concern.code, concern.details["count"]) == (ConcernCode.LOW_BATTERY, 2)
+    assert codes(forecasts(container).of(draft(minimum_battery_percent=0.0))) == []
+
+
 def test_every_start_that_meets_is_told_once(container):
     plan(container, start=datetime(2026, 11, 23, 6, 30), recurrence="FREQ=WEEKLY;BYDAY=MO,WE")
     plan(container, start=datetime(2026, 11, 23, 6, 31), recurrence="FREQ=DAILY", name="second")
@@ -196,3 +277,22 @@ def test_the_export_has_what_the_filter_lets_through_and_says_where_it_went(cont
         assert [row["mission_guid"] for row in csv.DictReader(file)] == ["guid-empties"]
     again, _count = export.export(ExecutionFilter())
     assert again != path
+
+
+# ---------------------------------------------------------------------- the exception calendar
+def test_days_that_the_calendar_closes_between_the_next_starts_are_told_by_name(container):
+    closed = DayException("Audit", date(2026, 11, 24), date(2026, 11, 25))
+    container.catalogue.save_days(closed)
+    found = forecasts(container).of(draft(recurrence="FREQ=DAILY"))
+    assert [concern.details["days"] for concern in found.concerns] == [((date(2026, 11, 24), "Audit"), (date(2026, 11, 25), "Audit"))]
+    assert found.starts[1].nominal.date() == date(2026, 11, 26)
+    assert forecasts(container).of(draft(recurrence="FREQ=DAILY", respect_working_days=False)).concerns == ()
+    assert forecasts(container).of(draft(recurrence="FREQ=WEEKLY;BYDAY=MO")).concerns == ()
+
+
+def test_a_first_day_that_is_closed_is_told_by_name(container):
+    container.catalogue.save_days(DayException("Audit", date(2026, 11, 23), date(2026, 11, 23)))
+    [concern] = forecasts(container).of(draft(recurrence="FREQ=DAILY")).concerns
+    assert (concern.code, concern.details) == (ConcernCode.DAY_OFF, {"day": date(2026, 11, 23), "name": "Audit"})
+    with pytest.raises(InvalidInput, match="Audit"):
+        forecasts(container).of(draft())

@@ -2,11 +2,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 
-from app.models import Robot
+from app.models import Execution, Robot
 from app.services import poll_loop
 from app.services.alarms import Alarms
 from app.services.changes import Changes
@@ -22,9 +22,9 @@ class CountingLane:
     def __init__(self, robot: Robot, polls: Counter[int]) -> None:
         self.robot, self.polled, self.watched, self.clock_offset = robot, False, False, None
         self._polls = polls
-        self.hangs: Callable[[], None] = lambda: None
+        self.hangs: Callable[[], None] = lambda: None      # or raises
 
-    def step(self, poll: bool, due_soon: bool = False) -> float:
+    def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = ()) -> float:
         self.hangs()
         self._polls[self.robot.id] += poll
         self.polled = True
@@ -59,14 +59,14 @@ def start(site, polls) -> Iterator[Callable[..., PollLoop]]:
     """A loop over so many robots; those whose number is given hang."""
     loops, free = [], poll_loop.threading.Event()
 
-    def make(count: int, *, hanging: int | None = None, every: float = 0.2) -> PollLoop:
+    def make(count: int, *, hanging: int | None = None, every: float = 0.2, scheduler: QuietScheduler | None = None,
+             trouble: Callable[[Robot], None] = lambda robot: None) -> PollLoop:
         def lane_of(robot: Robot) -> CountingLane:
             lane = CountingLane(robot, polls)
-            if robot.id == hanging:
-                lane.hangs = free.wait
+            lane.hangs = free.wait if robot.id == hanging else lambda: trouble(robot)
             return lane
         alarms = Alarms(site.container.db, site.container.repositories.alarms, SystemClock(), Changes())
-        loop = PollLoop(site.container.db, scheduler=QuietScheduler(), clock=SystemClock(), alarms=alarms, changes=Changes(),  # type: ignore[arg-type]
+        loop = PollLoop(site.container.db, scheduler=scheduler or QuietScheduler(), clock=SystemClock(), alarms=alarms, changes=Changes(),  # type: ignore[arg-type]
                         robots=lambda: [Robot(f"R{n}", "http://r", id=n) for n in range(count)], make_lane=lane_of,  # type: ignore[arg-type]
                         poll_interval=lambda: every)
         loops.append(loop)
@@ -96,3 +96,49 @@ def test_a_robot_that_hangs_holds_up_itself_alone(start, polls, monkeypatch):
     start(5, hanging=2)
     wait_for(lambda: len(polls) == 4 and min(polls.values()) >= 3)
     assert 2 not in polls
+
+
+def test_a_lane_that_meets_an_unexpected_error_goes_on(start, polls, monkeypatch, caplog):
+    monkeypatch.setattr(poll_loop, "AFTER_A_CRASH", 0.01)
+    left = {1: 3}
+
+    def trouble(robot: Robot) -> None:
+        if left.get(robot.id, 0):
+            left[robot.id] -= 1
+            raise RuntimeError("planted")
+
+    start(3, trouble=trouble)
+    wait_for(lambda: len(polls) == 3 and min(polls.values()) >= 3)
+    assert left == {1: 0}
+    assert [record.exc_info is not None for record in caplog.records] == [True] * 3
+
+
+class FailingScheduler(QuietScheduler):
+    """Its first ticks raise what no code should."""
+
+    def __init__(self) -> None:
+        self.left, self.beats = 3, 0
+
+    def tick(self) -> Fallen:
+        if self.left:
+            self.left -= 1
+            raise RuntimeError("planted")
+        self.beats += 1
+        return Fallen()
+
+
+def test_the_heart_goes_on_beating_after_an_unexpected_error(start, polls, monkeypatch, caplog):
+    monkeypatch.setattr(poll_loop, "LONGEST_WAIT", 0.02)
+    scheduler = FailingScheduler()
+    start(2, scheduler=scheduler)
+    wait_for(lambda: scheduler.beats >= 2 and len(polls) == 2)
+    assert [record.exc_info is not None for record in caplog.records] == [True] * 3
+
+
+def test_when_the_window_stops_asking_robots_are_polled_all_the_same(start, polls):
+    """The window's clock asked once, then its thread is blocked: after two intervals the scheduler's own thread asks."""
+    loop = start(3, every=0.1)
+    wait_for(lambda: len(polls) == 3)
+    loop.request_cycle(by_window=True)
+    seen = sum(polls.values())
+    wait_for(lambda: sum(polls.values()) >= seen + 9)

@@ -6,21 +6,32 @@ import csv
 import io
 import json
 import re
+import shutil
 import signal
 import stat
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import mir_sim
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.services.access import Access
+from app.services.changes import Changes
+from app.services.clock import SystemClock
 from app.services.mir.credentials import Token
 from tests.support.crash_drill import drill
 from tests.support.process import (
+    PATIENCE,
+    command,
     configuration_of,
+    environment,
     import_configuration,
     is_one_line,
     once_now,
+    read_only,
     run,
     running,
     wait_for,
@@ -165,6 +176,106 @@ def test_exports_beside_a_running_app(site, robot, tmp_path):
         assert run(site, "--import-config", tmp_path / "out.json").stdout == "nothing changed\n"
         assert run(site, "--export-log", tmp_path / "log.csv").returncode == 0
         assert (tmp_path / "log.csv").read_bytes().startswith(b"id,trigger,schedule,robot,mission,")
+
+
+# ---------------------------------------------------------------------- a forgotten PIN
+def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
+    def set_pin() -> None:
+        db = Database.open(data / DATABASE)
+        Access(db, SettingsRepository(), SystemClock(), Changes()).set_pin("4711")
+        db.close()
+
+    assert run(data, "--remove-pin").stdout == "there was no PIN for Settings\n"
+    set_pin()
+    assert run(data, "--remove-pin").stdout == "the PIN for Settings was removed\n"
+    assert run(data, "--remove-pin").stdout == "there was no PIN for Settings\n"
+    set_pin()
+    with running(data):
+        done = run(data, "--remove-pin")
+        assert (done.returncode, done.stdout) == (0, "the PIN for Settings was removed\n")
+    refused = run(data, "--remove-pin", "--headless")
+    assert refused.returncode == 2
+    assert is_one_line(refused.stderr)
+
+
+def killed_while_asked(site, robot, is_taken_up):
+    """``--run-now`` beside an app that is killed before it answers."""
+    with running(site) as app:
+        robot.control({"fault": {"kind": "hang", "count": None}})
+        asking = subprocess.Popen(command(site, "--run-now", robot.name, "Home"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                  encoding="utf-8", env=environment())
+        try:
+            if is_taken_up:
+                wait_for(lambda: any(row["trigger"] == "manual" for row in history(site)), what="the app to take it up")
+            else:
+                app.process.send_signal(signal.SIGSTOP)
+                wait_for(lambda: list((site / "inbox").glob("*.request")), what="the request")
+            app.kill()
+            stdout, stderr = asking.communicate(timeout=PATIENCE)
+        finally:
+            asking.kill()
+            asking.communicate()
+    assert (asking.returncode, stdout) == (1, "")
+    assert is_one_line(stderr), stderr
+    return stderr
+
+
+def history(site):
+    return list(csv.DictReader(io.StringIO(run(site, "--export-log", "-").stdout)))
+
+
+def test_run_now_beside_an_app_that_is_killed_says_that_it_may_still_start_and_where_to_look(site, robot):
+    said = killed_while_asked(site, robot, is_taken_up=True)
+    assert f"ended before it answered; Home on {robot.name} may still start" in said
+    assert f"python main.py --data-dir {site} --export-log -" in said
+    assert history(site)[-1]["state"] in ("waiting", "submitting")
+
+
+def test_run_now_beside_an_app_that_is_killed_before_it_looks_says_that_nothing_starts(site, robot):
+    said = killed_while_asked(site, robot, is_taken_up=False)
+    assert "had not taken the mission up, so it will not start: give the command again" in said
+    robot.control({"fault": None})
+    with running(site) as app:
+        assert app.stop() == 0
+    assert [row for row in history(site) if row["trigger"] == "manual"] == []
+
+
+# ---------------------------------------------------------------------- only reading
+def test_exports_read_where_nothing_can_be_written(site, robot, tmp_path):
+    with running(site) as app:
+        wait_for(lambda: list((site / "backups").glob("*.db")), what="the daily backup")
+        assert run(site, "--run-now", robot.name, "Home").returncode == 0
+        assert app.stop() == 0
+    shutil.copytree(site, tmp_path / "copy")
+    for kind in ("--export-log", "--export-config"):
+        wanted = run(tmp_path / "copy", kind, "-").stdout
+        assert "Home" in wanted
+        with read_only(site) as as_anybody:
+            done = run(site, kind, "-", before=as_anybody)
+            assert (done.returncode, done.stderr, done.stdout) == (0, "", wanted)
+    assert not list(site.glob(f"{DATABASE}-*"))
+
+
+def test_changes_that_lie_beside_a_database_that_is_only_read_are_not_left_out(site, robot, tmp_path):
+    """Of a killed app: with SQLite's index beside them they are read, without it one sentence says what to do."""
+    with running(site) as app:
+        assert run(site, "--run-now", robot.name, "Home").returncode == 0
+        app.kill()
+    shutil.copytree(site, tmp_path / "copy")
+    assert (tmp_path / "copy" / f"{DATABASE}-wal").stat().st_size
+    wanted = run(site, "--export-log", "-").stdout
+    assert "Home" in wanted
+    with read_only(tmp_path / "copy") as as_anybody:
+        done = run(tmp_path / "copy", "--export-log", "-", before=as_anybody)
+        assert (done.returncode, done.stderr, done.stdout) == (0, "", wanted)
+    (tmp_path / "copy" / f"{DATABASE}-shm").unlink()
+    with read_only(tmp_path / "copy") as as_anybody:
+        done = run(tmp_path / "copy", "--export-log", "-", before=as_anybody)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert is_one_line(done.stderr), done.stderr
+        assert "copy the data directory elsewhere and name the copy with --data-dir" in done.stderr
+    with read_only(site) as as_anybody:
+        assert run(site, "--import-config", "-", before=as_anybody).returncode == 2
 
 
 # ---------------------------------------------------------------------- damage

@@ -21,10 +21,10 @@ def simulate(seed: int, hours: float, profile: Profile | None = None) -> Finding
         return World(Path(directory), seed, profile or Profile()).run(hours)
 
 
-def _line(seed: int, hours: float) -> tuple[bool, str]:
+def _line(seed: int, hours: float, profile: Profile) -> tuple[bool, str]:
     began = time.perf_counter()
-    findings = simulate(seed, hours)
-    text = f"{findings.line(Profile(), seed)} ({time.perf_counter() - began:.0f} s)"
+    findings = simulate(seed, hours, profile)
+    text = f"{findings.line(profile, seed)} ({time.perf_counter() - began:.0f} s)"
     return not findings.violations, "\n".join([text, *(f"   {problem}" for problem in findings.violations[:20])])
 
 
@@ -32,13 +32,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.simulation", description=__doc__)
     parser.add_argument("--hours", type=float, default=100)
     parser.add_argument("--seeds", default="1", help="one number, or first-last")
+    parser.add_argument("--every", type=int, default=Profile.every_minutes, help="minutes between the starts of each robot's schedule")
+    parser.add_argument("--poll", type=int, default=Profile.poll_interval, help="s between polls")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     first, _, last = options.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
+    profile = Profile(every_minutes=options.every, poll_interval=options.poll)
     all_good = True
     with ProcessPoolExecutor(options.jobs) as pool:
-        for good, text in pool.map(_line, seeds, [options.hours] * len(seeds)):
+        for good, text in pool.map(_line, seeds, [options.hours] * len(seeds), [profile] * len(seeds)):
             print(text, flush=True)
             all_good &= good
     return 0 if all_good else 1

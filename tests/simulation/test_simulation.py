@@ -102,7 +102,7 @@ def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     without = schema.MIGRATIONS[0].replace("UNIQUE (schedule_id, planned_at)", "CHECK (1)")
     without = re.sub(r"(token +TEXT NOT NULL) UNIQUE", r"\1", without)
     open_database = planner.Database.open.__func__
-    monkeypatch.setattr(open_database, "__kwdefaults__", {**open_database.__kwdefaults__, "migrations": (without,)})
+    monkeypatch.setattr(open_database, "__kwdefaults__", {**open_database.__kwdefaults__, "migrations": (without, *schema.MIGRATIONS[1:])})
     assert is_found(tmp_path / "without", ["2 rows", "one token"])
 
 

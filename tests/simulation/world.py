@@ -175,6 +175,7 @@ class World:
                     container.operator.clear_queue(robot.id)
                 case 2:
                     container.operator.run_now(robot.id, container.repositories.missions.all(container.db.read())[0].id)
+                    self.site.kick()                          # as the app's own loop does when the ledger tells it
         except RobotError:
             pass                                              # told to the operator, who may press again
 

@@ -1,6 +1,7 @@
 """One Friday afternoon at an invented plant, as Home's facts: what the pictures show and the presenter's tests ask about."""
 from __future__ import annotations
 
+import base64
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
@@ -20,8 +21,20 @@ from app.models import (
     Wait,
 )
 from app.screens.home_facts import HomeFacts
-from app.services.mir.types import QueueItem, QueueState, RobotProblem, RobotState, RobotStatus, UserPrompt
+from app.services.map_picture import picture_of
+from app.services.mir.types import (
+    MapPosition,
+    Pose,
+    QueueItem,
+    QueueState,
+    RobotMap,
+    RobotProblem,
+    RobotState,
+    RobotStatus,
+    UserPrompt,
+)
 from app.services.plan import PlannedRun
+from mir_sim import floor_plan, world
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)         # 14:38 in Helsinki
 ZONE = "Europe/Helsinki"
@@ -37,9 +50,15 @@ CHARGER = Mission("Return to charger", "g3", 3, favourite=True)
 PALLET = Mission("Bring pallet to dock", "g4", 4)
 WASTE = Mission("Waste to compactor", "g5", 5)
 
+FLOOR = RobotMap(world.MAP_GUID, world.MAP_NAME, base64.b64decode(floor_plan.base_map()), 0, 0, floor_plan.RESOLUTION,
+                 Pose(floor_plan.PLAN.left, floor_plan.PLAN.bottom, 0.0))
+HALL = picture_of(FLOOR, [
+    MapPosition(station.guid, station.name, station.type_id, world.MAP_GUID, Pose(station.pose.x, station.pose.y, station.pose.orientation))
+    for station in world.STATIONS])
+
 EXECUTING = RobotStatus(state=RobotState.EXECUTING, state_id=5, mission_text="Moving to 'Line 2' (12.4 meters to goal)",
                         battery_percentage=78.0, battery_time_remaining_s=15000.0, robot_model="MiR250", linear_velocity=0.8,
-                        distance_to_next_target=12.4, moved=671648.0)
+                        distance_to_next_target=12.4, moved=671648.0, position=Pose(18.0, 12.0, 0.0), map_id=world.MAP_GUID)
 READY = replace(EXECUTING, state=RobotState.READY, state_id=3, mission_text="Waiting for new missions...", battery_percentage=64.0,
                 linear_velocity=0.0, distance_to_next_target=0.0)
 CHARGING = replace(READY, mission_text="Charging... Waiting for new mission...", battery_percentage=19.0)
@@ -98,7 +117,7 @@ FINISHED = (
 FACTS = HomeFacts(
     settings=SETTINGS, robots=(AINO, VEIKKO, SISU), missions=(EMPTIES, KITS, CHARGER, PALLET, WASTE), open=(RUNNING, QUEUED, HELD),
     snapshots={1: snapshot(1, EXECUTING, QUEUE), 2: snapshot(2, READY), 3: snapshot(3, CHARGING)}, planned=PLANNED, finished=FINISHED,
-    usual_s={KITS.guid: 390.0, EMPTIES.guid: 480.0})
+    usual_s={KITS.guid: 390.0, EMPTIES.guid: 480.0}, map=HALL)
 
 
 def with_aino(status: RobotStatus | None, queue: tuple[QueueItem, ...] = QUEUE, **values: Any) -> HomeFacts:

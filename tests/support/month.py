@@ -13,6 +13,7 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 from app.container import Container
+from app.database.activities import ActivityRepository, Span
 from app.database.connection import Database
 from app.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
 from tests.support.clock import VirtualClock
@@ -23,6 +24,8 @@ DAYS = 29
 ROBOTS = (("Aino", "MiR250"), ("Veikko", "MiR100"), ("Sisu", "MiR1350"))
 MISSIONS = ("Deliver kits to line 2", "Collect empties", "Return to charger", "Waste to compactor", "Move coils to press",
             "Bring pallet to dock", "Night stock count", "Coils to store", "Floor wash, hall A")
+TROUBLES = ("Failed to reach goal position 'Dock 1'", "Failed to reach goal position 'Dock 2'", "Blocked by an obstacle for 60 s",
+            "The cart was not found")
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ def furnish(container: Container, now: datetime = NOW) -> None:
         rows += _history(schedule, habit, robots[habit.robot], now, rng)
     rows += _by_hand(robots, now)
     container.db.write(lambda c: container.repositories.executions.add_many(c, sorted(rows, key=lambda row: row.planned_at)))
-    _observe(container, robots, rows, now)
+    _watch(container, robots, rows, now)
 
 
 def guid(mission: str) -> str:
@@ -110,7 +113,7 @@ def _ended(row: Execution, habit: Habit, rng: random.Random) -> Execution:
         return replace(row, state=State.SKIPPED, reason=reason, ended_at=row.closes_at)
     took = max(30.0, rng.gauss(habit.minutes, habit.minutes * .08) * 60)
     if luck < .04:
-        reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": f"Failed to reach goal position 'Dock {rng.randint(1, 4)}'"})
+        reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": TROUBLES[rng.randint(1, 4) - 1]})
         return _ran(row, State.FAILED, took / 3, rng, reason)
     if luck < .048:
         return _ran(row, State.CANCELLED, took / 2, rng, Reason(ReasonCode.USER_CANCELLED))
@@ -143,15 +146,37 @@ def _by_hand(robots: dict[str, Robot], now: datetime) -> list[Execution]:
     return [running, failed, idle, skipped]
 
 
-def _observe(container: Container, robots: dict[str, Robot], rows: Sequence[Execution], now: datetime) -> None:
-    """The time seen that goes with it: sixteen hours of each working day."""
-    zone = ZoneInfo(ZONE)
+def _watch(container: Container, robots: dict[str, Robot], rows: Sequence[Execution], now: datetime) -> None:
+    """What each robot was seen doing on working days, 5:30 to 22:30, and for how long; at night the app is off."""
     for n, robot in enumerate(robots.values()):
+        spans: list[Span] = []
         seen: dict[tuple[str, str], float] = {}
         for day in _days(now):
-            busy = sum(row.duration_s or 0.0 for row in rows if row.robot_id == robot.id and row.planned_at.astimezone(zone).date() == day)
-            charging = 5400.0 + 2700.0 * n
-            seen |= {(day.isoformat(), "executing"): busy, (day.isoformat(), "charging"): charging,
-                     (day.isoformat(), "idle"): max(0.0, 12 * 3600.0 - busy - charging)}
+            opens, closes = (datetime.combine(day, at, ZoneInfo(ZONE)).astimezone(UTC) for at in (time(5, 30), time(22, 30)))
+            for activity, start, end in _day_of(rows, robot, opens, min(closes, now), day.day + n):
+                spans.append((activity, start, end))
+                key = day.isoformat(), activity
+                seen[key] = seen.get(key, 0.0) + (end - start).total_seconds()
+        container.db.write(lambda c, robot=robot, spans=spans: ActivityRepository().save(c, robot.id, spans))
         container.db.write(lambda c, robot=robot, seen=seen: container.repositories.observed.add_many(c, robot.id, seen))
 
+
+def _day_of(rows: Sequence[Execution], robot: Robot, opens: datetime, closes: datetime, luck: int) -> Iterator[Span]:
+    """Missions where there were some, trouble after those that failed, an hour or two on the charger, idle otherwise."""
+    events = [(row.started_at, row.ended_at or closes, "executing") for row in rows if row.robot_id == robot.id and row.started_at]
+    events += [(row.ended_at, row.ended_at + timedelta(minutes=8), "error") for row in rows
+               if row.robot_id == robot.id and row.state is State.FAILED and row.ended_at]
+    events.append((opens + timedelta(hours=4.6), opens + timedelta(hours=6), "charging"))
+    if luck % 3 == 0:
+        events.append((opens + timedelta(hours=7.2), opens + timedelta(hours=7.7), "offline"))
+    if luck % 4 == 0:
+        events.append((opens + timedelta(hours=2.2), opens + timedelta(hours=2.6), "paused"))
+    at = opens
+    for start, end, activity in sorted(event for event in events if opens <= event[0] < closes):
+        if start > at:
+            yield "idle", at, start
+        if min(end, closes) > max(start, at):
+            yield activity, max(start, at), min(end, closes)
+        at = max(at, min(end, closes))
+    if at < closes:
+        yield "idle", at, closes

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json as json_module
 import random
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from tests.support.site import Site
 
 LATENCY = 0.02           # s
+DESCRIPTION = re.compile(rb'"description":\s*"[^"]*"')
 
 
 class Fate(StrEnum):
@@ -56,6 +58,7 @@ class Network:
     down: set[str] = field(default_factory=set)
     planned: list[tuple[str, str, Fate]] = field(default_factory=list)     # (method, path, fate): the next such request
     interrupt: Callable[[str], None] = lambda where: None                  # the simulation crashes the app here
+    forgets_descriptions: bool = False                                     # robots that don't give back what they were sent
 
     def __post_init__(self) -> None:
         self.rng = random.Random(self.seed)
@@ -94,7 +97,8 @@ class SimulatedTransport:
         def handle() -> Response:
             target = f"/api/v2.0.0{path}" + (f"?{urlencode(query)}" if query else "")
             answer = api.handle(self._machine, Request.of(method, target, self._headers, body))
-            return Response(answer.status, answer.body, answer.headers)
+            body_back = DESCRIPTION.sub(rb'"description":""', answer.body) if network.forgets_descriptions else answer.body
+            return Response(answer.status, body_back, answer.headers)
         match fate:
             case Fate.REFUSED:
                 raise Unreachable(code="refused", address=self._name)

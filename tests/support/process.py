@@ -31,10 +31,24 @@ def command(data_dir: Path, *arguments: object) -> list[str]:
     return [sys.executable, str(ROOT / "main.py"), "--data-dir", str(data_dir), *map(str, arguments)]
 
 
-def run(data_dir: Path, *arguments: object, timeout: float = 60.0) -> subprocess.CompletedProcess[str]:
-    """A one-shot command, to its end."""
-    return subprocess.run(command(data_dir, *arguments), capture_output=True, text=True, encoding="utf-8", timeout=timeout,
+def run(data_dir: Path, *arguments: object, timeout: float = 60.0, before: Sequence[str] = ()) -> subprocess.CompletedProcess[str]:
+    """A one-shot command, to its end; ``before`` it the command that starts it."""
+    return subprocess.run([*before, *command(data_dir, *arguments)], capture_output=True, text=True, encoding="utf-8", timeout=timeout,
                           env=environment(), cwd=ROOT, check=False)
+
+
+@contextmanager
+def read_only(directory: Path) -> Iterator[list[str]]:
+    """Nothing in it can be written. Gives the command that takes root the right to write all the same; nobody else has it."""
+    places = [directory, *directory.rglob("*")]
+    modes = {place: place.stat().st_mode for place in places}
+    for place in places:
+        place.chmod(0o500 if place.is_dir() else 0o400)
+    try:
+        yield ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
+    finally:
+        for place, mode in modes.items():
+            place.chmod(mode)
 
 
 class App:

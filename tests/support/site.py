@@ -13,7 +13,7 @@ from pathlib import Path
 
 from app.container import Container
 from app.database.connection import Database
-from app.models import Mission, Robot, State
+from app.models import Execution, Mission, Robot, State
 from app.services.lane import Lane
 from app.services.mir.address import Address
 from app.services.mir.client import RobotClient
@@ -22,6 +22,7 @@ from mir_sim import MISSIONS, SimulatedRobot
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport
 
+AHEAD = 1.0              # s before something is due, at which the app's own second finds that out
 TICK_EVERY = 60.0        # s between ticks when nothing is due; the app's own second would make a simulated week long
 USER, PASSWORD = "distributor", "distributor"
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
@@ -66,6 +67,10 @@ class Site:
         self._lanes: dict[int, Lane] = {}
         self._due: dict[int, float] = {}
         self._polls: set[int] = set()
+        self._soon: set[int] = set()
+        self._intents: dict[int, list[Execution]] = {}
+        self.container.loop.ready = lambda key: self._lanes[key].ready() if key in self._lanes else None
+        self.container.loop.hand_over = self._hand_over
         self._next_tick = self._next_cycle = -math.inf
         self.switched_on()
         self.container.scheduler.start()
@@ -132,14 +137,23 @@ class Site:
         """What the scheduler's thread does."""
         self._match_lanes()
         kicked = self.container.scheduler.tick().robot_ids
-        for key in kicked:
+        soon = self.container.scheduler.due_soon() & self._lanes.keys()
+        self._soon |= soon
+        for key in kicked | soon:
             self._due[key] = self.clock.monotonic()
         if self.clock.monotonic() >= self._next_cycle:
             self._next_cycle = self.clock.monotonic() + self.container.settings().poll_interval_seconds
             for key in self._lanes:
                 self._polls.add(key)
                 self._due[key] = self.clock.monotonic()
-        self._next_tick = self.clock.monotonic() + self.container.scheduler.seconds_to_next(longest=TICK_EVERY)
+        wait = self.container.scheduler.seconds_to_next(longest=TICK_EVERY)
+        if AHEAD < wait < TICK_EVERY:
+            wait -= AHEAD                # the robot is told that something falls due
+        self._next_tick = self.clock.monotonic() + wait
+
+    def _hand_over(self, intent: Execution) -> None:
+        self._intents.setdefault(intent.robot_id, []).append(intent)
+        self._due[intent.robot_id] = self.clock.monotonic()
 
     def _match_lanes(self) -> None:
         for robot in self.container.repositories.robots.all(self.container.db.read()):
@@ -151,7 +165,9 @@ class Site:
         wanted = key in self._polls
         self._polls.discard(key)
         self._due[key] = math.inf
-        wait = self._lanes[key].step(wanted)
+        soon = key in self._soon
+        self._soon.discard(key)
+        wait = self._lanes[key].step(wanted, soon, self._intents.pop(key, ()))
         self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
 
     def kick(self) -> None:

@@ -1,13 +1,16 @@
 """What the eye might miss in a picture, found by walking its widgets.
 
 Clipped text, text under 14 sp, text and widgets that leave their place or overlap in their box, touch targets under 48 dp (64 with gloves),
-gaps between targets under 8 dp, and the contrast of every pair of colours that the widgets use. What a canvas draws it does not see.
+gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the widgets use. What a
+canvas draws it does not see.
 """
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from kivy.core.window import Window
 from kivy.metrics import dp, sp
+from kivy.tests.common import UnitTestTouch
 from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.label import Label
@@ -69,7 +72,81 @@ def problems(root: Widget) -> list[str]:
             found.append(f"small target {name_of(widget)}: {widget.width:.0f}×{widget.height:.0f}")
         if isinstance(widget, BoxLayout):
             found += _box_problems(widget)
-    return [*found, *_gap_problems(targets)]
+    return [*found, *_gap_problems(targets), *swallowed_touches(root)]
+
+
+# ---------------------------------------------------------------------- touches
+def swallowed_touches(root: Widget) -> Iterator[str]:
+    """Widgets that nobody sees and that keep a touch all the same: transparent, without a size, or beside what holds them.
+
+    A layout hands touches to what it holds wherever that lies, and a disabled widget keeps those on it (Widget.on_touch_down); only scroll
+    views and screens look whether a touch is theirs. So every hidden part is touched wherever it has something that could take a touch.
+    """
+    def walk(widget: Widget, above: tuple[Widget, ...]) -> Iterator[str]:
+        if why := _why_hidden(widget, above):
+            yield from _kept_by(widget, above, why)
+            return
+        if not (widget.disabled and takes_touches(widget)):      # what is seen keeps the touches of what it holds itself
+            for child in widget.children:
+                yield from walk(child, (*above, widget))
+
+    yield from walk(root, ())
+
+
+def takes_touches(widget: Widget) -> bool:
+    return isinstance(widget, ButtonBehavior | TextInput | ScrollView) or widget.disabled
+
+
+def _why_hidden(widget: Widget, above: tuple[Widget, ...]) -> str:
+    if not widget.opacity:
+        return "transparent"
+    if widget.width < 1 or widget.height < 1:
+        return "without a size"
+    if above and not isinstance(above[-1], ScrollView):
+        x, y, right, top = area(widget)
+        bx, by, bright, btop = area(above[-1])
+        if min(right, bright) - max(x, bx) < SLACK or min(top, btop) - max(y, by) < SLACK:
+            return f"beside {name_of(above[-1])}"
+    return ""
+
+
+def _kept_by(hidden: Widget, above: tuple[Widget, ...], why: str) -> Iterator[str]:
+    def walk(widget: Widget, above: tuple[Widget, ...]) -> Iterator[tuple[Widget, tuple[float, float, float, float]]]:
+        if takes_touches(widget) and (place := _reachable_area(widget, above)) is not None:
+            yield widget, place
+        for child in widget.children:
+            yield from walk(child, (*above, widget))
+
+    for widget, (x, y, right, top) in walk(hidden, above):
+        if why.startswith("beside") or _keeps(hidden, widget, (x + right) / 2, (y + top) / 2):
+            where = "" if widget is hidden else f" in {name_of(hidden)}"
+            yield f"{name_of(widget)}{where} is {why} and keeps touches at {x:.0f}–{right:.0f}, {y:.0f}–{top:.0f}"
+            return
+
+
+def _keeps(hidden: Widget, widget: Widget, x: float, y: float) -> bool:
+    """Whether a touch of the window's point (x, y) that reaches ``hidden`` ends there. ``widget`` in it would take it, and does nothing."""
+    touch = UnitTestTouch(x, y)
+    touch.scale_for_screen(Window.width, Window.height)
+    touch.push()
+    touch.apply_transform_2d(lambda x, y: hidden.parent.to_widget(x, y) if hidden.parent is not Window else (x, y))
+    if widget is not hidden:
+        widget.on_touch_down = lambda _touch: True
+    try:
+        return bool(hidden.dispatch("on_touch_down", touch))
+    finally:
+        touch.pop()
+        if widget is not hidden:
+            del widget.on_touch_down
+
+
+def _reachable_area(widget: Widget, above: tuple[Widget, ...]) -> tuple[float, float, float, float] | None:
+    """The part of it that lies in the window and in the scroll views around it."""
+    if (place := visible_area(widget, above)) is None:
+        return None
+    x, y, right, top = place
+    x, y, right, top = max(x, 0.), max(y, 0.), min(right, float(Window.width)), min(top, float(Window.height))
+    return (x, y, right, top) if right - x > SLACK and top - y > SLACK else None
 
 
 def _text_problems(label: Label, above: tuple[Widget, ...]) -> Iterator[str]:

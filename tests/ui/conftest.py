@@ -1,6 +1,7 @@
 """The window of the UI tests. Importing this file installs it, and only here: tests elsewhere never see kivy."""
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 from functools import cache
 
@@ -17,9 +18,15 @@ from materialyoucolor.hct.hct_solver import HctSolver  # noqa: E402
 
 import app.widgets  # noqa: E402
 from app import compat  # noqa: E402
+from app.application import SchedulerApp  # noqa: E402
+from app.container import Container  # noqa: E402
 from app.i18n import SOURCE_LANGUAGE, translator  # noqa: E402
+from app.services.robot_missions import RobotMissions  # noqa: E402
 from app.widgets.tokens import apply_theme  # noqa: E402
+from tests.support import month  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
+from tests.ui.integrator import tablet  # noqa: E402
+from tests.ui.whole_app import Plant, shown  # noqa: E402
 
 # KivyMD computes some thousand colours whenever an app starts, the same ones each time: half the time of a test.
 HctSolver.solve_to_int = staticmethod(cache(HctSolver.solve_to_int))
@@ -30,16 +37,20 @@ class Stage(MDApp):
 
 
 @pytest.fixture(scope="session")
-def stage() -> MDApp:
+def stage() -> Iterator[MDApp]:
     compat.apply()
     app.widgets.load()
     Driver()                                 # virtual time from the first frame on
-    return Stage()
+    gc.freeze()
+    gc.disable()                             # looked for whenever Python likes, garbage takes a third of the time of these tests
+    yield Stage()
+    gc.enable()
 
 
 @pytest.fixture
 def ui(stage) -> Iterator[Driver]:
     """An empty window in the light theme, in English; whatever a test leaves behind is cleared away."""
+    gc.collect()                             # what tests before left; by the hundred, its widgets would take minutes to unbind
     App._running_app = stage
     EventLoop.status = "started"
     apply_theme(stage.theme_cls, "light", gloves=False)
@@ -49,6 +60,35 @@ def ui(stage) -> Iterator[Driver]:
     clear_window()
     App._running_app = None
     EventLoop.status = "idle"
+
+
+@pytest.fixture
+def container(tmp_path) -> Iterator[Container]:
+    """Services at an invented plant with a month behind it, on Friday 20 Nov 2026, 14:38; nothing runs there."""
+    container = month.plant(tmp_path / "data")
+    yield container
+    container.close()
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch) -> Iterator[Plant]:
+    """A tablet with an empty database, and two robots that answer."""
+    with tablet(tmp_path, monkeypatch) as site:
+        yield site
+
+
+@pytest.fixture(name="app")
+def app_of_site(site, ui) -> Iterator[SchedulerApp]:
+    """The app on ``site``."""
+    with shown(site.container, ui) as running:
+        yield running
+
+
+@pytest.fixture
+def silent_robots(monkeypatch) -> None:
+    """Nobody answers at the robots' addresses, and nobody asks there which missions they have."""
+    monkeypatch.setattr(RobotMissions, "learn_names", lambda _self, _robot_id: False)
+    monkeypatch.setattr(RobotMissions, "parameters", lambda _self, _robot_id, _guid: ())
 
 
 def clear_window() -> None:

@@ -63,6 +63,11 @@ class Driver:
         self._time.now += FRAME
         EventLoop.idle()
 
+    def skip(self, seconds: float) -> None:
+        """Let so much time pass at once: what was to happen meanwhile happens now."""
+        self._time.now += seconds
+        self.advance()
+
     def wait(self, condition: Callable[[], object], seconds: float = 60.) -> None:
         """Run frames until ``condition()`` holds that another thread brings about; AssertionError after ``seconds`` of wall time."""
         end = time.monotonic() + seconds

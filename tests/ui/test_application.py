@@ -5,6 +5,7 @@ import gc
 import os
 import subprocess
 import sys
+import threading
 import weakref
 from datetime import timedelta
 from pathlib import Path
@@ -14,14 +15,17 @@ from kivy.clock import Clock
 
 from app import window
 from app.application import SchedulerApp, Survivor
+from app.container import Container
 from app.data_directory import DataDirectory
 from app.database.backups import back_up
 from app.database.connection import Database, DatabaseDamaged
 from app.failures import BadInput
-from app.i18n import translator
+from app.i18n import translation, translator
 from app.models import Robot, Schedule, State
+from app.screens.problems import words_of
 from app.screens.rescue import Damage
 from app.services.changes import Topic
+from app.told import tell
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, NavItem, TopBar
 from app.widgets.tokens import tk
@@ -194,12 +198,13 @@ def test_late_starts_are_listed_first_and_can_be_held_and_released(tmp_path, ui)
 
 
 # ---------------------------------------------------------------------- a damaged database
-def damaged_directory(path: Path) -> DatabaseDamaged:
+def damaged_directory(path: Path, language: str = "en") -> DatabaseDamaged:
     """A data directory whose database is broken, with one good backup that knows a robot."""
     db = Database.open(path / "amr-scheduler.db")
     db.close()
     with plant(path, start=False) as site:
         site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, "distributor"), password="distributor")
+        site.container.catalogue.change_settings(language=language)
         back_up(site.container.db.path, path / "backups" / "daily-2026-11-20.db")
     for side in path.glob("amr-scheduler.db-*"):
         side.unlink()
@@ -215,16 +220,15 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
     opened = []
 
     def restore():
-        window.restore_backup(directory, damage)
-        from app.container import Container
+        window.restore_backup(directory, damage.backup)
         opened.append(Container.open(tmp_path, with_window=True))
         return opened[0]
 
-    app = SchedulerApp(None, damage=Damage(damage.text, damage.backup, restore), animate=False)
+    app = SchedulerApp(None, damage=Damage(damage.told, damage.backup, restore), animate=False)
     app._run_prepare()
     try:
         ui.advance(.2)
-        assert damage.text in ui.texts()
+        assert words_of(damage.told) in ui.texts()
         assert "The database is damaged; nothing is scheduled" in ui.texts()
         ui.tap(ui.find(CommandButton, text="Restore"))
         ui.wait(lambda: app.container is not None)
@@ -235,6 +239,19 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
         ui.advance()
         for container in opened:
             container.close()
+
+
+def test_the_screen_of_a_damaged_database_speaks_the_language_that_was_set(tmp_path, ui):
+    damage = damaged_directory(tmp_path, language="fi")
+    app = window._rescue_app(DataDirectory(tmp_path), damage, lambda: None)
+    app._run_prepare()
+    try:
+        ui.advance(.2)
+        assert tell(damage.told, translation("fi").gettext) in ui.texts()
+        assert ui.find(CommandButton, text="Palauta")
+    finally:
+        app.dispatch("on_stop")
+        translator.use("en")
 
 
 def test_without_a_backup_restore_is_off_and_a_failed_restore_says_why(tmp_path, ui):
@@ -254,6 +271,64 @@ def test_without_a_backup_restore_is_off_and_a_failed_restore_says_why(tmp_path,
     assert not ui.find(CommandButton, text="Restore").busy
 
 
+def going_back(tmp_path):
+    """Services that know Aino, a backup of them, and Veikko who came later; how the window goes back,
+    as soon as it may."""
+    may = threading.Event()
+    container = Container.open(tmp_path, with_window=True)
+    container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u"), password="p")
+    backup = tmp_path / "backups" / "daily-2026-11-20.db"
+    back_up(container.db.path, backup)
+    container.catalogue.save_robot(Robot("Veikko", "http://127.0.0.1:9", "u"), password="p")
+    opened = [container]
+
+    def restore(path):
+        may.wait(30)
+        opened[-1].close()
+        problem = None
+        try:
+            window.restore_backup(DataDirectory(tmp_path), path)
+        except BadInput as error:
+            problem = error
+        opened.append(Container.open(tmp_path, with_window=True))
+        return opened[-1], problem
+
+    return opened, backup, restore, may
+
+
+def names(container):
+    return [robot.name for robot in container.repositories.robots.all(container.db.read())]
+
+
+@pytest.mark.parametrize("is_good", [True, False])
+def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_good):
+    opened, backup, restore, may = going_back(tmp_path)
+    if not is_good:
+        backup = tmp_path / "backups" / "daily-bad.db"
+        backup.write_bytes(b"no database")
+    app = SchedulerApp(opened[0], animate=False, restore=restore)
+    app._run_prepare()
+    try:
+        ui.advance(.2)
+        app.shell.go("settings", section="data")
+        ui.wait(lambda: app.shell.background.idle)
+        app.shell.restore(backup)
+        ui.advance()
+        assert any(text.startswith("Going back to") for text in ui.texts())
+        may.set()
+        ui.wait(lambda: app.container is not None)
+        ui.advance(.3)
+        assert app.container is opened[1]
+        assert names(app.container) == (["Aino"] if is_good else ["Aino", "Veikko"])
+        assert any(backup.name in text for text in ui.texts())
+        ui.wait(lambda: ui.find(TopBar).robot == "Aino")
+    finally:
+        may.set()
+        app.dispatch("on_stop")
+        ui.advance()
+        opened[-1].close()
+
+
 # ---------------------------------------------------------------------- the end
 def test_a_closed_window_lets_go_of_the_services(site, ui):
     site.add_robots()
@@ -261,10 +336,10 @@ def test_a_closed_window_lets_go_of_the_services(site, ui):
     with shown(site.container, ui) as app:
         ui.wait(lambda: "Ready" in ui.texts())
         assert len(site.container.changes._listeners) > listeners
+        reference = weakref.ref(app.shell.navigator)
     assert len(site.container.changes._listeners) == listeners
     site.container.changes.publish(Topic.SETTINGS)
     ui.advance(2)
-    reference = weakref.ref(app.shell.navigator)
     del app
     gc.collect()
     assert reference() is None or not reference().built

@@ -1,18 +1,22 @@
 """Home as an operator uses it: taps and typing, on real services and a simulated robot."""
 from __future__ import annotations
 
+from contextlib import contextmanager
+from datetime import timedelta
+from zoneinfo import ZoneInfo
+
 import pytest
 import requests
 
-from app.models import ReasonCode, State, Trigger
+from app.models import ReasonCode, Schedule, State, Trigger
+from app.screens.home_cards import FinishedRow, PlannedRow
 from app.services.mir.credentials import Token
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
 from app.widgets.flow import FlowChip
 from app.widgets.frame import AlarmBanner, TopBar
-from app.widgets.rows import OptionRow, QueueRow, RobotChip
-from app.widgets.surfaces import Tap
+from app.widgets.rows import LogRow, OptionRow, QueueRow, RobotChip, ScheduleRow
 from tests.ui.whole_app import GUIDS, plant, shown
 
 
@@ -106,7 +110,7 @@ def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):
 def test_two_taps_start_one_mission(home, ui):
     choose(ui, "Deliver")
     press(ui, "Run on Aino")
-    press(ui, "Run on Aino")
+    press(ui, "Run on Aino")                                  # a glove that trembles
     ui.wait(lambda: any(mission == "Deliver" for mission, _origin in rows(ui)))
     assert len(home.site.container.history.open()) == 1
     ui.advance(1)
@@ -212,16 +216,64 @@ def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
     assert api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted"
 
 
-def test_cancelling_what_has_just_ended_is_no_error(home, ui):
-    home.root_vm.cancel(("item", 999999))                     # of which the robot knows nothing (any more)
+@contextmanager
+def screen_behind(home):
+    """The robot goes on, but nothing it says of its queue reaches the tablet: the screen shows what is over."""
+    number = home.root_vm._facts.snapshot.queue[0].id
+    for method, path in (("GET", "/mission_queue"), ("POST", "/mission_queue/search"), ("GET", f"/mission_queue/{number}")):
+        home.aino.control({"fault": {"kind": "status_503", "method": method, "path": path, "count": None}})
+    yield
+    home.aino.control({"fault": None})
+
+
+def test_cancelling_what_somebody_else_has_just_cancelled_is_no_error(home, ui):
+    pend(home)
+    number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
+    ui.wait(lambda: rows(ui))
+    with screen_behind(home):
+        api(home.aino, "DELETE", f"/mission_queue/{number}")
+        ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+        ui.wait(lambda: home.root_vm.busy == [])
+        assert "Home is cancelled" in home.shell.snackbars.texts
+    ui.wait(lambda: not rows(ui))
+
+
+def test_cancelling_one_of_ours_that_has_just_ended_keeps_how_it_ended(home, ui):
+    run(ui, "Home")
+    ui.wait(lambda: home.root_vm._facts.snapshot.queue)
+    with screen_behind(home):
+        ui.wait(lambda: {item["state"] for item in home.aino.state()["queue"]} == {"Done"})
+        ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+        ui.wait(lambda: home.root_vm.busy == [])
+    ui.wait(lambda: home.site.container.history.last_finished(1))
+    execution, = home.site.container.history.last_finished(1)
+    assert execution.state is State.COMPLETED
+    ui.wait(lambda: not rows(ui))
+
+
+def test_an_item_that_the_robot_does_not_know_any_more_had_ended(home, ui):
+    home.root_vm.cancel(("item", 999999))
     ui.wait(lambda: any("had already ended" in text for text in ui.texts()))
 
 
 def test_a_robot_that_is_gone_while_pausing_is_told_in_one_sentence(home, ui):
+    """It was there when the finger came down; the press itself meets a dead line."""
+    home.aino.control({"fault": {"kind": "drop_request", "method": "PUT", "path": "/status", "count": None}})
+    press(ui, "Pause")
+    ui.wait(lambda: "pause" not in home.root_vm.busy)
+    told, = home.shell.snackbars.texts
+    assert "127.0.0.1" in told
+    assert not ui.find(CommandButton, text="Pause").disabled  # it can be tried again at once
+    home.aino.control({"fault": None})
+    press(ui, "Pause")
+    ui.wait(lambda: "Paused" in ui.texts())
+
+
+def test_pause_can_be_pressed_although_the_robot_is_known_to_be_gone(home, ui):
     home.aino.control({"reboot_seconds": 60})
     ui.wait(lambda: "No connection" in ui.texts())
     press(ui, "Pause")
-    ui.wait(lambda: any("127.0.0.1" in text and "?" in text for text in home.shell.snackbars.texts), seconds=20)
+    ui.wait(lambda: any("127.0.0.1" in text for text in home.shell.snackbars.texts), seconds=20)
     assert "pause" not in home.root_vm.busy
 
 
@@ -244,7 +296,7 @@ def test_a_chip_selects_the_robot_for_the_whole_app(home, ui):
 def test_the_top_bar_switches_robots_from_anywhere(home, ui):
     home.shell.go("scheduler")
     ui.advance(.3)
-    ui.tap(ui.find(Tap, ui.find(TopBar)))
+    ui.tap(ui.find(root=ui.find(TopBar), text="Aino"))
     ui.tap(ui.find(OptionRow, home.shell.dialogs.top, text="Veikko"))
     ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
     ui.tap_text("Home")
@@ -258,3 +310,32 @@ def test_without_a_robot_home_invites_to_add_the_first(tmp_path, ui):
         assert ui.find(TopBar).robot == "No robot"
         press(ui, "Add robot")
         assert app.shell.navigator.current == "settings"
+
+
+# ---------------------------------------------------------------------- where lists lead
+def test_an_ended_run_opens_its_story_in_logs(home, ui):
+    run(ui, "Home")
+    ui.wait(lambda: ui.find_all(FinishedRow))
+    execution, = home.site.container.history.last_finished(1)
+    ui.tap(ui.find(FinishedRow))
+    assert home.shell.navigator.current == "logs"
+    ui.wait(lambda: ui.find_all(LogRow, opened=True))
+    assert ui.find(LogRow, opened=True).key == execution.id
+
+
+def test_a_planned_start_opens_its_schedule(home, ui):
+    robots, missions = home.root_vm._facts.robots, home.root_vm._facts.missions
+    tomorrow = home.site.container.clock.now() + timedelta(days=1)
+    zone = home.site.container.settings().timezone
+    for hour, mission in ((6, missions[0]), (7, missions[1])):
+        start = tomorrow.astimezone(ZoneInfo(zone)).replace(hour=hour, minute=0, second=0, microsecond=0, tzinfo=None)
+        home.site.container.catalogue.save_schedule(
+            Schedule(mission.name, robots[0].id, mission.id, start, zone, "FREQ=DAILY", respect_working_days=False))
+    ui.wait(lambda: len({row.mission for row in ui.find_all(PlannedRow)}) == 2)
+    row = ui.find(PlannedRow, mission=missions[1].name)
+    schedule_id = row.key[0]
+    ui.tap(row)
+    assert home.shell.navigator.current == "scheduler"
+    form = home.shell.navigator.screen("scheduler").vm.form
+    ui.wait(lambda: form.editing == schedule_id)
+    assert ui.find(ScheduleRow, selected=True).key == schedule_id

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import csv
+import threading
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from app.database.executions import ExecutionFilter
 from app.models import State
+from app.screens import logs_facts
 from app.screens.logs_cards import RunsCard
 from app.services.history_export import COLUMNS
 from app.services.kpi import KpiFilter
@@ -20,37 +22,14 @@ from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
 from tests.support import month
 from tests.ui import checks
+from tests.ui.logbook import opened, settle, tap
 from tests.ui.whole_app import shown
 
 
 @pytest.fixture
-def container(tmp_path):
-    container = month.plant(tmp_path / "data")
-    yield container
-    container.close()
-
-
-@pytest.fixture
 def screen(container, ui):
-    """The Logs on screen, everything read."""
-    with shown(container, ui) as app:
-        app.shell.go("logs")
-        app.logs = app.shell.navigator.screen("logs").vm
-        settle(app, ui)
+    with opened(container, ui) as app:
         yield app
-
-
-def settle(app, ui) -> None:
-    ui.advance(.4)
-    ui.wait(lambda: app.shell.background.idle)
-    ui.advance(.4)
-    ui.wait(lambda: app.shell.background.idle)
-    ui.advance(.1)
-
-
-def tap(app, ui, widget) -> None:
-    ui.tap(widget)
-    settle(app, ui)
 
 
 def tick(app, ui, chip: str, *options: str) -> None:
@@ -179,12 +158,24 @@ def test_the_story_asked_for_by_another_screen_is_told(screen, container, ui):
     screen.shell.go("home")
     screen.shell.go("logs", execution_id=old.id)
     settle(screen, ui)
-    ui.advance(.6)
     assert screen.logs.told == old.id
-    assert [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id]
+    ui.wait(lambda: [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id])
     screen.shell.go("logs", execution_id=10**6)
     settle(screen, ui)
     assert ui.find(Snackbar).text == "This run is no longer in the history"
+
+
+def test_a_story_comes_into_sight_however_long_its_list_takes_to_be_read(screen, container, ui, monkeypatch):
+    tap(screen, ui, ui.find(Segment, text="Today"))          # which does not have it
+    old = container.history.page(failures(container)).rows[-1]
+    read, may_read = logs_facts.read, threading.Event()
+    monkeypatch.setattr(logs_facts, "read", lambda *given: may_read.wait(60) and read(*given))
+    screen.shell.go("home")
+    screen.shell.go("logs", execution_id=old.id)
+    ui.wait(lambda: screen.logs.told == old.id)
+    ui.advance(2)
+    may_read.set()
+    ui.wait(lambda: [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id])
 
 
 def failures(container) -> ExecutionFilter:
@@ -238,8 +229,7 @@ def no_room(**_where):
 def test_an_empty_history_teaches(tmp_path, ui):
     container = month.plant(tmp_path, furnished=False)
     try:
-        with shown(container, ui) as app:
-            app.shell.go("logs")
+        with shown(container, ui, "logs") as app:
             settle(app, ui)
             tap(app, ui, ui.find(Segment, text="All"))
             assert "Nothing has run yet" in ui.texts()

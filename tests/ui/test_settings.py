@@ -4,8 +4,6 @@ from __future__ import annotations
 import gc
 import weakref
 
-import pytest
-
 from app.models import Robot
 from app.screens.settings_constraints import ConstraintsPage
 from app.screens.settings_idle import IdlePanel
@@ -18,21 +16,8 @@ from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, St
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import OptionRow, SectionRow
 from app.widgets.tokens import tk
-from tests.ui.integrator import enter, go, page, press, robots, says, settings, tablet
-from tests.ui.whole_app import PASSWORD, USER, shown
-
-
-@pytest.fixture
-def site(tmp_path, monkeypatch):
-    with tablet(tmp_path, monkeypatch) as site:
-        yield site
-
-
-@pytest.fixture
-def app(site, ui):
-    """The app on an empty database."""
-    with shown(site.container, ui) as app:
-        yield app
+from tests.ui.integrator import enter, go, page, press, robots, says, settings
+from tests.ui.whole_app import PASSWORD, USER
 
 
 # ---------------------------------------------------------------------- constraints

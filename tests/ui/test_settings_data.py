@@ -16,21 +16,8 @@ from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
 from app.widgets.rows import OptionRow
-from tests.ui.integrator import enter, go, missions, page, press, says, settings, tablet
-from tests.ui.whole_app import GUIDS, shown
-
-
-@pytest.fixture
-def site(tmp_path, monkeypatch):
-    with tablet(tmp_path, monkeypatch) as site:
-        yield site
-
-
-@pytest.fixture
-def app(site, ui):
-    """The app on an empty database."""
-    with shown(site.container, ui) as app:
-        yield app
+from tests.ui.integrator import enter, go, missions, page, press, says, settings
+from tests.ui.whole_app import GUIDS
 
 
 def file_row(ui, label: str, number: int = 0) -> FileRow:

@@ -3,8 +3,6 @@ from __future__ import annotations
 
 from datetime import datetime
 
-import pytest
-
 from app.models import Mission, Schedule
 from app.screens.settings_missions import MissionDialog, MissionRow
 from app.screens.settings_robots import RobotPanel
@@ -14,21 +12,8 @@ from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
 from app.widgets.rows import OptionRow, SectionRow
 from app.widgets.surfaces import Tap
-from tests.ui.integrator import enter, go, missions, page, press, says, tablet, undo
-from tests.ui.whole_app import GUIDS, shown
-
-
-@pytest.fixture
-def site(tmp_path, monkeypatch):
-    with tablet(tmp_path, monkeypatch) as site:
-        yield site
-
-
-@pytest.fixture
-def app(site, ui):
-    """The app on an empty database."""
-    with shown(site.container, ui) as app:
-        yield app
+from tests.ui.integrator import enter, go, missions, page, press, says, undo
+from tests.ui.whole_app import GUIDS
 
 
 def fetch(ui, robot: str) -> ChoiceDialog:
@@ -92,6 +77,37 @@ def test_a_mission_by_hand_with_its_bad_input_at_the_field(site, app, ui):
     press(ui, "Save mission", dialog)
     ui.wait(lambda: not ui.find_all(MissionDialog))
     assert {mission.name for mission in missions(site)} == {"Deliver", "Home"}
+
+
+def test_a_usual_duration_is_typed_refused_at_its_field_and_taken_away(site, app, ui):
+    site.add_missions("Deliver")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+
+    def opened() -> MissionDialog:
+        ui.tap(next(tap for tap in ui.find_all(Tap, root=ui.find(MissionRow)) if not isinstance(tap, IconButton)))
+        return ui.find(MissionDialog)
+
+    dialog = opened()
+    field = dialog.ids.usual_minutes_field
+    assert field.text == ""
+    for text in ("0", "1441"):
+        enter(ui, field, text)
+        press(ui, "Save mission", dialog)
+        ui.wait(lambda: field.problem == "Enter a whole number from 1 to 1440")
+    enter(ui, field, "25")
+    assert field.problem == ""
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: not ui.find_all(MissionDialog))
+    assert missions(site)[0].usual_minutes == 25
+    ui.wait(lambda: says(ui, "no schedule uses it · typed: 25 min"))
+    dialog = opened()
+    assert dialog.ids.usual_minutes_field.text == "25"
+    enter(ui, dialog.ids.usual_minutes_field, "")
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: not ui.find_all(MissionDialog))
+    assert missions(site)[0].usual_minutes is None
+    ui.wait(lambda: not says(ui, "typed: 25 min"))
 
 
 def test_a_mission_that_holds_for_one_robot_only(site, app, ui):

@@ -13,21 +13,8 @@ from app.services.mir.credentials import Token
 from app.widgets.buttons import Toggle
 from app.widgets.frame import NavItem
 from app.widgets.rows import RobotChip
-from tests.ui.integrator import enter, fill_in, go, press, robots, says, schedules, tablet, undo
-from tests.ui.whole_app import PASSWORD, USER, shown
-
-
-@pytest.fixture
-def site(tmp_path, monkeypatch):
-    with tablet(tmp_path, monkeypatch) as site:
-        yield site
-
-
-@pytest.fixture
-def app(site, ui):
-    """The app on an empty database."""
-    with shown(site.container, ui) as app:
-        yield app
+from tests.ui.integrator import enter, fill_in, go, press, robots, says, schedules, undo
+from tests.ui.whole_app import PASSWORD, USER
 
 
 def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):

@@ -5,17 +5,20 @@ import os
 
 import pytest
 from kivy.metrics import Metrics
+from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import Meter, Sparkline, nice_step
-from app.widgets.charts import StackedBars, UtilisationBars
+from app.widgets.charts import StackedBars
 from app.widgets.display import EmptyState, KpiCard, StatusBadge, ValueTile, with_unit
 from app.widgets.frame import AlarmBanner, Frame, NavItem, TopBar
+from app.widgets.robot_bars import RobotBars
 from app.widgets.robot_map import RobotMap
 from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt
 from app.widgets.timeline import Timeline
+from app.widgets.timeline_drawing import Drawing
 from app.widgets.tokens import COLOURS, THEMES, TONES, apply_theme, tk
 from tests.ui import checks
 from tests.ui.headless import COMMON, MOCK
@@ -197,10 +200,132 @@ def test_a_tap_on_a_bar_tells_which(ui):
     assert calls == [("b",), ("c",)]
 
 
+def fingers(chart, *paths):
+    """Touches that move together: a list of points for each."""
+    touches = [UnitTestTouch(*path[0]) for path in paths]
+    for touch in touches:
+        touch.touch_down()
+    for step in zip(*(path[1:] for path in paths), strict=True):
+        for touch, (x, y) in zip(touches, step, strict=True):
+            touch.touch_move(x, y)
+    for touch in touches:
+        touch.touch_up()
+
+
+def test_a_finger_drags_the_hours_and_a_tap_after_it_still_hits(ui):
+    chart = ui.show(Timeline(lanes=LANES, hours=24), (800, 150))
+    calls, bars = fired(chart, "on_window"), fired(chart, "on_bar")
+    unit = (800 - 88) / 24
+    y = chart.top - 28 - (150 - 28) / 4
+    fingers(chart, [(500, y), (480, y), (500 - 2 * unit, y)])
+    assert calls == [(pytest.approx(2), 24)]
+    assert bars == []                                             # a drag is no tap
+    ui.advance()
+    ui.tap_at(88 + unit * .5, y)                                  # the bar from 1.5 to 3
+    assert bars == [("b",)]
+
+
+@pytest.fixture
+def drawn(monkeypatch) -> list[Drawing]:
+    """Every drawing that is begun."""
+    begun: list[Drawing] = []
+    begin = Drawing.__init__
+    monkeypatch.setattr(Drawing, "__init__", lambda drawing, chart: (begun.append(drawing), begin(drawing, chart))[1])
+    return begun
+
+
+def put_down(x, y):
+    touch = UnitTestTouch(x, y)
+    touch.touch_down()
+    return touch
+
+
+def instructions(group) -> list:
+    return [group, *(one for child in getattr(group, "children", ()) for one in instructions(child))]
+
+
+def test_while_it_is_dragged_and_when_it_is_let_go_nothing_is_drawn_anew(ui, drawn):
+    chart = ui.show(Timeline(lanes=LANES, hours=24, ticks=[(n, str(n), False) for n in range(0, 24, 2)]), (800, 150))
+    before, [drawing] = instructions(drawn[0]._bars), drawn
+    touch = put_down(600, chart.center_y)
+    for x in range(590, 100, -10):
+        touch.touch_move(x, chart.center_y)
+        ui.advance()
+    assert drawing.moved == pytest.approx(100 - 600, abs=12)      # far beyond its margin: there is nothing that it lacks
+    touch.touch_up()
+    ui.advance(.2)
+    chart.now, chart.now_label = 10, "23:00"                      # nor does the time
+    ui.advance(.2)
+    assert drawn == [drawing]
+    assert instructions(drawing._bars) == before
+
+
+def test_a_drag_towards_what_is_not_drawn_yet_draws_it_before_it_comes_into_sight(ui, drawn):
+    far = {"name": "Sisu", "bars": [{"key": n, "start": n, "end": n + .5} for n in range(100)]}
+    chart = ui.show(Timeline(lanes=[far], hours=24), (800, 150))
+    touch = put_down(700, chart.center_y)
+    for x in range(690, 100, -10):
+        touch.touch_move(x, chart.center_y)
+        ui.advance()
+        assert chart._drawing.reaches(chart.first)
+    assert 2 <= len(drawn) <= 3
+    touch.touch_up()
+
+
+def test_a_crowd_is_drawn_over_several_frames_and_then_seen_at_once(ui, monkeypatch):
+    bars = [{"key": n, "start": n / 50, "end": n / 50 + .03} for n in range(1000)]
+    chart = ui.show(Timeline(lanes=[{"name": "Aino", "bars": []}], hours=24), (800, 600))
+    old, show_lanes, frames = chart._drawing, Drawing.show_lanes, []
+
+    def one_frame(drawing, *seen):
+        done = show_lanes(drawing, *seen)
+        frames.append((len(drawing.lanes), chart._drawing is old))
+        return done
+
+    monkeypatch.setattr(Drawing, "show_lanes", one_frame)
+    chart.lanes = [{"name": f"R{lane}", "bars": bars} for lane in range(8)]
+    ui.advance(.3)
+    assert frames == [(2, True), (4, True), (6, True), (8, True)]
+    assert chart._drawing.lanes == list(range(8))
+    assert old.canvas not in chart.canvas.children
+
+
+def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
+    chart = ui.show(Timeline(lanes=LANES, hours=24), (888, 150))
+    calls = fired(chart, "on_window")
+    middle = 88 + 400                                             # hour 12
+    fingers(chart, *([(middle + side * x, chart.center_y) for x in (100, 150, 200)] for side in (-1, 1)))
+    [(first, hours)] = calls
+    assert hours == pytest.approx(12)
+    assert first + hours / 2 == pytest.approx(12)
+    fingers(chart, *([(middle + side * x, chart.center_y) for x in (10, 350)] for side in (-1, 1)))
+    assert calls[-1][1] == 6                                      # not nearer
+
+
+def test_a_crowded_lane_is_drawn_in_few_pieces_and_its_bars_are_still_hit(ui):
+    bars = [{"key": n, "start": n / 50, "end": n / 50 + .03} for n in range(1000)]
+    chart = ui.show(Timeline(lanes=[{"name": "Aino", "bars": bars}], hours=24), (800, 100))
+    assert len([*chart.boxes()]) == 1000
+    assert len(chart.canvas.children) < 60
+    calls = fired(chart, "on_bar")
+    ui.tap_at(88 + (800 - 88) * 10.015 / 24, chart.top - 28 - 36)
+    assert abs(calls[0][0] - 500) <= 3                            # a bar is less than a px wide
+
+
+def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
+    lanes = [{"name": f"R{n}", "bars": [{"key": n, "start": 1, "end": 2}]} for n in range(50)]
+    chart = ui.show(Timeline(lanes=lanes, seen_height=200, seen_from=0), (800, 28 + 50 * 44))
+    assert len([*chart.boxes()]) <= 8
+    chart.seen_from = 20 * 44
+    ui.advance()
+    assert {key for *_box, key in [*chart.boxes()]} >= {20, 21, 22, 23}
+    assert len([*chart.boxes()]) <= 8
+
+
 @pytest.mark.parametrize("chart", [
     lambda: Timeline(), lambda: Timeline(lanes=[{"name": "Aino", "bars": []}]),
     lambda: StackedBars(), lambda: StackedBars(days=[("Mo", 0, 0)]),
-    lambda: UtilisationBars(), lambda: UtilisationBars(rows=[("Aino", "0 %", 0, 0), ("Sisu", "100 %", 1, .5)]),
+    lambda: RobotBars(), lambda: RobotBars(rows=[("Aino", "0 %", "0 min", 0, 0), ("Sisu", "100 %", "8 h", 1, .5)]),
     lambda: Sparkline(), lambda: Sparkline(values=[None, None]), lambda: Sparkline(values=[5]), lambda: Sparkline(values=[5, 5, None, 5]),
     lambda: RobotMap(), lambda: RobotMap(at=[.5, .5], path=[(.5, .5), (.5, .5)])])
 def test_charts_draw_whatever_there_is(ui, chart):

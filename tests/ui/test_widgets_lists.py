@@ -1,7 +1,10 @@
 """Lists keep the identity of their rows, scroll, rest on whole rows, and tell who was used."""
 from __future__ import annotations
 
+from functools import wraps
+
 import pytest
+from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.buttons import IconButton, Toggle
 from app.widgets.lists import Rows, ScrollRows
@@ -98,6 +101,36 @@ def test_a_strip_shares_its_width_or_turns_pages(ui):
     assert calls == [(40, "choose")]
 
 
+def drawn(strip) -> set[int]:
+    """Keys of the rows that are drawn."""
+    return {view.key for view in strip.ids.rows.children if view.canvas in strip.ids.rows.canvas.children}
+
+
+def seen(strip) -> set[int]:
+    """Keys of the rows that lie in the scroll view."""
+    scroll = strip.ids.scroll
+    left = scroll.to_window(scroll.x, 0)[0]
+    return {view.key for view in strip.ids.rows.children
+            if left - view.width < view.to_window(view.x, 0)[0] < left + scroll.width}
+
+
+def test_of_a_strip_only_what_is_seen_is_drawn(ui):
+    chips = [{"key": n, "name": f"Robot {n}"} for n in range(50)]
+    strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=chips), (600, 64))
+    assert 0 in seen(strip)
+    assert drawn(strip) == seen(strip)
+    assert len(drawn(strip)) <= 5
+    strip.show(40)
+    ui.advance(.5)
+    assert 40 in seen(strip)
+    assert drawn(strip) == seen(strip)
+    for data in (chips[::-1], chips[:2], chips):                  # moved, removed, come again
+        strip.data = data
+        ui.advance(.2)
+        assert seen(strip)
+        assert drawn(strip) == seen(strip)
+
+
 def test_a_schedule_row_asks_and_shows_what_is_true(ui):
     rows = ui.show(ScrollRows(viewclass="ScheduleRow", data=[{"key": 5, "mission": "Deliver", "on": True}]), (400, 200))
     calls = actions_of(rows)
@@ -110,6 +143,11 @@ def test_a_schedule_row_asks_and_shows_what_is_true(ui):
     dots = ui.find(IconButton, root=ui.find(ScheduleRow))
     ui.tap(dots)
     assert calls[1:] == [(5, "edit"), (5, "menu", dots)]
+
+
+def place(widget) -> float:
+    """Its lower edge in the window, px."""
+    return widget.to_window(*widget.pos)[1]
 
 
 def runs(n: int, **more) -> list[dict]:
@@ -127,6 +165,36 @@ def test_thousands_of_runs_need_a_dozen_rows(ui):
     assert len(rows.views) < 20
 
 
+def calls_of(monkeypatch, kind: type, name: str) -> list:
+    """The widgets whose method is called from now on."""
+    called, method = [], getattr(kind, name)
+
+    @wraps(method)                           # kivy's clock finds methods by their names
+    def noted(widget, *args):
+        called.append(widget)
+        return method(widget, *args)
+
+    monkeypatch.setattr(kind, name, noted)
+    return called
+
+
+def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatch):
+    laid_out, written = calls_of(monkeypatch, BoxLayout, "do_layout"), calls_of(monkeypatch, Txt, "texture_update")
+    rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 600))
+    rows.show(100)
+    ui.advance(.5)
+    assert laid_out
+    before = {view.key for view in rows.views}
+    laid_out.clear()
+    written.clear()
+    rows.scroll_y -= rows.views[0].height / (rows._content.height - rows.height)
+    ui.advance()
+    new = [view for view in rows.views if view.key not in before]
+    assert 1 <= len(new) <= 2
+    assert {text.text for text in written} == {view.mission for view in new}        # all else reads as in the rows whose views they were
+    assert laid_out == []
+
+
 def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     data = runs(200)
     data[1]["reason"] = "The robot stood still for four minutes before a pallet that nobody had announced. " * 3
@@ -134,11 +202,13 @@ def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     rows = LongList(viewclass="LogRow", data=data)
     ui.show(rows, (700, 700))
     views = {view.key: view for view in rows.views}
+    bottoms = {key: place(view) for key, view in views.items()}
     assert views[1].height > views[0].height
     assert views[3].height > views[1].height
     for n in range(4):
-        assert views[n].y - views[n + 1].top == pytest.approx(8, abs=1)
-    assert all(view.y >= rows._content.height - rows.height - 1 for view in rows.views if view.x == 0)      # no row cut in two
+        assert bottoms[n] - (bottoms[n + 1] + views[n + 1].height) == pytest.approx(8, abs=1)
+    lowest = place(rows) - 1
+    assert all(bottoms[view.key] >= lowest for view in rows.views if view.to_window(0, 0)[0] < rows.right)      # no row cut in two
 
 
 def test_a_row_opens_and_the_others_make_room(ui):
@@ -148,14 +218,10 @@ def test_a_row_opens_and_the_others_make_room(ui):
     calls = actions_of(rows)
     ui.tap(ui.find(Txt, text="Mission 1"))
     assert calls == [(1, "open")]
-    def place() -> float:
-        row = ui.find(LogRow, key=2)
-        return row.to_window(*row.pos)[1]
-
-    before = place()
+    before = place(ui.find(LogRow, key=2))
     rows.data = [{**row, "opened": row["key"] == 1, "steps": [{"label": "Planned", "time": "13:30"}]} for row in data]
     ui.advance(.1)
-    assert place() < before - 40
+    assert place(ui.find(LogRow, key=2)) < before - 40
     assert "13:30" in ui.texts()
 
 

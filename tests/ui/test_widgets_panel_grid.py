@@ -46,7 +46,7 @@ def grid(ui, count: int, width: float = 1000, **kwargs) -> PanelGrid:
 
 def shelves(ui, root) -> list[list[str]]:
     return [[child.word for child in shelf.children[::-1] if isinstance(child, SamplePanel)]
-            for shelf in sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.y)]
+            for shelf in sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.to_window(*shelf.pos)[1])]
 
 
 @pytest.mark.parametrize(("width", "columns"), [(1000, 3), (932, 3), (931, 2), (400, 1), (150, 1)])

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import mir_sim
+from app import application
 from app.application import SchedulerApp
 from app.container import Container
 from app.models import Mission, Robot
@@ -14,6 +15,7 @@ from tests.ui.driver import Driver
 USER, PASSWORD = "distributor", "distributor"
 GUIDS = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
 POLL = 1                                 # s
+application.INPUT_DEVICES = Path("/nowhere/devices")    # whether the machine of the tests has a keyboard is nothing to them
 
 
 class Plant:
@@ -45,13 +47,13 @@ def plant(directory: Path, *, robots: int = 1, time_scale: float = 1.0, start: b
 
 
 @contextmanager
-def shown(container: Container, ui: Driver) -> Iterator[SchedulerApp]:
-    """The app on these services, in the window of ``ui``."""
-    application = SchedulerApp(container, animate=False)
-    application._run_prepare()
+def shown(container: Container, ui: Driver, screen: str = "home") -> Iterator[SchedulerApp]:
+    """The app on these services, in the window of ``ui``, opened on that screen."""
+    app = SchedulerApp(container, animate=False, first=screen)
+    app._run_prepare()
     try:
         ui.advance(.2)
-        yield application
+        yield app
     finally:
-        application.dispatch("on_stop")
+        app.dispatch("on_stop")
         ui.advance()

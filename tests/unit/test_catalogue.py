@@ -156,6 +156,20 @@ def test_a_guid_is_letters_digits_and_hyphens(world, guid):
         world.catalogue.save_mission(Mission("New", guid))
 
 
+@pytest.mark.parametrize("minutes", [0, -5, 1441, 2.5, True, "12"])
+def test_a_usual_duration_is_a_whole_number_of_minutes_of_a_day(world, minutes):
+    with refuses("usual_minutes", "a whole number from 1 to 1440"):
+        world.catalogue.save_mission(replace(world.mission, usual_minutes=minutes))
+    assert MISSIONS.get(world.db.read(), world.mission.id) == world.mission
+
+
+@pytest.mark.parametrize("minutes", [1, 1440, None])
+def test_a_usual_duration_is_kept_or_taken_away(world, minutes):
+    typed = world.catalogue.save_mission(replace(world.mission, usual_minutes=12))
+    world.catalogue.save_mission(replace(typed, usual_minutes=minutes))
+    assert MISSIONS.get(world.db.read(), world.mission.id).usual_minutes == minutes
+
+
 def test_a_robots_own_mission_takes_over_what_is_planned_there(world):
     other = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"), password="x")
     here, there = world.schedule(), world.schedule(name="There", robot_id=other.id)

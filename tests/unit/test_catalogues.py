@@ -6,10 +6,13 @@ from datetime import UTC, datetime, time
 import pytest
 
 from app.i18n import DOMAIN, LOCALE_DIR, Translator, languages, po_entries
-from app.models import Between, Reason, ReasonCode, Schedule
+from app.models import Between, InvalidInput, Reason, ReasonCode, Schedule, Settings
 from app.screens import formats
 from app.screens.settings_view import LANGUAGE_NAMES
 from app.services import phrases, reasons
+from app.services.calendar import WorkingCalendar
+from app.services.validation import one_time_on_working_day
+from app.told import tell
 from tests import catalogues
 
 TRANSLATED = languages()[1:]
@@ -97,3 +100,12 @@ def test_a_part_of_the_day_reads_in_finnish(finnish):
 def test_a_reason_reads_in_finnish(finnish):
     reason = Reason(ReasonCode.BATTERY_LOW, {"battery": 17.0, "minimum": 20, "until": datetime(2026, 11, 23, 5, 0, tzinfo=UTC)})
     assert reasons.sentence(reason, "Europe/Helsinki", finnish.gettext) == "Akku 17 % pysyi alle 20 %:n 07.00 asti"
+    halves = Reason(ReasonCode.BATTERY_LOW, {**reason.details, "battery": 17.25, "minimum": 20.5})
+    assert reasons.sentence(halves, "Europe/Helsinki", finnish.gettext) == "Akku 17,2 % pysyi alle 20,5 %:n 07.00 asti"
+
+
+def test_a_date_without_its_schedule_reads_in_finnish(finnish):
+    sunday = Schedule("x", 1, 1, datetime(2026, 11, 29, 6, 30), "Europe/Helsinki")
+    with pytest.raises(InvalidInput) as refused:
+        one_time_on_working_day(sunday, WorkingCalendar(Settings()))
+    assert tell(refused.value.told, finnish.gettext).startswith("2026-11-29 (sunnuntai) ei ole työpäivä")

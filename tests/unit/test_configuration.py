@@ -17,9 +17,12 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
+from app.i18n import translation
 from app.models import WEEKDAYS, Between, Execution, IdleRule, InvalidInput, Mission, Overlap, Robot, Schedule, Settings, State, Trigger
 from app.services.catalogue import Catalogue
 from app.services.configuration import FORMAT, export_configuration, import_configuration
+from app.services.names import cleaned
+from app.told import Told, tell
 from tests.support.clock import VirtualClock
 
 FULL: dict[str, Any] = {
@@ -49,6 +52,9 @@ class World:
         self.catalogue = Catalogue(self.db, self.clock)
 
     def take(self, document: Any) -> list[str]:
+        return [tell(line) for line in self.take_in_parts(document)]
+
+    def take_in_parts(self, document: Any) -> list[Told]:
         return import_configuration(self.catalogue, document if isinstance(document, bytes) else json.dumps(document).encode())
 
     def export(self) -> dict[str, Any]:
@@ -113,6 +119,19 @@ def test_everything_that_can_be_said_is_taken(world):
         overlap=Overlap.QUEUE, priority=3, parameters={"speed": 0.5, "place": "Ä"})
     assert world.schedules["Morning"].next_at.isoformat() == "2026-11-23T08:30:00+00:00"
     assert world.schedules["Home on R1"].mission_id == own.id
+
+
+def test_what_an_import_did_is_told_in_the_language_of_the_screen(world):
+    finnish = translation("fi").gettext
+    lines = [tell(line, finnish) for line in world.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
+    assert lines[2] == "asetus muuttui – akun alaraja (%): ei asetettu → 12,5"
+    assert lines[8:14] == ["robotti R1 lisätty", "robotti R2 lisätty", "tehtävä Deliver lisätty", "tehtävä Home lisätty",
+                           "robotin R1 tehtävä Home lisätty", "ajastus Morning lisätty"]
+    again = {"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9", "username": "else"}],
+             "schedules": [{"name": "Morning", "robot": "R1", "mission": "Deliver", "start": "2026-11-24T09:00", "overlap": "skip"}]}
+    assert [tell(line, finnish) for line in world.take_in_parts(again)] == [
+        "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä; se on poissa käytöstä ja tarvitsee salasanan",
+        "ajastus Morning muuttui: aloitusaika, päällekkäiset suoritukset"]
 
 
 def test_what_is_left_out_has_the_defaults(world):
@@ -371,10 +390,32 @@ def test_an_export_says_what_the_contract_shows(world):
     assert exported["schedules"][0]["recurrence"] is exported["schedules"][0]["between"] is None
 
 
-NAMES = st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=20).map(str.strip).filter(bool)
+def test_a_typed_duration_travels_and_is_left_out_where_there_is_none(world, tmp_path):
+    assert world.take(changed("missions.0.usual_minutes", 25))[10:11] == ["mission Deliver added"]
+    assert [mission.usual_minutes for mission in world.missions] == [25, None, None]
+    exported = world.export()
+    assert [list(mission) for mission in exported["missions"]] == [
+        ["name", "guid", "usual_minutes"], ["name", "guid"], ["name", "guid", "robot"]]
+    other = World(tmp_path / "other")
+    other.take(json.dumps(exported).encode())
+    assert other.export()["missions"] == exported["missions"]
+    other.db.close()
+    assert world.take(FULL) == []                                  # not said: it stays
+    assert world.take(changed("missions.0.usual_minutes", None)) == ["mission Deliver changed: usual_minutes"]
+    assert world.export()["missions"] == FULL["missions"]
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.parametrize("value", [0, 1441, 2.5, "12", True])
+def test_a_typed_duration_that_cannot_be_is_told_with_its_place(world, value):
+    with pytest.raises(InvalidInput, match=r"missions\[0\].usual_minutes: enter a whole number from 1 to 1440"):
+        world.take(changed("missions.0.usual_minutes", value))
+    assert world.missions == []
+
+
+NAMES = st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=20).map(cleaned).filter(bool)
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(names=st.lists(NAMES, min_size=3, max_size=3, unique=True), working=st.lists(st.sampled_from(WEEKDAYS), min_size=1, unique=True),
        window=st.none() | st.integers(0, 1440), battery=st.none() | st.floats(0, 100), overlap=st.sampled_from(["skip", "queue"]),
        parameters=st.dictionaries(NAMES, st.none() | st.booleans() | st.integers(-9, 9) | NAMES, max_size=3))

@@ -109,7 +109,7 @@ def test_an_import_lists_what_changed(files, catalogue, tmp_path):
 def test_what_cannot_be_imported_is_told(files, tmp_path, monkeypatch):
     assert refused(files, "import_configuration", "missing.json") == f"there is no file {tmp_path / 'Documents' / 'missing.json'}"
     assert "can't be read" in refused(files, "import_configuration", tmp_path / "Documents")
-    monkeypatch.setattr(data_files, "LARGEST_CONFIGURATION", 10)
+    monkeypatch.setattr(data_files, "LARGEST_FILE", 10)
     (tmp_path / "Documents" / "big.json").write_text("x" * 11, encoding="utf-8")
     assert refused(files, "import_configuration", "big.json").endswith("is larger than 5 MiB")
 

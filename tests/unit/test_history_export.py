@@ -108,7 +108,7 @@ def test_it_reads_beside_the_running_app(db, tmp_path):
 TEXT = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\x00"), max_size=30)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(schedule=TEXT, mission=TEXT, message=TEXT)
 def test_whatever_the_texts_are_it_stays_a_table(db, schedule, mission, message):
     db.write(lambda c: c.execute("DELETE FROM executions"))

@@ -5,7 +5,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.models import Execution, IdleRule, Settings, State, Trigger
+from app.models import DayException, Execution, IdleRule, Settings, State, Trigger
+from app.services.calendar import WorkingCalendar
 from app.services.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
 from app.services.mir.types import RobotState, RobotStatus
 
@@ -57,10 +58,17 @@ def test_only_a_ready_robot_without_queue_is_idle(state):
     (RULE, replace(LONG_ENOUGH, status=replace(READY, battery_percentage=None)), Settings(minimum_battery_percent=1), False),
 ])
 def test_when_the_idle_mission_starts(rule, situation, settings, due):
-    assert idle_mission_is_due(rule, situation, settings, MONDAY) is due
+    assert idle_mission_is_due(rule, situation, settings, WorkingCalendar(settings), MONDAY) is due
 
 
-def test_the_working_day_is_the_local_one():
-    sunday_night_utc = datetime(2026, 11, 22, 23, 0, tzinfo=UTC)       # Monday 01:00 in Helsinki
-    assert idle_mission_is_due(RULE, LONG_ENOUGH, Settings(timezone="Europe/Helsinki"), sunday_night_utc)
-    assert not idle_mission_is_due(RULE, LONG_ENOUGH, Settings(timezone="UTC"), sunday_night_utc)
+@pytest.mark.parametrize(("zone", "due"), [("Europe/Helsinki", True), ("UTC", False)])
+def test_the_working_day_is_the_local_one(zone, due):
+    sunday_night_utc, settings = datetime(2026, 11, 22, 23, 0, tzinfo=UTC), Settings(timezone=zone)       # Monday 01:00 in Helsinki
+    assert idle_mission_is_due(RULE, LONG_ENOUGH, settings, WorkingCalendar(settings), sunday_night_utc) is due
+
+
+@pytest.mark.parametrize(("is_working", "working_days", "due"), [(False, ("MO",), False), (True, ("TU",), True)])
+def test_an_exception_of_the_calendar_beats_the_day_of_the_week(is_working, working_days, due):
+    settings = Settings(working_days=working_days)
+    calendar = WorkingCalendar(settings, [DayException("Inventory", MONDAY.date(), MONDAY.date(), is_working)])
+    assert idle_mission_is_due(RULE, LONG_ENOUGH, settings, calendar, MONDAY) is due

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -64,6 +65,23 @@ def test_nobody_answers_when_the_app_is_gone(tmp_path):
     with pytest.raises(NoAnswer, match="ended"):
         ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: True)
     assert list((tmp_path / "inbox").iterdir()) == []
+
+
+def test_what_a_command_of_an_earlier_life_asked_for_is_not_done(tmp_path):
+    """It and the app were killed; its mission would start now, whenever now is."""
+    asked = []
+    Inbox(tmp_path, {})
+    left = tmp_path / "inbox" / "left.request"
+    left.write_text('{"kind": "run_now", "id": "left"}')
+    os.utime(left, (1000.0, 1000.0))
+    inbox = Inbox(tmp_path, {"run_now": lambda request: asked.append(request) or {}}, since=2000.0)
+    inbox.tick()
+    assert asked == []
+    assert not left.exists()
+    left.write_text('{"kind": "run_now", "id": "new"}')
+    os.utime(left, (1500.0, 1500.0))                               # the clock was set back meanwhile
+    inbox.tick()
+    assert [request["id"] for request in asked] == ["new"]
 
 
 def test_an_unreadable_request_stops_nothing(tmp_path):

@@ -1,52 +1,16 @@
 """KPIs by SQL against a plain recount in Python, and against figures worked out by hand."""
 from __future__ import annotations
 
-from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
-from zoneinfo import ZoneInfo
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.database.connection import Database
-from app.database.executions import ExecutionRepository
-from app.database.observed import ObservedRepository
-from app.database.robots import RobotRepository
-from app.database.settings import SettingsRepository
-from app.models import Execution, Reason, ReasonCode, Robot, State, Trigger
-from app.services.kpi import KpiFilter, Kpis, percentile
-from tests.support.clock import VirtualClock
-
-NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)                     # a Monday
-HELSINKI = ZoneInfo("Europe/Helsinki")
-REASONS = {State.FAILED: ReasonCode.ROBOT_ABORTED, State.CANCELLED: ReasonCode.USER_CANCELLED, State.SKIPPED: ReasonCode.BATTERY_LOW,
-           State.MISSED: ReasonCode.APP_DOWN}
-
-
-class World:
-    def __init__(self, path) -> None:
-        self.clock = VirtualClock(NOON)
-        self.db = Database.open(path / "data" / "a.db", clock=self.clock, threaded=False, durable=False)
-        self.db.write(lambda c: SettingsRepository().save(c, timezone="Europe/Helsinki"))
-        for number, name in ((1, "Bella"), (2, "Aino")):
-            self.db.write(lambda c, number=number, name=name: RobotRepository().add(c, Robot(name, "http://x", id=number)))
-        self.kpis, self._made = Kpis(self.db, self.clock), 0
-
-    def row(self, state: State, hours: float = 0.0, **values) -> Execution:
-        """One that was planned ``hours`` after noon and ended then, unless it says otherwise."""
-        self._made += 1
-        at = NOON + timedelta(hours=hours)
-        row = Execution(Trigger.SCHEDULED, 1, "Bella", "Deliver", "g", at, at, at, f"token-{self._made}", "UTC", state=state,
-                        schedule_id=self._made, schedule="S", ended_at=None if state.is_open else at,
-                        reason=Reason(REASONS[state]) if state in REASONS else None)
-        return self.add(replace(row, **values))
-
-    def add(self, row: Execution) -> Execution:
-        return self.db.write(lambda c: ExecutionRepository().add(c, row))
-
-    def observe(self, robot_id: int, day: str, **seconds: float) -> None:
-        self.db.write(lambda c: ObservedRepository().add_many(c, robot_id, {(day, what): value for what, value in seconds.items()}))
+from app.models import Execution, Reason, ReasonCode, State, Trigger
+from app.services.durations import percentile
+from app.services.kpi import KpiFilter
+from tests.support.kpi_world import HELSINKI, NOON, World
 
 
 @pytest.fixture
@@ -166,7 +130,7 @@ ROWS = st.lists(st.tuples(st.sampled_from(list(State)), st.integers(1, 4), st.in
 ENDS = st.none() | st.integers(-400, 400)
 
 
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(rows=ROWS, start=ENDS, end=ENDS, robots=st.none() | st.lists(st.integers(1, 4), unique=True, max_size=3))
 def test_sql_says_what_a_recount_says(world, rows, start, end, robots):
     world.db.write(lambda c: c.execute("DELETE FROM executions"))

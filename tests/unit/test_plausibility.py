@@ -5,6 +5,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.services.plausibility import clock_problem
+from app.told import tell
 
 NOW = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 YESTERDAY, TOMORROW = NOW - timedelta(days=1), NOW + timedelta(days=1)
@@ -28,5 +29,5 @@ def test_when_the_tablets_clock_is_believed(heartbeat, offsets, plausible):
 
 
 def test_the_sentence_says_by_how_much():
-    assert "60 min ahead of it" in clock_problem(NOW, None, [3600.0, 3602.0])
-    assert "60 min behind it" in clock_problem(NOW, None, [-3600.0, -3602.0])
+    assert "60 min ahead of it" in tell(clock_problem(NOW, None, [3600.0, 3602.0]))
+    assert "60 min behind it" in tell(clock_problem(NOW, None, [-3600.0, -3602.0]))

@@ -44,7 +44,7 @@ INTERVALS = st.integers(1, 9).map(lambda n: f";INTERVAL={n}")
 
 
 # ---------------------------------------------------------------------- dateutil
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(start=STARTS, parts=DATE_RULES, interval=INTERVALS, hours=HOURS, minutes=MINUTES, end=ENDS, look=st.integers(-400, 3000))
 def test_where_no_clock_changes_it_is_what_dateutil_says(start, parts, interval, hours, minutes, end, look):
     rule = "".join(parts) + interval + hours + minutes + end
@@ -103,7 +103,7 @@ SUB_DAILY = st.one_of(st.integers(1, 200).map(lambda n: f"FREQ=MINUTELY;INTERVAL
                       st.integers(1, 30).map(lambda n: f"FREQ=HOURLY;INTERVAL={n}"))
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(beginning=BEGINNINGS, minute=st.integers(0, 1439), rule=SUB_DAILY, days=PLAIN_DAYS, hours=HOURS, minutes=MINUTES, part=PARTS_OF_DAY,
        look=st.integers(-60, 2 * 1440))
 def test_sub_daily_rules_are_what_a_look_at_every_minute_finds(beginning, minute, rule, days, hours, minutes, part, look):
@@ -120,7 +120,7 @@ def test_sub_daily_rules_are_what_a_look_at_every_minute_finds(beginning, minute
 ANY_RULE = st.one_of(DATE_RULES.map("".join), SUB_DAILY)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(zone=st.sampled_from(("Europe/Helsinki", "America/Nuuk", "Australia/Lord_Howe")), start=STARTS, rule=ANY_RULE, hours=HOURS,
        minutes=MINUTES, end=ENDS, respects=st.booleans(), skip=st.integers(0, 30))
 def test_leaping_ahead_finds_what_walking_finds(zone, start, rule, hours, minutes, end, respects, skip):

@@ -30,7 +30,7 @@ def robot(db):
 
 @pytest.fixture
 def mission(db):
-    return db.write(lambda c: MISSIONS.add(c, Mission("Deliver", "guid-1", favourite=True)))
+    return db.write(lambda c: MISSIONS.add(c, Mission("Deliver", "guid-1", favourite=True, usual_minutes=12)))
 
 
 @pytest.fixture

@@ -3,12 +3,14 @@ from __future__ import annotations
 
 import sqlite3
 import stat
+from dataclasses import replace
 
 import pytest
 
 from app.database.backups import BACKUPS, problem_of
 from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
-from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.database.missions import MissionRepository
+from app.database.schema import _TYPED_DURATIONS, APPLICATION_ID, MIGRATIONS
 from app.database.settings import SettingsRepository
 
 ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
@@ -145,3 +147,17 @@ def test_reading_leaves_an_older_database_to_the_app(path, clock, monkeypatch):
     monkeypatch.setattr("app.database.connection.MIGRATIONS", (*MIGRATIONS, ADD_A_TABLE))
     with pytest.raises(DatabaseRefused, match="older version"):
         Database.open_for_reading(path)
+
+
+def test_missions_of_before_have_no_typed_duration_and_can_get_one(tmp_path, clock):
+    path = tmp_path / "a.db"
+    before = MIGRATIONS[:MIGRATIONS.index(_TYPED_DURATIONS)]
+    old = Database.open(path, clock=clock, migrations=before)
+    old.write(lambda c: c.execute("INSERT INTO missions (name, guid) VALUES ('Deliver', 'guid-1')"))
+    old.close()
+    db = Database.open(path, clock=clock)
+    mission, = MissionRepository().all(db.read())
+    assert (mission.name, mission.usual_minutes) == ("Deliver", None)
+    db.write(lambda c: MissionRepository().update(c, replace(mission, usual_minutes=90)))
+    assert MissionRepository().get(db.read(), mission.id).usual_minutes == 90
+    db.close()

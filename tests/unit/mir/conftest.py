@@ -1,13 +1,29 @@
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import pytest
+import requests
 import responses as responses_library
 
 from app.services.mir.address import Address
 from app.services.mir.client import RobotClient
 from app.services.mir.credentials import Token
+from app.services.mir.transport import API, Response, Timeouts
 
 TOKEN = Token.derive("distributor", "distributor")
+ROBOT = "http://robot.test"
+
+
+class MockedTransport:
+    """Carries requests to the ``responses`` library, which answers them; what really goes over a socket is tested in test_sockets.py."""
+
+    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
+        body = {} if json is None else {"json": json}
+        answer = requests.request(method, f"{ROBOT}{API}{path}", params=query, allow_redirects=False, timeout=timeout.total, **body)
+        return Response(answer.status_code, answer.content, dict(answer.headers))
+
+    def close(self) -> None:
+        pass
 
 
 @pytest.fixture
@@ -19,6 +35,6 @@ def responses() -> Iterator[responses_library.RequestsMock]:
 
 @pytest.fixture
 def robot(responses: responses_library.RequestsMock) -> Iterator[RobotClient]:
-    client = RobotClient(Address.parse("http://robot.test"), TOKEN)
+    client = RobotClient(Address.parse(ROBOT), TOKEN, transport=MockedTransport())
     yield client
     client.close()

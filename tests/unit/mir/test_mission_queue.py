@@ -82,7 +82,7 @@ def client(transport: QueueTransport) -> RobotClient:
 FEATURES = {name: st.booleans() for name in ("has_search", "filters", "sorts", "pages", "whitelists")}
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(done=st.integers(0, 450), executing=st.integers(0, 1), pending=st.integers(0, 30), above=st.integers(0, 40),
        features=st.fixed_dictionaries(FEATURES))
 def test_open_and_newer_items_are_found_whatever_the_robot_knows(done: int, executing: int, pending: int, above: int,

@@ -12,6 +12,7 @@ import threading
 import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
@@ -98,6 +99,34 @@ def test_reads_share_a_connection_and_writes_get_their_own(serve: Serve, connect
     assert lines[2] == b"POST /api/v2.0.0/mission_queue HTTP/1.1"
     assert b"\r\nConnection: close\r\n" in server.requests[2]
     assert b"\r\nAuthorization: " + TOKEN.header.encode() + b"\r\n" in server.requests[0]
+
+
+def test_every_request_says_who_asks_and_what_it_wants(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch,
+                                                       tmp_path: Path) -> None:
+    (tmp_path / "netrc").write_text("machine 127.0.0.1 login other password other")      # neither this nor a proxy is heeded
+    monkeypatch.setenv("NETRC", str(tmp_path / "netrc"))
+    monkeypatch.setenv("HTTP_PROXY", f"http://127.0.0.1:{closed_port()}")
+    server = serve(after_request(lambda robot: robot.answer(READY, "200 OK", "Set-Cookie: session=1", "Connection: close")))
+    robot = connect(server)
+    robot.status()
+    robot.status()
+    for request in server.requests:
+        head = request.decode().split("\r\n")
+        assert head[0] == "GET /api/v2.0.0/status HTTP/1.1"
+        assert head[1:head.index("")] == [
+            f"Host: 127.0.0.1:{server.port}", "Accept: application/json", "Accept-Encoding: identity", "Accept-Language: en_US",
+            "Content-Type: application/json", "User-Agent: AMR-Scheduler", f"Authorization: {TOKEN.header}", "Connection: keep-alive"]
+
+
+def test_a_search_is_sorted_as_clients_on_robots_ask_for_it(serve: Serve, connect: Connect) -> None:
+    server = serve(after_request(lambda robot: robot.answer(b"[]")))
+    connect(server).open_items()
+    assert b"sort_by=id,desc" in server.requests[0].split(b"\r\n")[0]          # the comma as it is
+
+
+def test_what_a_proxy_packs_is_unpacked(serve: Serve, connect: Connect) -> None:
+    server = serve(after_request(lambda robot: robot.answer(gzip.compress(READY), "200 OK", "Content-Encoding: gzip")))
+    assert connect(server).status().robot_name == "R1"
 
 
 def test_ipv6_and_names_work_too(connect: Connect, serve: Serve) -> None:

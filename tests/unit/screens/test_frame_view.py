@@ -7,23 +7,21 @@ from datetime import timedelta
 import pytest
 
 from app.models import Alarm, Connection, Priority, Wait
-from app.screens.frame_view import Act, Worries, alarm_note, alarm_text, banner, late_starts, robot_of, robot_option, top_bar
-from app.services.alarms import EVENTS, SENTENCES
+from app.screens.alarms_view import NOWHERE, Act, Here
+from app.screens.frame_view import Worries, banner, late_starts, open_worries, robot_option, top_bar, worry_row
+from app.services.alarms import SENTENCES
 from app.services.holds import Hold
+from tests.support.alarms import alarm
 from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago, snapshot
 
 ROBOTS = {robot.id: robot for robot in FACTS.robots}
 
 
-def alarm(code: str, key: str = "robot:1", **values) -> Alarm:
-    details = {"robot": "Aino", "mission": "Deliver", "reason": "why", "problem": "it broke", "found": "2", "expected": "1", "count": 3,
-               "queue_id": 7, "seconds": 40, "start": ago(hours=2).isoformat(), "end": ago(hours=1).isoformat()}
-    cleared = ago(minutes=2) if code in EVENTS else None
-    return Alarm(code, key, SENTENCES[code][0], ago(minutes=2), **{"details": details, "id": 1, "cleared_at": cleared, **values})
+def show(*alarms: Alarm, holds=(), late=(), here=NOWHERE):
+    return banner(Worries(alarms, holds, late), ROBOTS, SETTINGS, NOW, here)
 
 
-def show(*alarms: Alarm, holds=(), late=(), on_screen=None):
-    return banner(Worries(alarms, holds, late), ROBOTS, SETTINGS, NOW, on_screen)
+HOME = Here("home", 1)
 
 
 # ---------------------------------------------------------------------- the bar
@@ -56,9 +54,9 @@ def test_an_emergency_stop_says_what_to_do_and_leads_to_the_robot():
 
 
 def test_where_the_robot_is_on_screen_already_it_can_be_acknowledged():
-    view = show(alarm("emergency_stop", id=8), on_screen=1)
+    view = show(alarm("emergency_stop", id=8), here=HOME)
     assert (view.action, view.act, view.about) == ("Acknowledge", Act.ACKNOWLEDGE, 8)
-    assert show(alarm("emergency_stop", acknowledged_at=NOW), on_screen=1).act is Act.NOTHING
+    assert show(alarm("emergency_stop", acknowledged_at=NOW), here=HOME).act is Act.NOTHING
 
 
 @pytest.mark.parametrize("code", ["unauthorized", "wrong_robot", "not_a_robot"])
@@ -83,17 +81,9 @@ def test_a_cleared_alarm_stays_until_acknowledged_and_says_that_it_is_over():
     assert view.act is Act.ACKNOWLEDGE
 
 
-def test_repeats_are_counted():
-    assert "3 times" in alarm_note(alarm("unreachable", count=3), SETTINGS, NOW)
-
-
 def test_shelved_alarms_are_out_of_the_way():
     assert show(alarm("unreachable", shelved_until=NOW + timedelta(hours=1))).text == ""
     assert show(alarm("unreachable", shelved_until=ago(hours=1))).text != ""
-
-
-def test_instants_in_an_alarm_are_told_in_the_zone_of_the_settings():
-    assert alarm_text(alarm("app_was_off", "app"), SETTINGS, NOW) == "The app was off or asleep from 12:38 to 13:38"
 
 
 @pytest.mark.parametrize("code", sorted(SENTENCES))
@@ -102,12 +92,6 @@ def test_every_alarm_makes_a_banner(code):
     assert len(view.text) > 8
     assert "{" not in view.text + view.note
     assert view.note
-
-
-def test_what_an_alarm_is_about():
-    assert robot_of(alarm("unreachable", "robot:12")) == 12
-    assert robot_of(alarm("app_was_off", "app")) is None
-    assert robot_of(alarm("clock_stepped", "robot:x")) is None
 
 
 # ---------------------------------------------------------------------- holds and late starts
@@ -144,6 +128,18 @@ def test_late_starts_come_before_everything_and_count_down():
     assert view.text == "1 late mission starts in 24 s"
     assert view.note == "Due while the app was off: Waste to compactor on Aino (14:35)"
     assert (view.act, view.action, view.others) == (Act.HOLD, "Hold", "+1 more")
+
+
+def test_the_banner_counts_what_the_list_shows_and_shows_its_first_line():
+    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    worries = Worries((alarm("app_was_off", "app", id=1), alarm("emergency_stop", id=2), alarm("unreachable", "robot:2", id=3),
+                       alarm("robot_error", id=4, shelved_until=NOW + timedelta(hours=1))),
+                      [Hold("fire drill", None), Hold("", None, robot_id=2), Hold("", clock=True)], [late])
+    lines = [worry_row(worry, ROBOTS, SETTINGS, NOW) for worry in open_worries(worries, ROBOTS, SETTINGS, NOW)]
+    assert [line["key"] for line in lines] == [("late", 0), ("alarm", 2), ("hold", 0), ("hold", 2), ("alarm", 3), ("alarm", 1)]
+    assert [line["action"] for line in lines] == ["Hold", "Acknowledge", "Release", "Release", "Acknowledge", "Acknowledge"]
+    view = banner(worries, ROBOTS, SETTINGS, NOW)
+    assert (view.text, view.others) == (lines[0]["text"], "+5 more")
 
 
 def test_priorities_are_those_of_the_list():

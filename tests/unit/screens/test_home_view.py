@@ -6,11 +6,13 @@ from datetime import timedelta
 
 import pytest
 
+from app.i18n import translator
 from app.models import Connection, Reason, ReasonCode, Settings, State, Trigger, Wait
 from app.screens.home_facts import HomeFacts
 from app.screens.home_lists import finished_rows, outcome_line, planned_rows, queue_note, queue_rows
 from app.screens.home_robot import battery_look, chips, link_look
 from app.screens.home_view import can_reset, present
+from app.services.mir.errors import Unreachable
 from app.services.mir.types import QueueItem, QueueState, RobotProblem, RobotState
 from tests.support.home_facts import (
     AINO,
@@ -81,6 +83,13 @@ def test_much_longer_than_usual_is_told():
     card = view(facts).card
     assert card.mission_tone == "attention"
     assert card.progress == 1.0
+
+
+def test_a_typed_duration_is_called_one_and_raises_no_concern():
+    facts = replace(FACTS, usual_s={KITS.guid: 120.0}, typed=frozenset({KITS.guid}))
+    card = view(facts).card
+    assert (card.usual, card.progress) == ("of 2 min as typed in Settings", 1.0)
+    assert card.mission_tone != "attention"
 
 
 def test_a_first_run_has_nothing_to_compare_with():
@@ -160,6 +169,19 @@ def test_what_is_old_looks_old_and_says_since_when():
     assert shown.card.elapsed == ""
     assert shown.queue_note == "as of 14:33"
     assert shown.queue[0]["tone"] == "offline"
+
+
+def test_what_is_wrong_is_told_in_the_language_of_the_screen():
+    problem = Unreachable(code="refused", address="10.40.12.21").told
+    facts = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem)
+    assert view(facts).card.says == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
+    translator.use("fi")
+    try:
+        assert view(facts).card.says == "10.40.12.21 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?"
+        ended = execution(1, AINO, "Deliver", State.FAILED, reason=Reason(ReasonCode.REFUSED, {"problem": problem}))
+        assert outcome_line(ended).endswith("osoite oikein?")
+    finally:
+        translator.use("en")
 
 
 def test_connected_but_silent_for_three_polls_is_old_too():

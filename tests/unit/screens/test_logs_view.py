@@ -5,7 +5,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.models import Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.models import Execution, Reason, ReasonCode, Robot, State, Trigger, Usual, Wait
 from app.screens import logs_kpi_view as figures_view
 from app.screens import logs_view as view
 from app.screens.logs_facts import filter_of, period_with
@@ -64,6 +64,31 @@ def test_a_run_of_another_day_has_its_date():
 
 
 # ---------------------------------------------------------------------- the story
+def test_only_what_has_changed_is_put_into_words_again(monkeypatch):
+    worded, made = view.Worded(), []
+    row = view.row
+    monkeypatch.setattr(view, "row", lambda execution, *args: (made.append(execution.id), row(execution, *args))[1])
+    runs = [replace(DONE, id=n) for n in range(5)]
+
+    def rows(runs, now=NOW, usual=USUAL, told=None, narrow=False):
+        made.clear()
+        found = worded.rows(runs, now, ZONE, usual, told, narrow, {})
+        assert found == [row(run, now, ZONE, usual, run.id == told, narrow) for run in runs]
+        return list(made)
+
+    assert rows(runs) == [0, 1, 2, 3, 4]
+    assert rows([replace(run) for run in runs], NOW + timedelta(minutes=1)) == []
+    assert rows([replace(FAILED, id=9), *runs]) == [9]
+    assert rows([replace(FAILED, id=9), replace(FAILED, id=0), *runs[1:]]) == [0]
+    assert rows(runs[1:], told=3) == [3]
+    assert rows(runs[1:]) == [3]
+    assert rows(runs[1:], usual={}) == [1, 2, 3, 4]
+    assert rows(runs[1:], NOW + timedelta(days=1), {}) == [1, 2, 3, 4]
+    assert rows(runs[1:], NOW + timedelta(days=1), {}, narrow=True) == [1, 2, 3, 4]
+    worded.forget()
+    assert rows(runs[1:], NOW + timedelta(days=1), {}, narrow=True) == [1, 2, 3, 4]
+
+
 def test_a_story_has_four_steps_and_ends_in_its_outcome():
     row = view.row(FAILED, NOW, ZONE, USUAL, opened=True)
     assert [(step["label"], step["time"], step["note"]) for step in row["steps"]] == [
@@ -88,6 +113,15 @@ def test_a_story_goes_only_as_far_as_the_run_came():
     assert [(step["label"], step["note"]) for step in view.story(running, ZONE, USUAL)][2:] == [
         ("Started", "no wait"), ("Running", "not ended yet")]
     assert view.message(SKIPPED) == ""
+
+
+@pytest.mark.parametrize(("expected", "note"), [
+    (Usual(360.0, 400.0, (360.0,)), "not ended yet, usually 6 min"),
+    (Usual(1500.0, 1500.0, typed=True), "not ended yet, 25 min as typed in Settings")])
+def test_what_has_not_ended_says_how_long_it_will_take_and_who_says_so(expected, note):
+    running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None)
+    row = view.row(running, NOW, ZONE, USUAL, opened=True, expected=expected)
+    assert row["steps"][-1]["note"] == note
 
 
 # ---------------------------------------------------------------------- filters

@@ -1,20 +1,23 @@
 """The Scheduler's words and bars from plain facts: timeline, days, list of schedules, form."""
 from dataclasses import replace
 from datetime import UTC, date, datetime, time, timedelta
+from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.models import Execution, InvalidInput, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger
+from app.models import Execution, InvalidInput, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Usual
 from app.screens import scheduler_form_view as form
 from app.screens import scheduler_view as view
 from app.screens.scheduler_draft import Draft, Kind
-from app.screens.scheduler_facts import SchedulerFacts, window_start
+from app.screens.scheduler_facts import SchedulerFacts, Window, window_start
 from app.screens.scheduler_form_view import Preview
+from app.screens.scheduler_timeline import ASSUMED_S, moved, span_words, timeline, zoomed
 from app.services.forecast import Concern, ConcernCode, Forecast
 from app.services.plan import PlannedRun
 from app.services.recurrence import Occurrence
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
+HELSINKI = ZoneInfo("Europe/Helsinki")
 SETTINGS = Settings(timezone="Europe/Helsinki", minimum_battery_percent=30)
 AINO, VEIKKO = Robot("Aino", "http://a", id=1, model="MiR250"), Robot("Veikko", "http://b", id=2, enabled=False)
 KITS, EMPTIES = Mission("Deliver kits", "g-kits", id=1), Mission("Collect empties", "g-empties", id=2)
@@ -38,7 +41,7 @@ def execution(state, minutes_ago, **values):
 
 # ---------------------------------------------------------------------- the timeline
 def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
-    shown = view.timeline(facts(), NOW)
+    shown = timeline(facts(), NOW)
     assert window_start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)     # 13:00 local
     assert shown.now == pytest.approx(1 + 38 / 60)
     assert shown.now_label == "14:38"
@@ -48,55 +51,124 @@ def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
 
 
 def test_there_is_a_lane_for_every_robot_and_one_that_is_off_says_so():
-    lanes = view.timeline(facts(), NOW).lanes
+    lanes = timeline(facts(), NOW).lanes
     assert [(lane["name"], lane["note"]) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "switched off")]
 
 
 def test_a_planned_bar_is_as_long_as_the_mission_usually_takes():
-    bar = view.timeline(facts(planned=(planned(22),)), NOW).lanes[0]["bars"][0]
+    bar = timeline(facts(planned=(planned(22),)), NOW).lanes[0]["bars"][0]
     assert (bar["start"], bar["end"] - bar["start"]) == (pytest.approx(2.0), pytest.approx(7 / 60))
     assert (bar["key"], bar["label"], bar["state"]) == (("schedule", 7), "Deliver kits", "planned")
-    unknown = view.timeline(facts(planned=(planned(22, None),)), NOW).lanes[0]["bars"][0]
-    assert unknown["end"] - unknown["start"] == pytest.approx(view.ASSUMED_S / 3600)
+    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0]["bars"][0]
+    assert unknown["end"] - unknown["start"] == pytest.approx(ASSUMED_S / 3600)
 
 
 @pytest.mark.parametrize(("state", "look"), [(State.COMPLETED, "past"), (State.CANCELLED, "past"), (State.FAILED, "failed")])
 def test_a_past_bar_lies_where_it_ran_in_the_colour_of_its_outcome(state, look):
     ran = execution(state, 38, started_at=NOW - timedelta(minutes=36), ended_at=NOW - timedelta(minutes=30))
-    bar = view.timeline(facts(past=(ran,)), NOW).lanes[0]["bars"][0]
+    bar = timeline(facts(past=(ran,)), NOW).lanes[0]["bars"][0]
     assert (bar["key"], bar["state"]) == (("execution", 70), look)
     assert (bar["start"], bar["end"]) == (pytest.approx(62 / 60), pytest.approx(68 / 60))
 
 
 def test_what_was_missed_is_drawn_no_longer_than_its_start_window():
     missed = execution(State.MISSED, 60, ended_at=NOW, reason=Reason(ReasonCode.APP_DOWN))
-    bar = view.timeline(facts(past=(missed,)), NOW).lanes[0]["bars"][0]
+    bar = timeline(facts(past=(missed,)), NOW).lanes[0]["bars"][0]
     assert (bar["state"], bar["end"] - bar["start"]) == ("skipped", pytest.approx(15 / 60))
 
 
 def test_what_runs_reaches_to_its_usual_end_or_to_now():
     running = execution(State.EXECUTING, 4, started_at=NOW - timedelta(minutes=4))
-    bar = view.timeline(facts(past=(running,), usual_s={(1, "g-kits"): 420.0}), NOW).lanes[0]["bars"][0]
-    assert bar["end"] == pytest.approx(view.timeline(facts(), NOW).now + 3 / 60)
-    late = view.timeline(facts(past=(running,), usual_s={(1, "g-kits"): 60.0}), NOW)
+    bar = timeline(facts(past=(running,), usual_s={(1, "g-kits"): 420.0}), NOW).lanes[0]["bars"][0]
+    assert bar["end"] == pytest.approx(timeline(facts(), NOW).now + 3 / 60)
+    late = timeline(facts(past=(running,), usual_s={(1, "g-kits"): 60.0}), NOW)
     assert late.lanes[0]["bars"][0]["end"] == pytest.approx(late.now)
 
 
 def test_what_ended_before_the_window_is_not_drawn():
-    old = execution(State.COMPLETED, 300, started_at=NOW - timedelta(minutes=299), ended_at=NOW - timedelta(minutes=290))
-    assert view.timeline(facts(past=(old,)), NOW).lanes[0]["bars"] == []
+    old = execution(State.COMPLETED, 900, started_at=NOW - timedelta(minutes=899), ended_at=NOW - timedelta(minutes=890))
+    assert timeline(facts(past=(old,)), NOW).lanes[0]["bars"] == []
 
 
 def test_days_without_work_are_closed_and_named():
-    assert view.timeline(facts(), NOW).closed == ((11.0, 24.0, "Saturday: not a working day"),)
-    assert view.timeline(facts(settings=replace(SETTINGS, working_days=("MO", "TU", "WE", "TH", "FR", "SA", "SU"))), NOW).closed == ()
+    assert timeline(facts(), NOW).closed == ((11.0, 35.0, "Saturday: not a working day"), (35.0, 36.0, "Sunday: not a working day"))
+    assert timeline(facts(settings=replace(SETTINGS, working_days=("MO", "TU", "WE", "TH", "FR", "SA", "SU"))), NOW).closed == ()
 
 
 def test_a_clock_change_is_marked_and_the_hours_stay_true():
     night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)                 # 23:10 in Helsinki, clocks go back at 04:00
-    shown = view.timeline(facts(), night)
+    shown = timeline(facts(), night)
     change = next(hour for hour, label, strong in shown.ticks if label == "Clock change")
     assert window_start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
+
+
+# ---------------------------------------------------------------------- window, zoom
+def test_a_window_that_was_moved_stays_where_it_is():
+    left = datetime(2026, 11, 22, 6, 20, tzinfo=UTC)
+    shown = timeline(facts(), NOW, Window(left, 12))
+    assert (shown.origin, shown.first, shown.hours, shown.span) == (left.replace(minute=0), pytest.approx(1 / 3), 12, "12 h")
+    assert shown.now < 0
+    assert moved(Window(left, 12), .5, NOW, HELSINKI) == Window(left + timedelta(hours=6), 12)
+
+
+def test_zooming_goes_through_the_row_of_spans_around_the_middle():
+    window = Window(datetime(2026, 11, 22, 6, 0, tzinfo=UTC), 24)
+    nearer = zoomed(window, False, NOW, HELSINKI)
+    assert nearer == Window(datetime(2026, 11, 22, 12, 0, tzinfo=UTC), 12)
+    assert zoomed(nearer, True, NOW, HELSINKI) == window
+    assert [zoomed(Window(None, hours), True, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [12, 12, 168, 168]
+    assert [zoomed(Window(None, hours), False, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [6, 6, 96, 96]
+    assert zoomed(Window(None, 24), True, NOW, HELSINKI).left is None                     # goes on following the time
+    assert [span_words(hours) for hours in (6, 24, 47, 48, 168)] == ["6 h", "24 h", "47 h", "2 days", "7 days"]
+
+
+def test_the_whisker_ends_where_nine_of_ten_runs_had_ended_and_unknown_lengths_say_so():
+    run = replace(planned(22), slow_s=660.0)
+    bar = timeline(facts(planned=(run,)), NOW).lanes[0]["bars"][0]
+    assert (bar["late"] - bar["start"], "assumed" in bar) == (pytest.approx(11 / 60), False)
+    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0]["bars"][0]
+    assert ("late" in unknown, unknown["assumed"]) == (False, True)
+
+
+def test_a_typed_length_says_so_and_has_no_whisker():
+    run = PlannedRun(NOW + timedelta(minutes=22), HOURLY, AINO, KITS, 1500.0, 1500.0, typed=True)
+    bar = timeline(facts(planned=(run,)), NOW).lanes[0]["bars"][0]
+    assert (bar["typed"], bar["end"] - bar["start"]) == (True, pytest.approx(25 / 60))
+    assert "late" not in bar
+    assert "assumed" not in bar
+    assert "typed" not in timeline(facts(planned=(planned(22),)), NOW).lanes[0]["bars"][0]
+
+
+@pytest.mark.parametrize(("known", "marked"), [
+    ({"usual_s": {(1, "g-kits"): 1500.0}}, set()), ({"usual_s": {(1, "g-kits"): 1500.0}, "typed": frozenset({(1, "g-kits")})}, {"typed"}),
+    ({}, {"assumed"})])
+def test_what_waits_says_how_its_length_is_known_too(known, marked):
+    bar = timeline(facts(past=(execution(State.QUEUED, 1),), **known), NOW).lanes[0]["bars"][0]
+    assert {"typed", "assumed"} & bar.keys() == marked
+    assert bar["end"] - bar["start"] == pytest.approx((ASSUMED_S if "assumed" in marked else 1500.0) / 3600)
+
+
+@pytest.mark.parametrize(("usual", "words"), [
+    (None, "How long it takes on Aino is not known yet: 5 min are assumed"),
+    (Usual(1500.0, 1500.0, typed=True), "25 min as typed in Settings: no run was completed on Aino yet"),
+    (Usual(400.0, 430.0, (400.0,)), "Usually 6 min 40 s, by its one run on Aino"),
+    (Usual(400.0, 430.0, (390.0, 400.0, 430.0)), "Usually 6 min 40 s, by the last 3 runs on Aino")])
+def test_the_form_says_how_long_it_takes_and_who_says_so(usual, words):
+    assert shown(draft(), Preview(Forecast((start(23),), usual))).lasts == words
+    assert shown(draft(), Preview()).lasts == ""
+
+
+def test_bars_too_thin_to_be_told_apart_become_one_that_a_tap_zooms_into():
+    runs = tuple(planned(10 * n, 60.0) for n in range(1, 40))
+    seen = timeline(facts(planned=runs), NOW, Window(None, 24)).lanes[0]["bars"]
+    assert len(seen) == 39                                             # 10 min apart are told apart on 24 h
+    block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0]["bars"]
+    assert block["label"] == "39 runs"
+    assert block["key"] == ("zoom", pytest.approx((block["start"] + block["end"]) / 2), pytest.approx(380 / 60 + 1 / 60))
+    assert not block["overlaps"]
+    overlapping = tuple(planned(n, 120.0) for n in range(1, 6))
+    block, = timeline(facts(planned=overlapping), NOW, Window(None, 168)).lanes[0]["bars"]
+    assert (block["overlaps"], block["end"] - block["start"]) == (True, pytest.approx(6 / 60))
 
 
 # ---------------------------------------------------------------------- the days
@@ -196,7 +268,7 @@ def test_what_the_services_refuse_stands_at_its_field():
 def test_the_next_starts_are_told_and_those_with_a_warning_marked():
     concern = Concern(ConcernCode.OVERLAP, start(25).instant,
                       {"mission": "Collect empties", "start": start(25, 4, 25).instant, "end": start(25, 4, 40).instant})
-    told = shown(draft(kind=Kind.DAILY), Preview(Forecast(tuple(start(day) for day in range(23, 28)), 420.0, (concern,))))
+    told = shown(draft(kind=Kind.DAILY), Preview(Forecast(tuple(start(day) for day in range(23, 28)), Usual(420.0, 420.0), (concern,))))
     assert told.starts_label == "Next five starts"
     assert [(row["day"], row["time"], row["icon"]) for row in told.starts][1:3] == [
         ("Tue 24 Nov", "06:30", ""), ("Wed 25 Nov", "06:30", "alert")]

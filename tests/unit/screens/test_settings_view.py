@@ -11,6 +11,7 @@ from app.screens.settings_facts import SettingsFacts
 from app.services.data_files import Backup
 from app.services.mir.errors import TimedOut, Unreachable
 from app.services.mir.types import Identity, MissionInfo, RobotStatus
+from app.told import told
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 AINO = Robot("Aino", "http://10.40.12.21", "scheduler", id=1, serial_number="200104012", model="MiR250", software="3.5.4")
@@ -265,6 +266,7 @@ def test_backups_are_offered_newest_first_with_their_time():
 def test_an_import_lists_its_changes_and_cuts_a_long_list():
     assert view.import_result([]).text == "Everything in the file is here already"
     assert view.import_result(["robot R1 added"]) == view.NoticeView("1 change taken over", "robot R1 added", "done", "check-circle")
+    assert view.import_result([told("robot {name} added", name="R1")]).note == "Robot R1 added"
     long = view.import_result([f"mission {n} added" for n in range(40)])
     assert long.text == "40 changes taken over"
     assert long.note.splitlines()[-1] == "and 28 more"

@@ -153,5 +153,5 @@ class Life(RuleBasedStateMachine):
             assert (shown["mission_queue_id"] is None) == (self.asker.robot.run is None)
 
 
-Life.TestCase.settings = settings(max_examples=60, stateful_step_count=40, deadline=None, suppress_health_check=list(HealthCheck))
+Life.TestCase.settings = settings(max_examples=60, stateful_step_count=40, suppress_health_check=list(HealthCheck))
 TestLife = Life.TestCase

@@ -1,0 +1,185 @@
+"""What the main thread does for each frame while 50 robots are polled, at rest and while lists scroll, drawn for real.
+
+    SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_frames [seconds per scene] [--python-garbage]
+
+Of each frame, in ms from the touch or clock that begins it to the flip: CPU time of the main thread, and wall time, in which it also
+waited for other threads and processes. Not the flip, in which a graphics card (here a software renderer) does its part; of the CPU time
+that went into drawing before it, the same is told by itself; with KIVY_GL_BACKEND=mock nothing is rasterised and all of it is the app's. A
+tablet draws 60 frames a second while nothing takes longer than 16 ms.
+Before the first and after the last line stands what a turn of an empty loop takes, by which machines and hours can be compared.
+"""
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from tests.benchmarks.bench_dispatch import Scenario, stub
+from tests.benchmarks.stub import address
+from tests.screenshots.registry import LANDSCAPE
+from tests.screenshots.studio import open_window
+
+FRAME = 1 / 60
+FLING = 25.0                             # px a frame: 1,500 px/s
+ROBOTS = Scenario(50, 50, 0.0, 0.0, 0)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """ms."""
+    cpu: float
+    wall: float
+    drawing: float                       # of the CPU time
+
+
+class Frames:
+    """Runs the event loop frame by frame, at 60 a second or as fast as it goes, and notes what each took until its flip."""
+
+    def __init__(self) -> None:
+        from kivy.clock import Clock
+        from kivy.core.window import Window
+        Clock._max_fps = 0                   # this loop paces itself
+        self._drawing = 0.0
+        self._flipped: tuple[float, float] | None = None
+        draw, flip = Window.on_draw, Window.on_flip
+
+        def on_draw(*args: object) -> None:
+            start = time.thread_time()
+            draw(*args)
+            self._drawing = time.thread_time() - start
+
+        def on_flip(*args: object) -> None:
+            self._flipped = time.thread_time(), time.perf_counter()
+            flip(*args)
+
+        Window.on_draw, Window.on_flip = on_draw, on_flip
+
+    def run(self, seconds: float, each: Callable[[int], object] = lambda _frame: None) -> list[Frame]:
+        """``each(number)`` is called at the beginning of a frame and counts too."""
+        from kivy.base import EventLoop
+        frames: list[Frame] = []
+        due = time.perf_counter()
+        end = due + seconds
+        while time.perf_counter() < end:
+            self._drawing, self._flipped = 0.0, None
+            cpu, wall = time.thread_time(), time.perf_counter()
+            each(len(frames))
+            EventLoop.idle()
+            cpu_end, wall_end = self._flipped or (time.thread_time(), time.perf_counter())
+            frames.append(Frame((cpu_end - cpu) * 1000, (wall_end - wall) * 1000, self._drawing * 1000))
+            due = max(due + FRAME, time.perf_counter())
+            time.sleep(max(0.0, due - time.perf_counter()))
+        return frames
+
+
+def turn_ns() -> float:
+    """CPU time of one turn of an empty loop, ns."""
+    def once() -> float:
+        start = time.thread_time()
+        for _n in range(300_000):
+            pass
+        return (time.thread_time() - start) / 300_000 * 1e9
+
+    return median(once() for _n in range(9))
+
+
+def headline() -> None:
+    print(f"a turn of an empty loop: {turn_ns():.1f} ns")
+    print(f"{'':<44} {'':>6} {'CPU ms':>22} {'':>5} {'drawing':>7} {'wall ms':>22}")
+    print(f"{'the main thread, per frame':<44} {'frames':>6} {'p50':>7} {'p95':>7} {'max':>7} {'> 16':>5} {'p95':>7}"
+          f" {'p50':>7} {'p95':>7} {'max':>7}", flush=True)
+
+
+def report(name: str, frames: list[Frame]) -> None:
+    def figures(values: list[float]) -> str:
+        values = sorted(values)
+        return f"{values[len(values) // 2]:>7.1f} {values[int(.95 * len(values))]:>7.1f} {values[-1]:>7.1f}"
+
+    drawing = sorted(frame.drawing for frame in frames)
+    print(f"{name:<44} {len(frames):>6} {figures([frame.cpu for frame in frames])} {sum(frame.cpu > 16 for frame in frames):>5}"
+          f" {drawing[int(.95 * len(drawing))]:>7.1f} {figures([frame.wall for frame in frames])}", flush=True)
+
+
+def swing(view: Any, horizontal: bool = False) -> Callable[[int], None]:
+    """Scrolls ``view`` to its end and back, as far per frame as a quick finger."""
+    content = view.children[0]
+    hidden = max(1.0, (content.width - view.width) if horizontal else (content.height - view.height))
+    step = FLING / hidden
+
+    def move(frame: int) -> None:
+        place = abs(1 - frame * step % 2)
+        if horizontal:
+            view.scroll_x = 1 - place
+        else:
+            view.scroll_y = place
+
+    return move
+
+
+def main() -> None:
+    seconds = next((float(word) for word in sys.argv[1:] if word[0].isdigit()), 8.0)
+    open_window(LANDSCAPE)
+    from app import compat
+    from app.application import SchedulerApp
+    from app.container import Container
+    from app.garbage import Garbage
+    from app.models import Robot
+    from app.services.mir.credentials import Token
+    from app.widgets.lists import ScrollRows
+    from app.widgets.long_list import LongList
+    from tests.support import month
+
+    compat.apply()
+    with tempfile.TemporaryDirectory() as directory, stub(ROBOTS, Path(directory, "posts.csv")) as port:
+        container = Container.open(Path(directory, "data"), with_window=True)
+        month.furnish(container, container.clock.now())
+        token = Token.derive("distributor", "distributor").header
+        robots, r = container.repositories.robots.all(container.db.read()), container.repositories
+        container.db.write(lambda c: [r.robots.add(c, Robot(f"R{n}", f"http://{address(n)}:{port}", "distributor", token))
+                                      for n in range(ROBOTS.robots)])
+        for robot in robots:                 # of the month: nobody is behind their addresses
+            container.catalogue.set_robot_enabled(robot.id, False)
+        container.catalogue.change_settings(poll_interval_seconds=2, selected_robot_id=r.robots.all(container.db.read())[-1].id)
+        container.loop.start()
+        app = SchedulerApp(container, animate=False)
+        app._run_prepare()
+        frames, garbage = Frames(), Garbage(time.monotonic)
+        if "--python-garbage" not in sys.argv:
+            garbage.begin()                  # as app/window.py does
+
+        def show(screen: str) -> Any:
+            app.shell.go(screen)
+            for _n in range(3):              # what is read makes more to be read
+                frames.run(1)
+                while not app.shell.background.idle:
+                    frames.run(.1)
+            return app.shell.navigator.screen(screen)
+
+        def lists(screen: Any, kind: type) -> list[Any]:
+            return [widget for widget in screen.walk() if isinstance(widget, kind)]
+
+        headline()
+        home = show("home")
+        report("Home at rest, 50 robots polled every 2 s", frames.run(seconds))
+        moves = [swing(rows.ids.scroll, rows.direction == "x") for rows in lists(home, ScrollRows)]
+        report("Home, all its lists scrolling", frames.run(seconds, lambda frame: [move(frame) for move in moves]))
+        logs = show("logs")
+        report("Logs at rest", frames.run(seconds))
+        runs = lists(logs, LongList)[0]
+        report("Logs, the runs scrolling", frames.run(seconds, swing(runs)))
+        show("scheduler")
+        report("Scheduler at rest", frames.run(seconds))
+        show("settings")
+        report("Settings at rest", frames.run(seconds))
+        print(f"a turn of an empty loop: {turn_ns():.1f} ns")
+        app.dispatch("on_stop")
+        container.close()
+
+
+if __name__ == "__main__":
+    main()

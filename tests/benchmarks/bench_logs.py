@@ -1,0 +1,66 @@
+"""How soon the Logs can be read on a long history: ``uv run python -m tests.benchmarks.bench_logs [ROWS]`` (default 1,000,000; or the
+directory of a database made earlier).
+
+Milliseconds, best of several, of what the screen asks for when it opens (the first page, then the figures) and of its other pages.
+"""
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+from zoneinfo import ZoneInfo
+
+from app.container import DATABASE_NAME, Container
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.settings import SettingsRepository
+from app.models import Robot
+from app.screens import logs_facts, logs_figures, logs_states
+from app.screens.logs_view import Chosen, Period
+from app.services.shift_report import ReportPeriod, ShiftReports
+from tests.benchmarks.bench_kpi import DAYS, ROBOTS, START, _Clock, best_ms, rows
+from tests.support.clock import VirtualClock
+
+ZONE = ZoneInfo("Europe/Helsinki")
+
+
+def make(number: int, directory: Path) -> None:
+    """Two years of ten robots."""
+    db = Database.open(directory / DATABASE_NAME, clock=_Clock(), durable=False)
+    db.write(lambda c: SettingsRepository().save(c, timezone=ZONE.key))
+    db.write(lambda c: ExecutionRepository().add_many(c, rows(number)))
+    db.close()
+
+
+def measure(directory: Path) -> None:
+    clock = VirtualClock(_Clock().now())
+    container = Container(Database.open(directory / DATABASE_NAME, clock=clock, durable=False), clock)
+    known = {robot.name for robot in container.repositories.robots.all(container.db.read())}
+    for number in range(1, ROBOTS + 1):
+        if f"R{number}" not in known:
+            container.catalogue.save_robot(Robot(f"R{number}", f"10.0.0.{number}", "user"), "secret")
+    print(f"{container.history.count(logs_facts.filter_of(Chosen(period=Period.ALL), clock.now(), ZONE)):,} rows since {START:%Y-%m-%d}, "
+          f"{DAYS} days")
+    for period in (Period.WEEK, Period.TODAY, Period.MONTH, Period.ALL):
+        chosen = Chosen(period=period)
+        facts = logs_facts.read(container, chosen)
+        steps = {"first page": lambda chosen=chosen: logs_facts.read(container, chosen),
+                 "figures": lambda chosen=chosen, facts=facts: logs_figures.read(container, chosen, facts.robot, clock.now(), ZONE),
+                 "page of figures": lambda chosen=chosen: logs_figures.read_more(container, chosen, clock.now(), ZONE),
+                 "page of robots": lambda chosen=chosen: logs_states.read(container, chosen, clock.now(), ZONE)}
+        spent = {name: best_ms(work, 2 if period is Period.ALL else 5) for name, work in steps.items()}
+        opens = spent["first page"] + spent["figures"]
+        print(f"  {period:6} opens in {opens:7.1f}   " + "   ".join(f"{name} {ms:.1f}" for name, ms in spent.items()))
+    report = ShiftReports(container.db, clock)
+    print("  report of " + ", ".join(f"{period} {best_ms(lambda period=period: report.make(period), 3):.1f}" for period in ReportPeriod))
+    container.close()
+
+
+if __name__ == "__main__":
+    given = sys.argv[1] if len(sys.argv) > 1 else "1000000"
+    if Path(given).is_dir():
+        measure(Path(given))
+    else:
+        with tempfile.TemporaryDirectory() as name:
+            make(int(given.replace(",", "").replace("_", "")), Path(name))
+            measure(Path(name))

@@ -1,0 +1,89 @@
+"""The list of alarms over Home: its three parts, its menu, and the note."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import timedelta
+from types import SimpleNamespace
+from typing import Any
+
+from app.models import Alarm
+from app.screens.alarms_view import alarm_text, menu_of
+from app.screens.frame_alarms import AlarmList, AlarmRow, NoteDialog
+from app.screens.frame_view import Worries
+from app.services.holds import Hold
+from tests.screenshots.home import ALARMS, home
+from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
+from tests.support import home_facts as sample
+
+SIZES = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
+STANDING = (
+    ALARMS[0],
+    replace(ALARMS[1], raised_at=sample.ago(hours=2), last_at=sample.ago(minutes=36), acknowledged_at=sample.ago(minutes=30),
+            note="Access point in hall B is being replaced"),
+    *ALARMS[2:],
+    replace(ALARMS[1], id=5, key="robot:3", details={"robot": "Sisu"}, shelved_until=sample.NOW + timedelta(hours=1, minutes=52)),
+)
+PAST = tuple(replace(ALARMS[n % 4], id=100 + n, cleared_at=sample.ago(hours=n + 1), acknowledged_at=sample.ago(hours=n), count=1 + n % 3,
+                     raised_at=sample.ago(hours=n + 3), last_at=sample.ago(hours=n + 2), note="Cable on the floor" if n % 3 == 0 else "")
+             for n in range(50))
+ROBOTS = {robot.id: robot for robot in sample.FACTS.robots}
+
+
+class Desk:
+    """Services that know these alarms; work in the background is done at once."""
+
+    def __init__(self, studio: Any, past: Sequence[Alarm] = PAST) -> None:
+        worries = Worries(STANDING, [Hold("Fire drill in hall B", sample.NOW + timedelta(hours=1))])
+        home(studio, sample.with_aino(sample.STOPPED), worries=worries)
+        container = SimpleNamespace(clock=SimpleNamespace(now=lambda: sample.NOW),
+                                    alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)))
+        shell = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)
+        self.list = AlarmList(container, shell, lambda _act, _about: None)  # type: ignore[arg-type]
+        self.list.show(worries, ROBOTS, sample.SETTINGS)
+        self.list.open()
+        self.dialog = studio.dialogs.top
+
+    @staticmethod
+    def run(work: Any, done: Any, _failed: Any, key: Any = None) -> None:
+        done(work())
+
+
+@picture("alarms", sizes=SIZES)
+def standing(studio: Any) -> Any:
+    return Desk(studio).dialog
+
+
+@picture("alarms-shelved", sizes=BOTH)
+def shelved(studio: Any) -> Any:
+    dialog = Desk(studio).dialog
+    dialog.tab = "shelved"
+    return dialog
+
+
+@picture("alarms-past", sizes=(*BOTH, LARGE_TEXT))
+def past(studio: Any) -> Any:
+    dialog = Desk(studio).dialog
+    dialog.tab = "past"
+    return dialog
+
+
+@picture("alarms-none", sizes=(LANDSCAPE,))
+def nothing(studio: Any) -> Any:
+    desk = Desk(studio, past=())
+    desk.list.show(Worries(), ROBOTS, sample.SETTINGS)
+    return desk.dialog
+
+
+@picture("alarms-menu", sizes=SIZES)
+def menu(studio: Any) -> Any:
+    dialog = Desk(studio).dialog
+    studio.driver.advance(.2)
+    row = next(widget for widget in dialog.walk() if isinstance(widget, AlarmRow))
+    return studio.dialogs.menu(row.children[0], menu_of(STANDING[0], ROBOTS), lambda _key: None)
+
+
+@picture("alarms-note", sizes=SIZES)
+def note(studio: Any) -> Any:
+    Desk(studio)
+    return studio.dialogs.open(NoteDialog(alarm_text(STANDING[0], sample.SETTINGS, sample.NOW), lambda _note: None))

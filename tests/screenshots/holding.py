@@ -1,0 +1,47 @@
+"""Holding starts: the dialog, what is held on the timeline and in the list; a paused schedule; a closed day."""
+from __future__ import annotations
+
+from datetime import date, timedelta
+from typing import Any
+
+from app.container import Container
+from app.models import DayException
+from app.screens.scheduler_hold import HoldDialog
+from app.services.skipping import Skipping
+from tests.screenshots.planning import Stand
+from tests.screenshots.registry import BOTH, LANDSCAPE, SMALL, picture
+
+
+def hold(container: Container) -> None:
+    now = container.clock.now()
+    container.holds.hold("Maintenance", now + timedelta(hours=3))
+    schedules = container.repositories.schedules.all(container.db.read())
+    Skipping(container.db, container.clock, container.changes).pause(schedules[0].id, now.replace(hour=22, minute=0) + timedelta(days=2))
+    container.catalogue.save_days(DayException("Stocktaking", date(2026, 11, 21), date(2026, 11, 22)))
+
+
+@picture("scheduler-held", sizes=(*BOTH, SMALL))
+def held(studio: Any) -> Any:
+    return Stand(studio, "scheduler", prepare=hold).settle()
+
+
+@picture("scheduler-held-days", sizes=(LANDSCAPE,))
+def held_days(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler", prepare=hold)
+    stand.vm.choose_mode("days")
+    return stand.settle()
+
+
+@picture("scheduler-hold", sizes=BOTH)
+def dialog(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler", prepare=hold)
+    opened = HoldDialog(stand.container, stand.shell, stand.vm._facts)
+    opened.choose_reason("Audit")
+    return studio.dialogs.open(opened)
+
+
+@picture("scheduler-pause", sizes=(LANDSCAPE,))
+def pause(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler")
+    stand.vm.pause(stand.schedule("Waste to compactor"))
+    return studio.dialogs.top

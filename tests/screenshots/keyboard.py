@@ -1,0 +1,39 @@
+"""The keyboard on the screen, under a dialog's field and under a number field."""
+from __future__ import annotations
+
+from typing import Any
+
+from app.screens.settings_robot_dialog import RobotDialog
+from app.widgets.fields import FormField, StepField
+from app.widgets.keyboard import DockedKeyboard
+from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, SMALL, picture
+from tests.screenshots.settings import Plant
+
+SIZES = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
+
+
+def typed_into(studio: Any, field: Any) -> Any:
+    """The keyboard as it stands under ``field``; it leaves with the window's other widgets."""
+    keyboard = DockedKeyboard(lambda: True)
+    keyboard.start()
+    field.focus = True
+    studio.driver.advance(.3)
+    keyboard._watch.cancel()
+    return keyboard
+
+
+@picture("keyboard", sizes=SIZES)
+def letters(studio: Any) -> Any:
+    desk = Plant(studio).screen(studio).vm.desk
+    dialog = RobotDialog(desk)
+    studio.dialogs.open(dialog)
+    studio.driver.advance(.2)
+    field: FormField = dialog.ids.username_field
+    return typed_into(studio, field)
+
+
+@picture("keyboard-numbers", sizes=SIZES)
+def numbers(studio: Any) -> Any:
+    screen = Plant(studio).screen(studio, "scheduler")
+    field = next(widget for widget in screen.walk() if isinstance(widget, StepField))
+    return typed_into(studio, field)

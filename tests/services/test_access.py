@@ -1,0 +1,100 @@
+"""The PIN before Settings: kept as a hash, asked with patience, in no export and no log."""
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.models import InvalidInput
+from app.services import access, configuration
+from app.services.access import TRIES, WAIT_S, Access, Verdict
+from app.services.changes import Changes
+from tests.support.clock import VirtualClock
+
+
+class Door:
+    def __init__(self, path):
+        self.clock = VirtualClock()
+        self.db = Database.open(path / "a.db", clock=self.clock, durable=False)
+        self.access = self.again()
+
+    def again(self) -> Access:
+        """As after a restart."""
+        return Access(self.db, SettingsRepository(), self.clock, Changes())
+
+
+@pytest.fixture
+def door(tmp_path):
+    door = Door(tmp_path)
+    yield door
+    door.db.close()
+
+
+def test_without_a_pin_the_door_is_open(door):
+    assert not door.access.is_set()
+    assert door.access.check("") == Verdict(True)
+
+
+@pytest.mark.parametrize("pin", ["", "123", "123456789", "12a4", "１２３４", "12 34", "-123"])
+def test_a_pin_has_four_to_eight_digits(door, pin):
+    with pytest.raises(InvalidInput, match="4 to 8 digits"):
+        door.access.set_pin(pin)
+    assert not door.access.is_set()
+
+
+def test_it_is_set_changed_and_removed_and_survives_a_restart(door):
+    door.access.set_pin("4711")
+    assert door.again().check("4711").is_right
+    assert not door.again().check("04711").is_right
+    door.access.set_pin("00000000")
+    assert not door.again().check("4711").is_right
+    assert door.again().check("00000000").is_right
+    assert door.access.remove() is True
+    assert door.access.remove() is False
+    assert not door.again().is_set()
+
+
+def test_after_five_wrong_ones_nothing_is_taken_for_half_a_minute(door):
+    door.access.set_pin("4711")
+    assert [door.access.check("0000").tries_left for _n in range(TRIES)] == [4, 3, 2, 1, 0]
+    assert door.access.check("4711") == Verdict(False, 0, WAIT_S)
+    door.clock.step(3600)                                     # the tablet's clock was set
+    assert door.access.check("4711").wait_s == WAIT_S
+    door.clock.advance(WAIT_S - 1)
+    assert door.access.check("4711").wait_s == 1
+    door.clock.advance(1)
+    assert door.access.check("0000") == Verdict(False, 4)
+    assert door.access.check("4711").is_right
+
+
+def test_a_right_one_makes_the_count_begin_anew(door):
+    door.access.set_pin("4711")
+    for _n in range(3):
+        for _m in range(TRIES - 1):
+            assert not door.access.check("1111").is_right
+        assert door.access.check("4711").is_right
+
+
+def test_it_is_nowhere_to_be_read(door, caplog):
+    caplog.set_level(logging.DEBUG)
+    door.access.set_pin("80417263")
+    door.access.check("80417264")
+    stored = door.db.read().execute("SELECT value FROM settings WHERE name = ?", (access._NAME,)).fetchone()["value"]
+    digest = door.access._stored()["hash"]
+    exported = configuration.export_configuration(door.db.read())
+    for text in (exported, caplog.text, str(SettingsRepository().load(door.db.read()))):
+        assert "8041726" not in text
+        assert digest not in text
+        assert "pin" not in text.replace("spinning", "").split()
+    assert "8041726" not in stored
+
+
+def test_two_tablets_with_one_pin_keep_different_hashes(door):
+    door.access.set_pin("4711")
+    first = door.access._stored()
+    door.access.set_pin("4711")
+    second = door.access._stored()
+    assert first["salt"] != second["salt"]
+    assert first["hash"] != second["hash"]

@@ -1,0 +1,114 @@
+"""The alarms as the operator handles them: acknowledge with a note, shelve and take back, the past ones."""
+from __future__ import annotations
+
+from datetime import timedelta
+
+import pytest
+
+from app.database.alarms import AlarmRepository
+from app.database.connection import Database
+from app.services.alarms import KEPT, LONGEST_NOTE, SHELF_HOURS, Alarms
+from app.services.changes import Changes, Topic
+from tests.support.clock import VirtualClock
+
+
+class Desk:
+    def __init__(self, path):
+        self.clock = VirtualClock()
+        self.changes = Changes()
+        self.db = Database.open(path / "a.db", clock=self.clock, durable=False)
+        self.alarms = Alarms(self.db, AlarmRepository(), self.clock, self.changes)
+        self.told = []
+        self.changes.subscribe(lambda topic, _about: self.told.append(topic))
+
+    def only(self):
+        [alarm] = self.alarms.standing()
+        return alarm
+
+
+@pytest.fixture
+def desk(tmp_path):
+    desk = Desk(tmp_path)
+    yield desk
+    desk.db.close()
+
+
+def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):
+    desk.alarms.raise_("unreachable", "robot:1", robot="Aino", problem="no answer")
+    alarm_id, at = desk.only().id, desk.clock.now()
+    desk.alarms.acknowledge(alarm_id, "  access point\nis off ")
+    desk.clock.advance(60)
+    desk.alarms.acknowledge(alarm_id)                         # a second tap, or a second tablet
+    assert (desk.only().acknowledged_at, desk.only().note) == (at, "access point is off")
+    desk.alarms.clear("unreachable", "robot:1")
+    assert desk.alarms.standing() == []
+    [past], total = desk.alarms.past(10)
+    assert (past.note, total) == ("access point is off", 1)
+    assert desk.told == [Topic.ALARMS] * 4
+
+
+def test_a_note_is_as_long_as_a_note(desk):
+    desk.alarms.raise_("clock_stepped", "clock", seconds=40)
+    desk.alarms.acknowledge(desk.only().id, "x" * 5000)
+    [past], _total = desk.alarms.past(1)
+    assert len(past.note) == LONGEST_NOTE
+
+
+@pytest.mark.parametrize("hours", SHELF_HOURS)
+def test_shelving_ends_by_itself(desk, hours):
+    desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
+    desk.alarms.raise_("app_was_off", "app")
+    [first, _second] = desk.alarms.standing()
+    assert desk.alarms.shelve(first.id, hours) == desk.clock.now() + timedelta(hours=hours)
+    assert [alarm.code for alarm in desk.alarms.standing()] == ["app_was_off", "unreachable"]      # shelved ones last
+    desk.clock.advance(hours * 3600 + 1)
+    assert [alarm.code for alarm in desk.alarms.standing()] == ["unreachable", "app_was_off"]
+
+
+def test_nothing_is_shelved_for_ever(desk):
+    desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
+    for hours in (0, 2, 10**6, -1):
+        with pytest.raises(ValueError, match="hours"):
+            desk.alarms.shelve(desk.only().id, hours)
+    assert desk.only().shelved_until is None
+
+
+def test_what_comes_and_goes_stays_on_the_shelf_also_when_it_was_acknowledged_between(desk):
+    desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
+    until = desk.alarms.shelve(desk.only().id, 4)
+    desk.alarms.acknowledge(desk.only().id)
+    desk.alarms.clear("unreachable", "robot:1")
+    desk.clock.advance(600)
+    desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
+    assert desk.only().shelved_until == until
+    desk.alarms.acknowledge(desk.only().id)
+    desk.alarms.clear("unreachable", "robot:1")
+    desk.clock.advance(4 * 3600)
+    desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
+    assert desk.only().shelved_until is None
+    desk.alarms.raise_("unreachable", "robot:2", robot="Veikko")
+    assert all(alarm.shelved_until is None for alarm in desk.alarms.standing())
+
+
+def test_what_was_taken_back_stays_back(desk):
+    desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
+    desk.alarms.shelve(desk.only().id, 24)
+    desk.alarms.take_back(desk.only().id)
+    assert desk.only().shelved_until is None
+    desk.alarms.acknowledge(desk.only().id)
+    desk.alarms.clear("unreachable", "robot:1")
+    desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
+    assert desk.only().shelved_until is None
+
+
+def test_the_past_is_limited_and_counted(desk):
+    for number in range(12):
+        desk.alarms.raise_("app_was_off", str(number))
+        desk.clock.advance(1)
+    for alarm in desk.alarms.standing():
+        desk.alarms.acknowledge(alarm.id)
+    newest, total = desk.alarms.past(5)
+    assert [alarm.key for alarm in newest] == ["11", "10", "9", "8", "7"]
+    assert total == 12
+    desk.alarms.prune()
+    assert desk.alarms.past(KEPT)[1] == 12

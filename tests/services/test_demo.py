@@ -1,0 +1,55 @@
+"""What --demo puts into an empty database: something happens soon on whatever day it is, and real robots are left alone."""
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+import mir_sim
+from app.container import Container
+from app.database.connection import Database
+from app.demo import furnish
+from app.failures import BadInput
+from app.models import Robot
+from tests.support.clock import VirtualClock
+
+ROBOTS = [(name, f"http://127.0.0.1:{8080 + number}") for number, name in enumerate(("Aino", "Veikko", "Sisu"))]
+MISSIONS = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
+
+
+@pytest.fixture
+def make(tmp_path):
+    opened = []
+
+    def container(now: datetime) -> Container:
+        clock = VirtualClock(now)
+        opened.append(Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock))
+        return opened[-1]
+    yield container
+    for one in opened:
+        one.close()
+
+
+@pytest.mark.parametrize("day", range(23, 30))
+def test_a_mission_starts_within_two_minutes_whatever_day_it_is(make, day):
+    now = datetime(2026, 11, day, 3, 7, 20, tzinfo=UTC)
+    container = make(now)
+    furnish(container, ROBOTS, MISSIONS)
+    assert container.plan.between(now, now + timedelta(minutes=2))
+    assert container.history.last_finished(1)
+
+
+def test_a_second_demo_on_the_same_directory_brings_the_addresses_up_to_date(make):
+    container = make(datetime(2026, 11, 23, 3, 7, tzinfo=UTC))
+    furnish(container, ROBOTS, MISSIONS)
+    furnish(container, [(name, url.replace(":80", ":90")) for name, url in ROBOTS], MISSIONS)
+    assert {robot.address for robot in container.repositories.robots.all(container.db.read())} == {
+        "http://127.0.0.1:9080", "http://127.0.0.1:9081", "http://127.0.0.1:9082"}
+
+
+def test_real_robots_are_not_taken_for_a_demo_s(make):
+    container = make(datetime(2026, 11, 23, 3, 7, tzinfo=UTC))
+    container.catalogue.save_robot(Robot("Aino", "http://10.0.0.5", "u"), password="p")
+    with pytest.raises(BadInput, match="its robots are real"):
+        furnish(container, ROBOTS, MISSIONS)
+    assert [robot.address for robot in container.repositories.robots.all(container.db.read())] == ["http://10.0.0.5"]

@@ -1,0 +1,90 @@
+"""Where an export may go, and how it ends where it can't (contract: "Commands", exit codes)."""
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from app.commands import ExportTarget
+from app.failures import BadInput
+from tests.support.process import ROOT, command, environment, is_one_line
+
+EXPORTS = pytest.mark.parametrize("option", ["--export-config", "--export-log"])
+
+
+@pytest.fixture
+def data(tmp_path) -> Path:
+    return tmp_path / "data"
+
+
+@EXPORTS
+def test_a_stdout_that_takes_nothing_is_bad_input(data, option):
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        ended = subprocess.run(command(data, option, "-"), stdout=full, stderr=subprocess.PIPE, text=True, timeout=60.0,
+                               env=environment(), cwd=ROOT, check=False)
+    assert ended.returncode == 2
+    assert is_one_line(ended.stderr)
+    assert "stdout can't be written: No space left on device" in ended.stderr
+
+
+@EXPORTS
+def test_a_closed_stdout_is_bad_input(data, option):
+    ended = subprocess.run(["sh", "-c", '"$@" >&-', "sh", *command(data, option, "-")], stderr=subprocess.PIPE, text=True, timeout=60.0,
+                           env=environment(), cwd=ROOT, check=False)
+    assert ended.returncode == 2
+    assert is_one_line(ended.stderr)
+    assert "stdout can't be written" in ended.stderr
+
+
+@pytest.fixture
+def file(tmp_path) -> Path:
+    """A former export."""
+    file = tmp_path / "log.csv"
+    file.write_text("old", encoding="utf-8")
+    return file
+
+
+@contextmanager
+def full_disk() -> Iterator[None]:
+    """A limit on the size of files stands for the full disk; for a moment only, because what pytest prints may go to a file too."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def write(path: Path, text: str) -> None:
+    with ExportTarget(str(path)) as target:
+        target.write(text)
+
+
+def test_a_disk_that_fills_up_leaves_the_former_export_and_no_draft(file):
+    with pytest.raises(BadInput, match="can't be written: File too large"), full_disk():
+        write(file, "x" * 1000)
+    assert list(file.parent.iterdir()) == [file]
+    assert file.read_text(encoding="utf-8") == "old"
+
+
+def test_a_pipe_is_written_into_and_stays_a_pipe(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write(pipe, "new")
+    assert pipe.is_fifo()
+    assert os.read(reader, 100) == b"new"
+    os.close(reader)
+
+
+def test_a_link_goes_on_pointing_at_its_file(file, tmp_path):
+    link = tmp_path / "link.csv"
+    link.symlink_to(file)
+    write(link, "new")
+    assert link.is_symlink()
+    assert file.read_text(encoding="utf-8") == "new"

@@ -1,0 +1,97 @@
+"""Holds of all robots or of one: what they keep back, until when, and that they outlive a restart."""
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.container import Container
+from app.database.connection import Database
+from app.models import InvalidInput, Robot
+from app.services.changes import Topic
+from app.services.holds import LONGEST_REASON, Hold
+from tests.support.clock import VirtualClock
+
+NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
+HOUR = timedelta(hours=1)
+
+
+def opened(path, clock):
+    return Container(Database.open(path / "a.db", clock=clock, durable=False, threaded=False), clock)
+
+
+@pytest.fixture
+def clock():
+    return VirtualClock(NOW)
+
+
+@pytest.fixture
+def container(tmp_path, clock):
+    container = opened(tmp_path, clock)
+    for name in ("Aino", "Veikko"):
+        container.catalogue.save_robot(Robot(name, f"http://{name.lower()}", "user"), "secret")
+    yield container
+    container.close()
+
+
+def test_a_hold_of_all_holds_each_and_says_since_when_and_why(container):
+    told = []
+    container.changes.subscribe(lambda topic, _about: told.append(topic))
+    hold = container.holds.hold("  Fire\n drill ", NOW + HOUR)
+    assert (hold.reason, hold.since, hold.until, hold.robot_id) == ("Fire drill", NOW, NOW + HOUR, None)
+    assert container.holds.active() == container.holds.active(1) == container.holds.standing()[0] == hold
+    assert told == [Topic.HOLDS]
+
+
+def test_a_hold_of_one_robot_leaves_the_others_alone(container):
+    container.holds.hold("Cleaning", robot_id=2)
+    assert container.holds.active(2).reason == "Cleaning"
+    assert (container.holds.active(1), container.holds.active()) == (None, None)
+
+
+def test_it_ends_by_itself_and_the_shorter_one_uncovers_the_longer(container, clock):
+    container.holds.hold("All", NOW + HOUR)
+    container.holds.hold("One", NOW + 2 * HOUR, robot_id=1)
+    assert [hold.reason for hold in container.holds.standing()] == ["All", "One"]
+    clock.step(3600)
+    assert (container.holds.active(1).reason, container.holds.active(2)) == ("One", None)
+    clock.step(3600)
+    assert (container.holds.active(1), container.holds.standing()) == (None, [])
+
+
+def test_a_new_hold_takes_the_place_of_the_old_one_and_release_ends_it(container):
+    container.holds.hold("Audit", NOW + HOUR)
+    container.holds.hold("Maintenance")
+    assert [hold.reason for hold in container.holds.standing()] == ["Maintenance"]
+    container.holds.hold("One", robot_id=1)
+    container.holds.release()
+    assert [hold.reason for hold in container.holds.standing()] == ["One"]
+    container.holds.release(1)
+    assert container.holds.standing() == []
+
+
+def test_it_survives_a_restart(container, tmp_path, clock):
+    hold = container.holds.hold("Maintenance", NOW + HOUR, robot_id=1)
+    container.close()
+    again = opened(tmp_path, clock)
+    assert again.holds.standing() == [hold]
+    again.close()
+
+
+@pytest.mark.parametrize(("reason", "until", "field"), [
+    ("", NOW, "until"), ("", NOW - HOUR, "until"), ("x" * (LONGEST_REASON + 1), None, "reason")])
+def test_what_a_hold_cannot_be_is_told_at_its_field_and_nothing_changes(container, reason, until, field):
+    container.holds.hold("Audit")
+    with pytest.raises(InvalidInput) as caught:
+        container.holds.hold(reason, until)
+    assert caught.value.field == field
+    assert [hold.reason for hold in container.holds.standing()] == ["Audit"]
+
+
+@given(st.none() | st.integers(1, 3), st.none() | st.integers(1, 3), st.integers(-5, 5), st.none() | st.integers(1, 5))
+def test_a_hold_covers_its_robots_from_its_start_to_its_end(held, robot, hours, until):
+    hold = Hold("", NOW + until * HOUR if until else None, NOW, robot_id=held)
+    covered = (held is None or held == robot) and hours >= 0 and (until is None or hours < until)
+    assert hold.covers(robot, NOW + hours * HOUR) is covered

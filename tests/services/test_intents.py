@@ -1,0 +1,119 @@
+"""What falls due at a robot that was read a moment ago is written together with the intent of its first attempt, and sent at once."""
+from __future__ import annotations
+
+import pytest
+
+from app.models import Execution, ReasonCode, State
+
+DUE = 300.0              # s from the beginning: 06:05
+QUIET = 90.0             # s until what nobody knows of is sent again
+
+
+def sent(site) -> list[str]:
+    """Tokens of ours that the robot has ever had."""
+    return [item.description for item in site.machines["R1"].queue if item.description]
+
+
+def fall_due(site) -> list[State]:
+    """Let the instant come, but no lane; returns where the rows stand."""
+    site.container.scheduler.due_soon()
+    [lane] = site._lanes.values()
+    lane.step(False, due_soon=True)
+    site.clock.advance(1.05)
+    site.container.scheduler.tick()
+    return [run.state for run in site.executions()]
+
+
+@pytest.fixture
+def held_up(site, plan, monkeypatch) -> list[Execution]:
+    """An intent is written, and does not reach its lane."""
+    plan("2026-11-23T06:05")
+    site.run(DUE - 1.0)
+    intents: list[Execution] = []
+    monkeypatch.setattr(site.container.loop, "hand_over", intents.append)
+    assert fall_due(site) == [State.SUBMITTING]
+    return intents
+
+
+def test_row_and_intent_are_one_write_and_the_post_is_next(site, plan):
+    plan("2026-11-23T06:05")
+    site.run(DUE - 1.0)
+    assert fall_due(site) == [State.SUBMITTING]
+    [run] = site.executions()
+    assert run.attempts == 1
+    assert sent(site) == []
+    asked: list[str] = []
+    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    site.run(0.1)
+    assert asked[0] == "POST /mission_queue"
+    assert sent(site) == [run.token]
+    assert [run.state for run in site.executions()] == [State.QUEUED]
+
+
+def test_a_power_cut_before_the_post_loses_nothing_and_doubles_nothing(site, plan):
+    plan("2026-11-23T06:05")
+    site.run(DUE - 1.0)
+    assert fall_due(site) == [State.SUBMITTING]
+    site.switch_off(cleanly=False)
+    site.switch_on()
+    site.run(QUIET / 2)
+    assert sent(site) == []                       # it could be on its way
+    site.run(QUIET)
+    [run] = site.executions()
+    assert sent(site) == [run.token]
+    assert run.attempts == 2
+
+
+def test_one_that_the_lane_has_begun_to_look_for_is_not_sent_beside_that(site, held_up):
+    """The row is seen in the ledger before it is handed over: the wait is longer, nothing is doubled."""
+    site.run(10.0)
+    [intent] = held_up
+    site._hand_over(intent)
+    site.run(10.0)
+    assert sent(site) == []
+    site.run(QUIET)
+    assert sent(site) == [intent.token]
+
+
+def test_one_that_comes_a_moment_later_is_sent_at_once(site, held_up):
+    site.kick()
+    site.run(0.5)                                 # the lane meets it in the ledger
+    [intent] = held_up
+    site._hand_over(intent)
+    site.run(0.5)
+    assert sent(site) == [intent.token]
+
+
+@pytest.mark.parametrize("obstacle", ["held", "low battery", "not read", "two at once", "one before"])
+def test_whatever_needs_a_second_look_is_written_as_waiting(site, plan, obstacle):
+    if obstacle == "one before":
+        site.machines["R1"].set_battery(20.0)
+        plan("2026-11-23T06:04", minimum_battery_percent=50)
+    plan("2026-11-23T06:05", minimum_battery_percent=50 if obstacle == "low battery" else 0)
+    if obstacle == "two at once":
+        plan("2026-11-23T06:05", name="The same minute")
+    site.run(DUE - 1.0)
+    if obstacle == "held":
+        site.container.holds.hold("cleaning")
+    elif obstacle == "low battery":
+        site.machines["R1"].set_battery(20.0)
+    elif obstacle == "not read":
+        site.clock.advance(1.05)
+        site.container.scheduler.tick()
+        assert [run.state for run in site.executions()] == [State.WAITING]
+        return
+    assert set(fall_due(site)) == {State.WAITING}
+
+
+def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):
+    """As with every POST."""
+    plan("2026-11-23T06:05")
+    site.run(DUE - 1.0)
+    assert fall_due(site) == [State.SUBMITTING]
+    [run] = site.executions()
+    site.container.operator.cancel_execution(run.id)
+    site.run(30.0)
+    [run] = site.executions()
+    assert (run.state, run.reason.code) == (State.CANCELLED, ReasonCode.USER_CANCELLED)
+    assert len(sent(site)) == 1
+    assert not any(item.state in ("Pending", "Executing") for item in site.machines["R1"].queue)

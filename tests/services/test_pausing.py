@@ -1,0 +1,135 @@
+"""Pause until: starts before it are skipped with their row, none of them runs, and the pause can be ended at any time."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, date, datetime, timedelta
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.container import Container
+from app.database.connection import Database
+from app.models import InvalidInput, Mission, ReasonCode, Robot, Schedule, State
+from app.services import reasons
+from app.services.downtime import Gap
+from app.services.skipping import Skipping
+from tests.support.clock import VirtualClock
+
+NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)            # Monday
+WEDNESDAY = datetime(2026, 11, 25, tzinfo=UTC)
+
+
+class Plant:
+    def __init__(self, path) -> None:
+        self.clock = VirtualClock(NOW)
+        self.container = Container(Database.open(path / "a.db", clock=self.clock, durable=False, threaded=False), self.clock)
+        self.container.catalogue.change_settings(timezone="UTC")
+        self.container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), "secret")
+        self.container.catalogue.save_mission(Mission("Deliver", "guid-1"))
+        self.skipping = Skipping(self.container.db, self.clock, self.container.changes)
+        self.daily = self.container.catalogue.save_schedule(
+            Schedule("Daily", 1, 1, datetime(2026, 11, 23, 6, 30), "UTC", "FREQ=DAILY"))
+
+    def rows(self):
+        return list(self.container.repositories.executions.stream(self.container.db.read()))
+
+    def stored(self):
+        return self.container.repositories.schedules.get(self.container.db.read(), self.daily.id)
+
+    def go_to(self, moment: datetime) -> None:
+        self.clock.step((moment - self.clock.now()).total_seconds())
+        self.container.planner.fall_due()
+
+
+@pytest.fixture
+def plant(tmp_path):
+    plant = Plant(tmp_path)
+    yield plant
+    plant.container.close()
+
+
+def test_starts_of_a_pause_are_skipped_with_their_row_and_the_next_one_runs(plant):
+    paused = plant.skipping.pause(plant.daily.id, WEDNESDAY)
+    assert (paused.paused_until, plant.stored().paused_until) == (WEDNESDAY, WEDNESDAY)
+    assert [run.at.date() for run in plant.container.plan.next(2)] == [date(2026, 11, 25), date(2026, 11, 26)]
+    for day in (23, 24, 25):
+        plant.go_to(datetime(2026, 11, day, 6, 30, 1, tzinfo=UTC))
+    assert [(row.state, row.reason and row.reason.code) for row in plant.rows()] == [
+        (State.SKIPPED, ReasonCode.HOLD), (State.SKIPPED, ReasonCode.HOLD), (State.WAITING, None)]
+    assert reasons.sentence(plant.rows()[0].reason, "UTC") == "The schedule was paused until 2026-11-25 00:00"
+    assert plant.container.alarms.standing() == []        # who pauses a schedule knows it
+
+
+def test_a_pause_is_ended_at_once(plant):
+    plant.skipping.pause(plant.daily.id, WEDNESDAY)
+    plant.go_to(datetime(2026, 11, 23, 6, 30, 1, tzinfo=UTC))
+    assert plant.skipping.resume(plant.daily.id).paused_until is None
+    plant.go_to(datetime(2026, 11, 24, 6, 30, 1, tzinfo=UTC))
+    assert [row.state for row in plant.rows()] == [State.SKIPPED, State.WAITING]
+
+
+def test_what_waits_of_it_is_skipped_at_once(plant):
+    plant.go_to(datetime(2026, 11, 23, 6, 30, 1, tzinfo=UTC))
+    plant.skipping.pause(plant.daily.id, WEDNESDAY)
+    [row] = plant.rows()
+    assert (row.state, row.reason.code) == (State.SKIPPED, ReasonCode.HOLD)
+
+
+def test_starts_of_a_pause_were_not_missed_when_the_app_was_off(plant):
+    plant.skipping.pause(plant.daily.id, WEDNESDAY)
+    plant.container.downtime.add(Gap(NOW, NOW + timedelta(days=4)))
+    plant.go_to(NOW + timedelta(days=4))
+    assert [(row.planned_at.day, row.state) for row in plant.rows()] == [
+        (23, State.SKIPPED), (24, State.SKIPPED), (25, State.MISSED), (26, State.MISSED)]
+    [alarm] = [alarm for alarm in plant.container.alarms.standing() if alarm.code == "executions_missed"]
+    assert alarm.details["count"] == 2
+
+
+def test_it_survives_a_restart_and_an_edit_of_the_schedule(plant, tmp_path):
+    plant.skipping.pause(plant.daily.id, WEDNESDAY)
+    plant.container.catalogue.save_schedule(replace(plant.stored(), name="Other"))
+    assert plant.stored().paused_until == WEDNESDAY
+    plant.container.close()
+    plant.container = Container(Database.open(tmp_path / "a.db", clock=plant.clock, durable=False, threaded=False), plant.clock)
+    assert plant.stored().paused_until == WEDNESDAY
+
+
+@pytest.mark.parametrize("until", [NOW, NOW - timedelta(days=1)])
+def test_a_time_that_has_passed_is_refused(plant, until):
+    with pytest.raises(InvalidInput) as caught:
+        plant.skipping.pause(plant.daily.id, until)
+    assert caught.value.field == "until"
+    assert plant.stored().paused_until is None
+
+
+def test_a_schedule_that_is_gone_is_told(plant):
+    plant.container.catalogue.remove_schedule(plant.daily.id)
+    for act in (lambda: plant.skipping.pause(plant.daily.id, WEDNESDAY), lambda: plant.skipping.resume(plant.daily.id)):
+        with pytest.raises(InvalidInput, match="no such schedule"):
+            act()
+
+
+@given(st.integers(1, 14 * 24), st.integers(0, 14 * 24), st.integers(0, 23))
+def test_nothing_runs_within_a_pause_and_every_start_has_one_row(tmp_path_factory, pause_hours, resume_after_hours, minute_hour):
+    """However long it is, and whenever it is ended: skipped exactly when it stood at that instant."""
+    plant = Plant(tmp_path_factory.mktemp("plant"))
+    until = NOW + timedelta(hours=pause_hours)
+    plant.skipping.pause(plant.daily.id, until)
+    resumed = NOW + timedelta(hours=resume_after_hours)
+    for hour in range(15 * 24):
+        moment = NOW + timedelta(hours=hour, minutes=35)
+        if moment - timedelta(hours=1) < resumed <= moment:
+            plant.clock.step((resumed - plant.clock.now()).total_seconds() if resumed > plant.clock.now() else 0)
+            plant.container.planner.fall_due()
+            plant.skipping.resume(plant.daily.id)
+        if hour % 24 == minute_hour or moment.hour == 6:
+            plant.go_to(moment)
+    rows = plant.rows()
+    ends = min(until, resumed)
+    assert len({row.planned_at for row in rows}) == len(rows)
+    for row in rows:
+        assert row.planned_at.weekday() < 5
+        stood = row.planned_at < ends
+        assert (row.state is State.SKIPPED and row.reason.code is ReasonCode.HOLD and "paused_until" in row.reason.details) == stood
+    plant.container.close()

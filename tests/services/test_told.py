@@ -1,0 +1,265 @@
+"""No English inside another language: what the services keep of problems and reasons is told whole in the language of the screen."""
+from __future__ import annotations
+
+import re
+import sqlite3
+from collections.abc import Callable
+from datetime import timedelta
+
+import pytest
+
+from app.database.errors import translated
+from app.i18n import translation
+from app.models import Alarm, Priority, State
+from app.services.alarms import SENTENCES, alarm_sentence
+from app.services.daily_backup import DailyBackup
+from app.services.mir.errors import Unreachable
+from app.services.reasons import sentence, waiting_sentence
+from mir_sim.state import RobotError
+from tests.support.network import Fate
+from tests.support.site import Site
+
+FINNISH = translation("fi").gettext
+PLACEHOLDER = re.compile(r"({[^}]*})")
+START = "2026-11-23T06:05"
+
+
+def crossed(text: str) -> str:
+    """The Finnish text with a cross for each letter: what can still be read afterwards was not translated. Names fill the placeholders."""
+    if not text or (finnish := FINNISH(text)) == text:
+        return text
+    return "".join(part if part.startswith("{") else re.sub(r"[^\W\d_]", "×", part) for part in PLACEHOLDER.split(finnish))
+
+
+def readable(text: str, site: Site, *words: str) -> list[str]:
+    """The words that are left but for the names of this site and ``words``."""
+    text = re.sub(rf"{re.escape(str(site.directory))}[^\s:]*", "", text)
+    for known in ("R1", "Deliver", "S1", *words):
+        text = text.replace(known, "")
+    return re.findall(r"[A-Za-z]{2,}", text)
+
+
+# ---------------------------------------------------------------------- how each alarm comes about
+def robot_error(site, plan):
+    site.machines["R1"].raise_error(RobotError(7, "Left wheel"), lasting=True)
+    site.run(120)
+
+
+def emergency_stop(site, plan):
+    site.machines["R1"].press_emergency_stop(True)
+    site.run(60)
+
+
+def unreachable(site, plan):
+    site.network.down.add("R1")
+    site.run(120)
+
+
+def unauthorized(site, plan):
+    robot, = site.container.repositories.robots.all(site.container.db.read())
+    site.container.catalogue.save_robot(robot, password="changed on the robot")
+    site.switch_off()
+    site.switch_on()
+    site.run(60)
+
+
+def not_a_robot(site, plan):
+    site.network.rate, site.network.fates = 1.0, (Fate.PAGE,)
+    site.run(120)
+
+
+def wrong_robot(site, plan):
+    site.run(60)
+    site.machines["R1"].serial_number = "777"
+    site.run(60)
+
+
+def execution_failed(site, plan):
+    site.container.catalogue.change_settings(retry_limit=2)
+    plan(START, start_window_minutes=30)
+    site.network.down.add("R1")
+    site.run_until(lambda: site.executions(State.FAILED))
+
+
+def execution_skipped(site, plan):
+    site.machines["R1"].set_battery(12.0)
+    plan(START, start_window_minutes=5, minimum_battery_percent=90.0)
+    site.run_until(lambda: site.executions(State.SKIPPED))
+
+
+def executions_missed(site, plan):
+    plan(START, "FREQ=MINUTELY", respect_working_days=False)
+    site.run(60)
+    off(site, 86400)
+
+
+def app_was_off(site, plan):
+    site.run(60)
+    off(site, 3600)
+
+
+def off(site, seconds):
+    site.switch_off()
+    site.clock.advance(seconds)
+    site.switch_on()
+    site.run(30)
+
+
+def clock_stepped(site, plan):
+    site.run(60)
+    site.clock.step(-90)
+    site.run(60)
+
+
+def clock_implausible(site, plan):
+    site.run(60)
+    site.switch_off()
+    site.clock.step(-86400)
+    site.switch_on()
+    site.run(60)
+
+
+def duplicate_healed(site, plan):
+    plan(START)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(306)
+    site.machines["R1"].pause()
+    site.run(120)
+    copy_of_the_run(site)
+    site.run(60)
+
+
+def duplicate_running(site, plan):
+    plan(START)
+    site.run_until(lambda: site.executions(State.COMPLETED))
+    copy_of_the_run(site)
+    site.run(35)
+
+
+def copy_of_the_run(site):
+    robot, = site.container.repositories.robots.all(site.container.db.read())
+    run, = site.executions()
+    site.container.make_client(robot).enqueue(run.mission_guid, description=run.token)
+
+
+def unknown_outcome(site, plan):
+    plan(START, start_window_minutes=5)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(306)
+    site.network.down.add("R1")
+    site.run(600)
+
+
+def database(site, plan):
+    full = sqlite3.OperationalError("database or disk is full")
+    full.sqlite_errorcode = sqlite3.SQLITE_FULL
+    site.container.alarms.database_fails(translated(full, site.container.db.path).told)
+
+
+def backup_failed(site, plan):
+    (site.directory / "backups").write_text("in the way")
+    backup = DailyBackup(site.container.db, site.clock, site.container.alarms)
+    backup.run()
+    backup.tick()
+
+
+CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
+    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, execution_failed, execution_skipped,
+    executions_missed, app_was_off, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, unknown_outcome, database,
+    backup_failed)}
+
+
+def test_every_kind_of_alarm_is_brought_about_here():
+    assert CAUSES.keys() == SENTENCES.keys()
+
+
+@pytest.mark.parametrize("code", CAUSES)
+def test_an_alarm_is_told_whole_in_another_language(site, plan, code):
+    CAUSES[code](site, plan)
+    raised = [alarm for alarm in site.container.alarms.standing() if alarm.code == code]
+    assert raised
+    for alarm in raised:
+        assert readable(alarm_sentence(alarm, crossed), site, "Left wheel") == []      # what a robot says, it says in its own words
+        assert "{" not in alarm_sentence(alarm, FINNISH)
+        assert "msgid" not in alarm_sentence(alarm)                                    # as it stands in the log
+
+
+def only(site, code):
+    alarm, = [alarm for alarm in site.container.alarms.standing() if alarm.code == code]
+    return alarm
+
+
+def test_the_reason_of_a_failed_run_is_told_with_its_problem(site, plan):
+    execution_failed(site, plan)
+    alarm = only(site, "execution_failed")
+    assert alarm_sentence(alarm) == ("Deliver on R1 failed: Given up at attempt 3: R1 refused the connection; is the robot switched on and "
+                                     "its address right?")
+    assert alarm_sentence(alarm, FINNISH).endswith("R1 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?")
+
+
+def test_an_absence_is_told_in_wall_time_of_the_tablet(site, plan, caplog):
+    site.container.catalogue.change_settings(timezone="Europe/Helsinki")
+    app_was_off(site, plan)
+    alarm = only(site, "app_was_off")
+    assert re.fullmatch(r"The app was off or asleep from 08:\d\d to 09:\d\d", alarm_sentence(alarm))
+    assert re.search(r"08\.\d\d.+09\.\d\d", alarm_sentence(alarm, FINNISH))
+    assert f"alarm: {alarm_sentence(alarm)}" in caplog.messages
+    days = Alarm(alarm.code, alarm.key, alarm.priority, alarm.raised_at,
+                 {"start": "2026-11-23T21:30:00.123456+00:00", "end": "2026-11-23T23:00:00+00:00", "timezone": "Europe/Helsinki"})
+    assert alarm_sentence(days) == "The app was off or asleep from 2026-11-23 23:30 to 2026-11-24 01:00"
+
+
+def test_times_in_the_reason_of_an_alarm_are_those_of_the_schedule(site, plan):
+    execution_skipped(site, plan)
+    alarm = only(site, "execution_skipped")
+    assert alarm.details["timezone"] == "UTC"
+    assert alarm_sentence(alarm) == "Deliver on R1 was skipped: Battery 11.6 % stayed under 90 % until 06:10"
+    there = Alarm(alarm.code, alarm.key, alarm.priority, alarm.raised_at, {**alarm.details, "timezone": "Europe/Helsinki"})
+    assert alarm_sentence(there).endswith("until 08:10")
+
+
+def test_what_an_older_version_kept_is_told_as_it_stands(site):
+    for details in ({"reason": "The robot refused it", "problem": "no answer"}, {"reason": {"code": "unheard_of"}, "problem": None}):
+        for code in ("execution_failed", "unreachable"):
+            alarm = Alarm(code, "robot:1", Priority.LOW, site.clock.now(), {"robot": "R1", "mission": "Deliver", **details})
+            told = alarm_sentence(alarm, FINNISH)
+            assert told.startswith("R1") or "Deliver" in told
+            assert ("The robot refused it" in told or "unheard_of" in told) is (code == "execution_failed")
+
+
+# ---------------------------------------------------------------------- runs and robots
+def test_what_a_run_waits_for_and_why_it_ended_is_told_whole(site, plan):
+    plan(START, start_window_minutes=1)
+    site.network.down.add("R1")
+    site.run(302)
+    waiting, = site.executions(State.WAITING)
+    assert "refused the connection" in waiting_sentence(waiting)
+    assert readable(waiting_sentence(waiting, translate=crossed), site) == []
+    site.run(120)
+    ended, = site.executions(State.FAILED)
+    assert "refused the connection" in sentence(ended.reason, "UTC")
+    assert readable(sentence(ended.reason, "UTC", crossed), site) == []
+
+
+def test_the_robot_did_not_receive_it_is_told_in_the_language_too(site, plan):
+    plan(START, start_window_minutes=1)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(300 + 200)
+    ended, = site.executions(State.FAILED)
+    assert "the robot did not receive it" in sentence(ended.reason, "UTC")
+    assert readable(sentence(ended.reason, "UTC", crossed), site) == []
+
+
+def test_what_is_wrong_with_a_robot_is_kept_in_its_parts(site):
+    site.network.down.add("R1")
+    site.run(90)
+    robot, = site.container.repositories.robots.all(site.container.db.read())
+    assert site.container.snapshots.get(robot.id).problem == Unreachable(code="refused", address="R1").told
+
+
+def test_a_problem_of_the_clock_says_both_times(site, plan):
+    now = site.clock.now()
+    clock_implausible(site, plan)
+    yesterday, today = f"{now - timedelta(days=1):%Y-%m-%d}", f"{now:%Y-%m-%d}"
+    assert yesterday in alarm_sentence(only(site, "clock_implausible"), FINNISH)
+    assert today in alarm_sentence(only(site, "clock_implausible"), FINNISH)

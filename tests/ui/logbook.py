@@ -1,0 +1,33 @@
+"""What the tests of the Logs share: the screen on real services at an invented plant, and a reader's hands."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from app.container import Container
+from app.widgets.buttons import Segment
+from tests.ui.driver import Driver
+from tests.ui.whole_app import shown
+
+
+@contextmanager
+def opened(container: Container, ui: Driver, part: str = "") -> Iterator[object]:
+    """The Logs on screen, everything read; ``part`` is the word of what stands below the figures."""
+    with shown(container, ui, "logs") as app:
+        app.logs = app.shell.navigator.screen("logs").vm
+        settle(app, ui)
+        if part:
+            tap(app, ui, ui.find(Segment, text=part))
+        yield app
+
+
+def settle(app, ui: Driver) -> None:
+    for _reading in range(2):            # the figures are read after the runs
+        ui.advance(.4)
+        ui.wait(lambda: app.shell.background.idle)
+    ui.advance(.1)
+
+
+def tap(app, ui: Driver, widget) -> None:
+    ui.tap(widget)
+    settle(app, ui)

@@ -1,0 +1,124 @@
+"""What the tests of the Scheduler share: the screen on real services at an invented plant on Friday 20 Nov 2026, 14:38, and a planner's
+hands."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import date
+
+from app.container import Container
+from app.models import Schedule
+from app.screens.scheduler_cards import FormCard
+from app.widgets.buttons import CommandButton, IconButton, Segment
+from app.widgets.dialogs import ChoiceDialog, MenuRow
+from app.widgets.fields import PickField, SearchField
+from app.widgets.pages import LowColumn
+from app.widgets.pickers import DateDialog, DayCell
+from app.widgets.plan_rows import ScheduleLine
+from app.widgets.rows import OptionRow
+from app.widgets.timeline import Timeline
+from tests.ui.driver import Driver
+from tests.ui.whole_app import shown
+
+KITS, WASTE = "Deliver kits to line 2", "Waste to compactor"
+
+
+@contextmanager
+def opened(container: Container, ui: Driver) -> Iterator[object]:
+    """The Scheduler on screen, everything read."""
+    with shown(container, ui, "scheduler") as app:
+        app.plan = app.shell.navigator.screen("scheduler").vm
+        settle(app, ui)
+        yield app
+
+
+def settle(app, ui) -> None:
+    ui.advance(.3)
+    ui.wait(lambda: app.shell.background.idle)
+    ui.advance(.3)
+    ui.wait(lambda: app.shell.background.idle)
+
+
+def press(app, ui, word: str) -> None:
+    ui.tap(ui.find(CommandButton, text=word))
+    settle(app, ui)
+
+
+def field(ui, label: str) -> PickField:
+    return ui.find(PickField, label=label)
+
+
+def choose(app, ui, label: str, option: str) -> None:
+    """Tap a field and, in the list that opens, one option."""
+    ui.tap(field(ui, label))
+    ui.advance(.3)
+    dialog = ui.find(ChoiceDialog)
+    if dialog.searchable:
+        ui.type(ui.find(SearchField, dialog), option)
+        ui.advance(.2)
+    ui.tap(ui.find(OptionRow, dialog, text=option))
+    settle(app, ui)
+
+
+def kind(app, ui, word: str) -> None:
+    ui.tap(ui.find(Segment, text=word))
+    settle(app, ui)
+
+
+def pick_day(app, ui, label: str, day: date) -> None:
+    ui.tap(field(ui, label))
+    dialog = ui.find(DateDialog)
+    dialog.year, dialog.month = day.year, day.month
+    ui.advance(.1)
+    ui.tap(ui.find(DayCell, dialog, day=day))
+    press(app, ui, "Set")
+
+
+def pick_time(app, ui, label: str, digits: str) -> None:
+    """Typed on a keyboard, as a person would who has one."""
+    ui.tap(field(ui, label))
+    for digit in digits:
+        ui.key(ord(digit), digit)
+    press(app, ui, "Set")
+
+
+def save_button(ui) -> CommandButton:
+    return next(button for button in ui.find_all(CommandButton) if button.text in ("Save schedule", "Save changes"))
+
+
+def save(app, ui) -> None:
+    assert not save_button(ui).disabled, ui.find(FormCard).view.why
+    ui.tap(save_button(ui))
+    settle(app, ui)
+
+
+def schedules(container) -> list[Schedule]:
+    return container.repositories.schedules.all(container.db.read())
+
+
+def named(container, mission: str, robot: str) -> Schedule:
+    return next(schedule for schedule in schedules(container) if schedule.name == f"{mission} on {robot}")
+
+
+def row(ui, schedule: Schedule) -> ScheduleLine:
+    return ui.find(ScheduleLine, key=schedule.id)
+
+
+def menu(app, ui, schedule: Schedule, word: str) -> None:
+    ui.tap(ui.find(IconButton, row(ui, schedule), icon="dots-vertical"))
+    ui.advance(.3)
+    ui.tap(ui.find(MenuRow, text=word))
+    settle(app, ui)
+
+
+def tap_bar(ui, key) -> None:
+    timeline = ui.find(Timeline)
+    x, y, right, top, _key = next(hit for hit in timeline.boxes() if hit[4] == key)
+    ui.tap_at(*timeline.to_window((x + right) / 2, (y + top) / 2))
+
+
+def reveal(ui, widget) -> None:
+    """Scroll the form's fields until it can be seen."""
+    ui.advance(.2)
+    ui.find(LowColumn, ui.find(FormCard)).scroll_to(widget, animate=False)
+    ui.advance(.2)

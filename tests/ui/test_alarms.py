@@ -1,0 +1,227 @@
+"""The list of alarms by taps: acknowledge with a note, shelve and take back, what is over, the past ones, and where each leads."""
+from __future__ import annotations
+
+from datetime import timedelta
+
+import pytest
+
+from app.models import Robot
+from app.screens import frame_alarms
+from app.screens.frame_alarms import AlarmRow, AlarmsDialog, NoteDialog
+from app.widgets.buttons import CommandButton, IconButton, Segment
+from app.widgets.dialogs import MenuRow
+from app.widgets.fields import FormField
+from app.widgets.frame import AlarmBanner, NavItem, TopBar
+from app.widgets.surfaces import Tap
+from app.widgets.tokens import apply_theme
+from tests.ui import checks
+from tests.ui.whole_app import plant, shown
+
+
+@pytest.fixture
+def site(tmp_path):
+    with plant(tmp_path) as site:
+        yield site
+
+
+@pytest.fixture
+def alarms(site):
+    return site.container.alarms
+
+
+@pytest.fixture
+def app(site, ui):
+    with shown(site.container, ui) as app:
+        yield app
+
+
+def open_list(ui) -> AlarmsDialog:
+    ui.tap(ui.find(TopBar).ids.bell)
+    return ui.find(AlarmsDialog)
+
+
+def tab(ui, key: str) -> Segment:
+    return ui.find(Segment, root=ui.find(AlarmsDialog), key=key)
+
+
+def row(ui, code_text: str) -> AlarmRow:
+    found = [row for row in ui.find_all(AlarmRow) if code_text in row.text]
+    assert found, [row.text for row in ui.find_all(AlarmRow)]
+    return found[0]
+
+
+def menu(ui, of: AlarmRow, word: str) -> None:
+    ui.tap(ui.find(IconButton, of, icon="dots-vertical"))
+    ui.tap(ui.find(MenuRow, text=word))
+
+
+def wait_for_rows(ui, count: int) -> None:
+    ui.wait(lambda: len(ui.find_all(AlarmRow)) == count)
+
+
+# ---------------------------------------------------------------------- acknowledging
+def test_an_alarm_is_acknowledged_with_a_note_that_is_shown_afterwards(app, alarms, ui):
+    alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
+    open_list(ui)
+    assert row(ui, "Aino").state_words == "Active, not acknowledged"
+    menu(ui, row(ui, "Aino"), "Acknowledge with a note")
+    ui.type(ui.find(FormField, root=ui.find(NoteDialog)), "Access point is off")
+    ui.tap(ui.find(CommandButton, ui.find(NoteDialog), text="Acknowledge"))
+    ui.wait(lambda: row(ui, "Aino").state_words == "Active, acknowledged")
+    assert row(ui, "Aino").answer.endswith(": Access point is off")
+    assert row(ui, "Aino").action == ""
+    alarms.clear("unreachable", "robot:77")
+    wait_for_rows(ui, 0)
+    ui.tap(tab(ui, "past"))
+    wait_for_rows(ui, 1)
+    assert row(ui, "Aino").state_words == "Over, acknowledged"
+    assert "Over since" in row(ui, "Aino").note
+    assert row(ui, "Aino").answer.endswith(": Access point is off")
+
+
+def test_a_note_is_optional_and_can_be_left(app, alarms, ui):
+    alarms.raise_("clock_stepped", "clock", seconds=40)
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
+    open_list(ui)
+    menu(ui, row(ui, "clock"), "Acknowledge with a note")
+    ui.tap(ui.find(CommandButton, ui.find(NoteDialog), text="Cancel"))
+    assert alarms.standing()
+    menu(ui, row(ui, "clock"), "Acknowledge with a note")
+    ui.tap(ui.find(CommandButton, ui.find(NoteDialog), text="Acknowledge"))
+    wait_for_rows(ui, 0)
+    assert not alarms.standing()
+
+
+def test_recovery_is_shown_until_it_is_acknowledged(app, alarms, ui):
+    for _n in range(2):
+        alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
+        alarms.clear("unreachable", "robot:77")
+    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).note.startswith("Over since"))
+    open_list(ui)
+    assert row(ui, "Aino").state_words == "Over, not acknowledged"
+    assert "2 times, last" in row(ui, "Aino").note
+    ui.tap(ui.find(CommandButton, row(ui, "Aino"), text="Acknowledge"))
+    wait_for_rows(ui, 0)
+    assert "No alarms. Everything is as it should be." in ui.texts(ui.find(AlarmsDialog))
+    ui.wait(lambda: not ui.find_all(AlarmBanner))
+
+
+# ---------------------------------------------------------------------- shelving
+def test_a_shelved_alarm_leaves_the_banner_and_is_taken_back(site, app, alarms, ui):
+    alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
+    alarms.raise_("clock_stepped", "clock", seconds=40)
+    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).text == "Aino doesn't answer")
+    assert ui.find(AlarmBanner).others == "+1 more"
+    open_list(ui)
+    wait_for_rows(ui, 2)
+    menu(ui, row(ui, "Aino"), "Shelve for 4 hours")
+    wait_for_rows(ui, 1)
+    ui.wait(lambda: "clock" in ui.find(AlarmBanner).text)
+    assert ui.find(AlarmBanner).others == "Details"
+    assert ui.find(TopBar).bell_count == "1"
+    ui.tap(tab(ui, "shelved"))
+    assert row(ui, "Aino").state_words.startswith("Shelved until ")
+    assert tab(ui, "shelved").text == "Shelved (1)"
+    ui.tap(ui.find(CommandButton, row(ui, "Aino"), text="Take back"))
+    wait_for_rows(ui, 0)
+    ui.wait(lambda: ui.find(AlarmBanner).text == "Aino doesn't answer")
+
+
+def test_a_shelved_alarm_comes_back_by_itself(site, app, alarms, ui):
+    alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
+    alarms.shelve(alarms.standing()[0].id, 1)
+    ui.wait(lambda: ui.find(TopBar).bell_icon == "bell-sleep-outline")
+    assert not ui.find_all(AlarmBanner)
+    clock, now = site.container.clock, site.container.clock.now
+    clock.now = lambda: now() + timedelta(hours=1, seconds=1)
+    try:
+        ui.advance(1.1)                                       # the frame looks once a second
+        assert ui.find(AlarmBanner).text == "Aino doesn't answer"
+        assert ui.find(TopBar).bell_icon == "bell-ring-outline"
+    finally:
+        del clock.now
+
+
+# ---------------------------------------------------------------------- the past
+def test_the_past_is_shown_page_by_page_with_its_count(app, alarms, ui, monkeypatch):
+    monkeypatch.setattr(frame_alarms, "PAGE", 3)
+    for number in range(7):
+        alarms.raise_("app_was_off", str(number))
+    for alarm in alarms.standing():
+        alarms.acknowledge(alarm.id)
+    ui.wait(lambda: ui.find(TopBar).bell_count == "")
+    dialog = open_list(ui)
+    ui.tap(tab(ui, "past"))
+    wait_for_rows(ui, 3)
+    assert dialog.count == "The newest 3 of 7"
+    ui.tap(ui.find(CommandButton, dialog, text="Show more"))
+    wait_for_rows(ui, 6)
+    dialog.ids.alarm_page.scroll_y = 0
+    ui.advance(.1)
+    ui.tap(ui.find(CommandButton, dialog, text="Show more"))
+    wait_for_rows(ui, 7)
+    assert (dialog.count, dialog.more) == ("7 past alarms", "")
+
+
+# ---------------------------------------------------------------------- holds, and the way to where it is solved
+def test_a_hold_stands_in_the_list_and_is_released_there(site, app, ui):
+    site.container.holds.hold("Fire drill")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
+    open_list(ui)
+    ui.tap(ui.find(CommandButton, row(ui, "Nothing is sent"), text="Release"))
+    wait_for_rows(ui, 0)
+    assert not site.container.holds.active()
+
+
+@pytest.mark.parametrize(("code", "key", "screen"), [
+    ("unauthorized", "robot:{robot}", "settings"), ("unreachable", "robot:{robot}", "home"), ("executions_missed", "plan", "logs"),
+    ("execution_failed", "schedule:1", "logs"), ("unknown_outcome", "execution:1", "logs"), ("backup_failed", "backup", "settings")])
+def test_the_banner_leads_to_where_it_is_solved(site, ui, code, key, screen):
+    robot = site.container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u", enabled=False), password="p")
+    site.container.loop.stop()
+    with shown(site.container, ui) as app:
+        ui.tap(ui.find(NavItem, name="scheduler"))
+        site.container.alarms.raise_(code, key.format(robot=robot.id), robot="Aino", mission="Home", reason="x", problem="x", count=2)
+        ui.wait(lambda: ui.find_all(AlarmBanner))
+        ui.advance(.3)                                        # it stands where it is tapped
+        ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text=ui.find(AlarmBanner).action))
+        ui.wait(lambda: app.shell.navigator.current == screen)
+        assert site.container.alarms.standing()               # going there acknowledges nothing
+
+
+def test_the_menu_leads_there_too_and_closes_the_list(site, app, alarms, ui):
+    alarms.raise_("executions_missed", "plan", count=4)
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
+    open_list(ui)
+    menu(ui, row(ui, "missed"), "Show in Logs")
+    ui.wait(lambda: app.shell.navigator.current == "logs")
+    assert not ui.find_all(AlarmsDialog)
+    ui.wait(lambda: ui.find(AlarmBanner).action == "Acknowledge")      # where one is already
+
+
+def test_when_nothing_can_be_written_the_alarm_says_where_to_look(site, app, alarms, ui):
+    site.container.loop.stop()                                # it would find that the disk is well
+    alarms.database_fails("disk full")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
+    open_list(ui)
+    assert not ui.find_all(IconButton, icon="dots-vertical")
+    ui.tap(ui.find(CommandButton, row(ui, "database"), text="Open settings"))
+    ui.wait(lambda: app.shell.navigator.current == "settings")
+
+
+# ---------------------------------------------------------------------- looks
+@pytest.mark.parametrize("gloves", [False, True])
+def test_nothing_is_clipped_or_too_small(site, app, alarms, ui, gloves):
+    apply_theme(app.theme_cls, "light", gloves=gloves)
+    alarms.raise_("emergency_stop", "robot:77", robot="A robot with a very long name in the hall of the presses")
+    alarms.raise_("executions_missed", "plan", count=4)
+    ui.wait(lambda: ui.find(TopBar).bell_count == "2")
+    dialog = open_list(ui)
+    ui.advance(.3)
+    assert checks.problems(dialog) == []
+    ui.tap(ui.find(IconButton, row(ui, "missed"), icon="dots-vertical"))
+    top = app.shell.dialogs.top
+    assert checks.problems(top) == []
+    ui.tap(next(widget for widget in ui.find_all(Tap, top) if getattr(widget, "text", "") == "Acknowledge with a note"))
+    assert checks.problems(ui.find(NoteDialog)) == []

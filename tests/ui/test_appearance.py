@@ -1,0 +1,147 @@
+"""Glove mode and size of texts: switched in Settings, at once and for good, and every screen stays whole in them."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import timedelta
+
+import pytest
+from kivy.core.window import Window
+from kivy.metrics import Metrics
+from kivy.uix.label import Label
+
+from app.models import Schedule
+from app.screens.settings_page import SwitchRow
+from app.widgets.buttons import CommandButton, Segment, Toggle
+from app.widgets.display import StatusBadge
+from app.widgets.frame import AlarmBanner, Frame, NavItem
+from app.widgets.tokens import THEMES, tk
+from tests.ui import checks
+from tests.ui.integrator import go, settings
+from tests.ui.whole_app import shown
+
+
+def toggle(ui, text: str) -> Toggle:
+    return ui.find(Toggle, root=ui.find(SwitchRow, text=text))
+
+
+# ---------------------------------------------------------------------- switched at once, kept for good
+def test_glove_mode_is_switched_at_once_and_the_section_stays_open(site, app, ui):
+    go(ui, "display")
+    ui.tap(toggle(ui, "Glove mode"))
+    ui.wait(lambda: tk.gloves)
+    ui.wait(lambda: ui.find_all(SwitchRow, text="Glove mode", active=True))
+    assert (tk.h_touch, tk.h_field, tk.h_action) == (64, 64, 120)
+    assert app.shell.navigator.current == "settings"
+    assert app.shell.navigator.screen("settings").vm.current == "display"
+    assert ui.find(NavItem, name="home").height >= 64
+    ui.tap(ui.find(NavItem, name="home"))
+    ui.tap(ui.find(NavItem, name="settings"))
+    ui.wait(lambda: ui.find_all(SwitchRow, text="Glove mode", active=True))
+    ui.tap(toggle(ui, "Glove mode"))
+    ui.wait(lambda: not tk.gloves)
+    assert settings(site).gloves is False
+
+
+def test_the_operators_buttons_grow_with_gloves(site, ui):
+    site.add_robots()
+    site.container.catalogue.change_settings(gloves=True)
+    with shown(site.container, ui):
+        ui.wait(lambda: ui.find_all(CommandButton, text="Pause"))
+        assert ui.find(CommandButton, text="Pause").height == 120
+
+
+def test_the_size_of_texts_is_switched_at_once_and_ends_with_the_app(site, ui):
+    with shown(site.container, ui) as app:
+        go(ui, "display")
+        before = ui.find(Segment, text="130 %").children[0].children[0].height
+        ui.tap(ui.find(Segment, text="130 %"))
+        ui.wait(lambda: Metrics.fontscale == pytest.approx(1.3))
+        ui.wait(lambda: ui.find_all(Segment, text="130 %", selected=True))
+        assert ui.find(Segment, text="130 %").children[0].children[0].height > before * 1.2
+        assert app.shell.navigator.screen("settings").vm.current == "display"
+    assert Metrics.fontscale == 1
+
+
+def test_both_survive_a_restart(site, ui):
+    with shown(site.container, ui):
+        go(ui, "display")
+        ui.tap(ui.find(Segment, text="115 %"))
+        ui.wait(lambda: settings(site).font_scale_percent == 115)
+        ui.wait(lambda: ui.find_all(Segment, text="115 %", selected=True))
+        ui.tap(toggle(ui, "Glove mode"))
+        ui.wait(lambda: settings(site).gloves)
+    tk.use("light", gloves=False)
+    with shown(site.container, ui):
+        assert tk.gloves
+        assert Metrics.fontscale == pytest.approx(1.15)
+
+
+def test_a_change_of_anything_else_builds_nothing_anew(site, app, ui):
+    screen = app.shell.navigator.screen("home")
+    site.container.catalogue.change_settings(theme="dark", retry_limit=3)
+    ui.wait(lambda: tk.theme == "dark")
+    assert app.shell.navigator.screen("home") is screen
+
+
+@pytest.mark.parametrize("before", THEMES)
+@pytest.mark.parametrize("after", THEMES)
+def test_a_switch_of_the_theme_leaves_the_colours_that_the_theme_has(ui, before, after):
+    """White ink that stays white is not taken over by the ink of the new theme's cards."""
+    def pieces():
+        return [AlarmBanner(text="Aino stands still", note="since 14:36", others="+3 more", action="Acknowledge", tone="fault"),
+                AlarmBanner(text="Nothing is sent", note="held", tone="attention"), CommandButton(style="filled", text="Run", icon="play"),
+                StatusBadge(text="Failed", icon="alert", tone="fault", loud=True)]
+
+    def inks(shown):
+        return [[tuple(label.color) for label in piece.walk() if isinstance(label, Label)] for piece in shown]
+
+    tk.use(before)
+    switched = pieces()
+    tk.use(after)
+    assert inks(switched) == inks(pieces())
+
+
+# ---------------------------------------------------------------------- every screen stays whole
+MODES = {"gloves": {"gloves": True}, "large-text": {"font_scale_percent": 130}, "both": {"gloves": True, "font_scale_percent": 130}}
+WINDOWS = {"landscape": (1280, 800), "portrait": (800, 1280), "small": (1024, 600)}
+SECTIONS = ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about")
+
+
+@contextmanager
+def window(size: tuple[int, int]) -> Iterator[None]:
+    before = Window.size
+    Window.size = size
+    try:
+        yield
+    finally:
+        Window.size = before
+
+
+@pytest.mark.parametrize("size", list(WINDOWS))
+@pytest.mark.parametrize("mode", list(MODES))
+def test_nothing_is_clipped_overlaps_or_is_too_small(site, ui, mode, size):
+    container = site.container
+    robot, _other = site.add_robots()
+    deliver, _home = site.add_missions("Deliver", "Home")
+    start = container.clock.now().replace(tzinfo=None, second=0, microsecond=0) + timedelta(hours=2)
+    container.catalogue.save_schedule(Schedule("", robot.id, deliver.id, start, "UTC", "FREQ=DAILY", respect_working_days=False))
+    container.alarms.raise_("clock_stepped", "clock", seconds=40)
+    container.catalogue.change_settings(**MODES[mode])
+    found = []
+    with window(WINDOWS[size]), shown(container, ui) as app:
+        for name in ("home", "scheduler", "logs"):
+            ui.tap(ui.find(NavItem, name=name))
+            found += problems(ui, app, name)
+        for section in SECTIONS:
+            app.shell.go("settings", section=section)
+            screen = app.shell.navigator.screen("settings")
+            ui.wait(lambda screen=screen, section=section: app.shell.background.idle and screen.vm.current == section)
+            found += problems(ui, app, section)
+    assert "\n".join(found) == ""
+
+
+def problems(ui, app, name: str) -> list[str]:
+    ui.wait(lambda: app.shell.background.idle)
+    ui.advance(.5)
+    return [f"{name}: {line}" for line in checks.problems(ui.find(Frame))]

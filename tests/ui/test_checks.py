@@ -1,0 +1,66 @@
+"""The eyes of the walk: that a planted fault is seen, and that what people do see is none."""
+from __future__ import annotations
+
+import pytest
+from kivy.lang import Builder
+
+from tests.ui import checks
+
+HIDDEN = {
+    "a transparent button": "Button:\n            opacity: 0",
+    "a transparent button that is off": "Button:\n            opacity: 0\n            disabled: True",
+    "in a transparent box": "BoxLayout:\n            opacity: 0\n            Button:",
+    "a label of a box that is off": "BoxLayout:\n            opacity: 0\n            disabled: True\n            Label:",
+    "a field that leaves a box without height":
+        "BoxLayout:\n            size_hint_y: None\n            height: 0\n            TextInput:\n                size_hint: None, None\n"
+        "                size: 90, 50",
+    "a list beside its box":
+        "FloatLayout:\n            ScrollView:\n                size_hint: None, None\n                size: 90, 50\n"
+        "                pos: self.parent.right + 20, self.parent.y",
+}
+SEEN = {
+    "a button": "Button:",
+    "a button that is off": "Button:\n            disabled: True\n            opacity: .5",
+    "a command that is hidden": "CommandButton:\n            text: 'Go'\n            opacity: 0",
+    "a command that is hidden and off": "IconButton:\n            icon: 'close'\n            opacity: 0\n            disabled: True",
+    "what a box holds back": "SeenBox:\n            opacity: 0\n            disabled: True\n            Button:",
+    "a command without a width":
+        "CommandButton:\n            text: 'Go'\n            disabled: True\n            size_hint_x: None\n            width: 0",
+    "what is scrolled away":
+        "ScrollView:\n            BoxLayout:\n                size_hint_y: None\n                height: 4000\n"
+        "                orientation: 'vertical'\n                Button:\n                Button:",
+}
+
+
+def laid_out(ui, part: str):
+    root = Builder.load_string(f"FloatLayout:\n    BoxLayout:\n        size_hint: None, None\n        size: 300, 200\n"
+                               f"        pos: 100, 100\n        {part}")
+    ui.show(root)
+    ui.advance(.1)
+    return root
+
+
+@pytest.mark.parametrize("part", HIDDEN.values(), ids=HIDDEN)
+def test_what_is_hidden_and_keeps_touches_is_found(ui, part):
+    found = list(checks.swallowed_touches(laid_out(ui, part)))
+    assert len(found) == 1
+    assert "keeps touches at" in found[0]
+
+
+@pytest.mark.parametrize("part", SEEN.values(), ids=SEEN)
+def test_what_is_seen_or_lets_touches_through_is_no_fault(ui, part):
+    assert list(checks.swallowed_touches(laid_out(ui, part))) == []
+
+
+@pytest.mark.parametrize("hidden", ["opacity: 0", "opacity: 0\n        disabled: True", "opacity: 0\n        busy: True",
+                                    "disabled: True\n        width: 0\n        size_hint_x: None\n        pos: 400, 300"])
+def test_a_hidden_command_lets_the_touch_through_to_what_lies_under_it(ui, hidden):
+    pressed = []
+    root = Builder.load_string(f"FloatLayout:\n    Button:\n    CommandButton:\n        text: 'Go'\n        {hidden}")
+    ui.show(root)
+    ui.advance(.1)
+    command, under = root.children
+    under.bind(on_release=lambda _button: pressed.append("under"))
+    command.bind(on_release=lambda _button: pressed.append("hidden"))
+    ui.tap_at(*command.center)
+    assert pressed == ["under"]

@@ -1,0 +1,97 @@
+"""The robot on its own map, as an operator sees it: simulated robots over real HTTP."""
+from __future__ import annotations
+
+import base64
+import logging
+
+import pytest
+
+from app.screens.home_cards import RobotPlace, RobotSays
+from app.widgets.robot_map import RobotMap
+from app.widgets.rows import RobotChip
+from mir_sim import world
+from tests.ui.test_home import api, run
+from tests.ui.whole_app import plant, shown
+
+MAP = f"/maps/{world.MAP_GUID}"
+
+
+@pytest.fixture
+def site(tmp_path):
+    with plant(tmp_path, robots=2, time_scale=8.0) as site:
+        site.aino = site.fleet.robots[0]
+        site.add_robots()
+        site.add_missions("Deliver")
+        yield site
+
+
+def at(ui) -> tuple[float, ...]:
+    return tuple(ui.find(RobotMap).at)
+
+
+def test_the_robot_drives_on_the_screen(site, ui):
+    with shown(site.container, ui):
+        ui.wait(lambda: ui.find_all(RobotMap))
+        chart = ui.find(RobotMap)
+        assert chart.name == world.MAP_NAME
+        assert {"Home", "Dock", "Press"} <= {name for _x, _y, name in chart.places}
+        assert chart.texture is not None
+        assert chart.aspect == pytest.approx(world.HEIGHT / world.WIDTH, abs=.05)
+        start, ground = at(ui), chart.texture
+        run(ui, "Deliver")
+        ui.wait(lambda: at(ui) != start and chart.path)
+        texts = ui.texts()
+        assert any(text.startswith("Moving to '") for text in texts)
+        first = at(ui)
+        ui.wait(lambda: at(ui) not in (start, first))
+        x, y = at(ui)
+        assert 0 < x < 1
+        assert 0 < y < 1
+        assert chart.texture is ground                    # made once, whatever moves on it
+
+
+def test_each_robot_has_its_own_place_and_one_that_is_gone_looks_so(site, ui):
+    with shown(site.container, ui):
+        ui.wait(lambda: ui.find_all(RobotMap) and len(ui.find_all(RobotChip)) == 2)
+        site.aino.control({"reboot_seconds": 600})
+        ui.wait(lambda: "No connection" in ui.texts())
+        assert ui.find(RobotMap).tone == "offline"
+        assert any("127.0.0.1" in text for text in ui.texts(ui.find(RobotPlace)))
+        ui.tap(ui.find(RobotChip, name="Veikko"))
+        ui.wait(lambda: ui.find_all(RobotMap, tone="accent"))
+
+
+def test_a_map_that_was_seen_is_there_after_a_restart_although_the_robot_refuses_it(site, ui):
+    with shown(site.container, ui) as app:
+        ui.wait(lambda: ui.find_all(RobotMap) and app.shell.background.idle)
+    api(site.aino, "DELETE", MAP)
+    site.container.maps = type(site.container.maps)(
+        site.container.db.path.parent / "maps", lambda robot_id: site.container.repositories.robots.get(site.container.db.read(), robot_id),
+        site.container.make_client, site.container.clock)
+    with shown(site.container, ui):
+        ui.wait(lambda: ui.find_all(RobotMap))
+
+
+def test_a_robot_without_a_map_leaves_the_place_to_its_words(site, ui):
+    api(site.aino, "DELETE", MAP)
+    with shown(site.container, ui) as app:
+        ui.wait(lambda: "Ready" in ui.texts())
+        ui.wait(lambda: not site.container.maps.is_due(app.shell.navigator.screen("home").vm._facts.robot.id, world.MAP_GUID))
+        ui.wait(lambda: app.shell.background.idle)
+        assert not ui.find_all(RobotMap)
+        assert ui.find_all(RobotSays)
+        assert any("Waiting for new missions" in text for text in ui.texts())
+
+
+@pytest.mark.parametrize("picture", [b"GIF89a no picture at all", b"\x89PNG\r\n\x1a\n" + bytes(200)])
+def test_garbage_for_a_map_is_no_map_and_one_line_in_the_log(site, ui, caplog, picture):
+    field = "base_map" if "base_map" in api(site.aino, "GET", MAP).json() else "map"           # by the robot's software
+    api(site.aino, "PUT", MAP, **{field: base64.b64encode(picture).decode()})
+    with caplog.at_level(logging.WARNING), shown(site.container, ui) as app:
+        ui.wait(lambda: "Ready" in ui.texts())
+        ui.wait(lambda: any("map of Aino" in record.getMessage() for record in caplog.records))
+        ui.wait(lambda: app.shell.background.idle)
+        ui.advance(2)
+        assert not ui.find_all(RobotMap)
+        assert ui.find_all(RobotSays)
+    assert len([record for record in caplog.records if "map of Aino" in record.getMessage()]) == 1

@@ -1,0 +1,205 @@
+"""The PIN before Settings by taps: set, asked, wrong, waited for, forgotten on leaving; and nothing else behind it."""
+from __future__ import annotations
+
+import pytest
+
+from app.models import Robot
+from app.screens.gate import LEFT_ALONE_S
+from app.screens.pin_dialog import PinDialog
+from app.services.access import TRIES, WAIT_S
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.frame import AlarmBanner, NavItem
+from app.widgets.number_pad import PadKey
+from app.widgets.rows import SectionRow
+from app.widgets.tokens import apply_theme
+from tests.ui import checks
+from tests.ui.integrator import go, says
+
+
+@pytest.fixture
+def clock(site):
+    """The monotonic clock, which the test moves on."""
+    real, ahead = site.container.clock.monotonic, [0.0]
+    site.container.clock.monotonic = lambda: real() + ahead[0]
+    yield ahead
+    del site.container.clock.monotonic
+
+
+def press(ui, digits: str) -> PinDialog:
+    """Digits, then the key that is done."""
+    dialog = ui.find(PinDialog)
+    for digit in digits:
+        ui.tap(ui.find(PadKey, dialog, text=digit))
+    ui.tap(ui.find(PadKey, dialog, icon="check"))
+    ui.wait(lambda: not dialog.busy)
+    return dialog
+
+
+def current(app) -> str:
+    return app.shell.navigator.current
+
+
+def unlock(ui, app) -> None:
+    press(ui, "4711")
+    ui.wait(lambda: current(app) == "settings" and not ui.find_all(PinDialog))
+
+
+def to_settings(ui) -> None:
+    ui.tap(ui.find(NavItem, name="settings"))
+
+
+# ---------------------------------------------------------------------- setting it
+def test_it_is_off_until_it_is_set_twice_the_same(site, app, ui):
+    go(ui, "display")
+    ui.tap(ui.find(CommandButton, text="Set PIN"))
+    press(ui, "123")                                          # too short: the key does nothing
+    assert ui.find(PinDialog).dots == "•••"
+    ui.tap(ui.find(PadKey, icon="backspace-outline"))
+    press(ui, "34")
+    assert "Enter it once more" in ui.texts(ui.find(PinDialog))
+    press(ui, "1235")
+    assert ui.find(PinDialog).problem == "The two were different"
+    press(ui, "1234")
+    press(ui, "1234")
+    ui.wait(lambda: not ui.find_all(PinDialog))
+    assert site.container.access.check("1234").is_right
+    ui.wait(lambda: ui.find_all(CommandButton, text="Change PIN"))
+    assert current(app) == "settings"                         # who has just set it is in
+
+
+def test_it_is_removed(site, app, ui):
+    go(ui, "display")
+    site.container.access.set_pin("4711")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Change PIN"))
+    ui.tap(ui.find(CommandButton, text="Remove PIN"))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Set PIN"))
+    assert not site.container.access.is_set()
+
+
+# ---------------------------------------------------------------------- entering
+def test_settings_asks_and_opens_with_the_right_one_only(site, app, ui):
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    assert current(app) == "home"
+    press(ui, "0000")
+    assert ui.find(PinDialog).problem == "Wrong PIN; 4 tries left"
+    assert ui.find(PinDialog).dots == ""
+    unlock(ui, app)
+    ui.wait(lambda: ui.find_all(SectionRow))
+
+
+def test_a_keyboard_does_too(site, app, ui):
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    for character in "47119":
+        ui.key(ord(character), character)
+    ui.key(8)
+    ui.key(13)
+    ui.wait(lambda: current(app) == "settings")
+
+
+def test_whoever_does_not_know_it_stays_where_they_are(site, app, ui):
+    site.container.access.set_pin("4711")
+    ui.tap(ui.find(NavItem, name="logs"))
+    to_settings(ui)
+    ui.tap(ui.find(IconButton, root=ui.find(PinDialog), icon="close"))
+    assert not ui.find_all(PinDialog)
+    assert current(app) == "logs"
+    assert ui.find(NavItem, name="logs").selected
+
+
+def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, clock):
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    for _n in range(TRIES):
+        dialog = press(ui, "0000")
+    assert dialog.waiting
+    assert dialog.problem.startswith("Too many wrong PINs; wait ")
+    ui.tap(ui.find(PadKey, dialog, text="4"))
+    assert dialog.dots == ""
+    ui.tap(ui.find(IconButton, root=dialog, icon="close"))     # closing it shortens nothing
+    to_settings(ui)
+    dialog = ui.find(PinDialog)
+    assert dialog.waiting
+    clock[0] += WAIT_S
+    ui.advance(1.1)
+    assert (dialog.waiting, dialog.problem) == (False, "")
+    unlock(ui, app)
+
+
+# ---------------------------------------------------------------------- how long it stays open
+def test_it_is_asked_again_after_another_tab(site, app, ui):
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    unlock(ui, app)
+    ui.tap(ui.find(NavItem, name="home"))
+    assert current(app) == "home"
+    to_settings(ui)
+    assert ui.find_all(PinDialog)
+
+
+def test_settings_closes_when_nobody_is_there_for_two_minutes(site, app, ui, clock):
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    unlock(ui, app)
+    clock[0] += LEFT_ALONE_S - 10
+    ui.tap(ui.find(SectionRow, key="robots"))                  # somebody is there
+    clock[0] += LEFT_ALONE_S - 10
+    ui.advance(1.1)
+    assert current(app) == "settings"
+    clock[0] += 11
+    ui.advance(1.1)
+    assert current(app) == "home"
+    to_settings(ui)
+    assert ui.find_all(PinDialog)
+
+
+def test_without_a_pin_settings_stays_open(site, app, ui, clock):
+    to_settings(ui)
+    clock[0] += 10 * LEFT_ALONE_S
+    ui.advance(1.1)
+    assert current(app) == "settings"
+
+
+def test_glove_mode_asks_for_nothing_in_between(site, app, ui):
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    unlock(ui, app)
+    site.container.catalogue.change_settings(gloves=True)
+    ui.wait(lambda: ui.find(NavItem, name="home").height >= 64)
+    assert current(app) == "settings"
+    assert not ui.find_all(PinDialog)
+
+
+# ---------------------------------------------------------------------- what is never behind it
+def test_everything_of_the_operators_stays_free(site, app, ui):
+    robot = site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, "distributor"), password="distributor")
+    site.container.access.set_pin("4711")
+    ui.wait(lambda: "Ready" in ui.texts())
+    for name in ("scheduler", "logs", "home"):
+        ui.tap(ui.find(NavItem, name=name))
+        assert current(app) == name
+    ui.tap(ui.find(CommandButton, text="Pause"))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
+    site.container.alarms.raise_("app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00")
+    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Acknowledge")
+    ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
+    ui.wait(lambda: not site.container.alarms.standing())
+    assert not ui.find_all(PinDialog)
+    site.container.alarms.raise_("unauthorized", f"robot:{robot.id}", robot="Aino")
+    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Open settings")
+    ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Open settings"))
+    unlock(ui, app)                                            # the intent waits behind the door
+    ui.wait(lambda: app.shell.navigator.screen("settings").vm.current == "robots")
+
+
+# ---------------------------------------------------------------------- looks
+@pytest.mark.parametrize("gloves", [False, True])
+def test_keys_are_for_gloves(site, app, ui, gloves):
+    apply_theme(app.theme_cls, "light", gloves=gloves)
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    press(ui, "0000")
+    assert all(min(key.size) >= 64 for key in ui.find_all(PadKey))
+    assert checks.problems(ui.find(PinDialog)) == []
+    assert says(ui, "Wrong PIN")

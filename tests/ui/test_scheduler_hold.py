@@ -1,0 +1,184 @@
+"""Holding back, pausing and resuming, and the plan as a file, by taps: at the invented plant on Friday 20 Nov 2026, 14:38."""
+from __future__ import annotations
+
+from datetime import UTC, date, datetime, timedelta
+
+import pytest
+
+from app.models import DayException, State
+from app.screens.scheduler_hold import HoldDialog
+from app.services import ics
+from app.services.holds import Holds
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import PickField
+from app.widgets.flow import FlowChip
+from app.widgets.frame import Frame
+from app.widgets.long_list import LongList
+from app.widgets.pickers import DateDialog, DayCell, TimeDialog
+from app.widgets.plan_rows import ScheduleLine
+from app.widgets.rows import OptionRow
+from app.widgets.snackbar import Snackbar
+from app.widgets.timeline import Timeline
+from tests.ui.planner import KITS, choose, menu, named, opened, pick_day, press, save, settle
+
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
+
+
+@pytest.fixture
+def screen(container, ui, silent_robots):
+    with opened(container, ui) as app:
+        yield app
+
+
+def chip(app, ui, word: str) -> None:
+    ui.tap(ui.find(FlowChip, root=ui.find(HoldDialog), text=word))
+    settle(app, ui)
+
+
+def line(app, schedule) -> str:
+    """When it starts next, as its row says."""
+    return next(row["next"] for row in app.shell.navigator.screen("scheduler").vm.schedules if row["key"] == schedule.id)
+
+
+def reveal(ui, schedule) -> None:
+    """Scroll down the list until its row is there."""
+    schedules = next(parent for parent in ui.find(ScheduleLine).walk_reverse() if isinstance(parent, LongList))
+    for n in range(11):
+        schedules.scroll_y = 1 - n / 10
+        ui.advance(.3)
+        if any(row.key == schedule.id and schedules.collide_point(*schedules.parent.to_widget(*row.to_window(*row.center)))
+               for row in ui.find_all(ScheduleLine)):
+            return
+
+
+# ---------------------------------------------------------------------- holding
+def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, container, ui):
+    press(screen, ui, "Hold …")
+    chip(screen, ui, "Cleaning")
+    ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
+    settle(screen, ui)
+    [hold] = container.holds.standing()
+    assert (hold.reason, hold.until, hold.robot_id) == ("Cleaning", container.clock.now() + timedelta(hours=1), None)
+    assert "Nothing is sent to any robot until" in ui.find(Snackbar).text
+    frame = ui.find(Frame)
+    ui.wait(lambda: frame.alarm == "Nothing is sent to any robot")
+    assert frame.alarm_note.endswith("since 14:38 · Cleaning")
+    assert frame.alarm_note.startswith("Held until 15:38")
+    schedule = named(container, KITS, "Aino")
+    assert line(screen, schedule) == "Aino · held until 15:38"
+    again = Holds(container.db, container.repositories.holds, container.clock, container.changes)      # as after a restart
+    assert again.standing() == [hold]
+    ui.tap(ui.find(CommandButton, root=frame, text="Release"))
+    settle(screen, ui)
+    ui.wait(lambda: not container.holds.standing() and line(screen, schedule).startswith("Aino · in 2"))
+
+
+def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
+    press(screen, ui, "Hold …")
+    dialog = ui.find(HoldDialog)
+    ui.tap(ui.find(PickField, root=dialog, label="What is held"))
+    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
+    settle(screen, ui)
+    ui.type(dialog.ids.reason_field, "Wheel change")
+    chip(screen, ui, "Until a time …")
+    ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 23)))
+    press(screen, ui, "Set")
+    for digit in "0630":
+        ui.key(ord(digit), digit)
+    ui.tap(ui.find(CommandButton, root=ui.find(TimeDialog), text="Set"))
+    settle(screen, ui)
+    assert ui.find(FlowChip, root=dialog, text="Until Mon 23 Nov 06:30").selected
+    ui.tap(ui.find(CommandButton, root=dialog, text="Hold"))
+    settle(screen, ui)
+    [hold] = container.holds.standing()
+    veikko = next(robot for robot in container.repositories.robots.all(container.db.read()) if robot.name == "Veikko")
+    assert (hold.robot_id, hold.reason, hold.until) == (veikko.id, "Wheel change", datetime(2026, 11, 23, 4, 30, tzinfo=UTC))
+    ui.wait(lambda: ui.find(Frame).alarm == "Nothing is sent to Veikko")
+
+
+def test_what_is_held_already_is_told_and_released_in_the_dialog(screen, container, ui):
+    container.holds.hold("Audit")
+    settle(screen, ui)
+    press(screen, ui, "Hold …")
+    dialog = ui.find(HoldDialog)
+    assert dialog.vm.standing == "Held since 14:38, until it is released · Audit"
+    ui.tap(ui.find(CommandButton, root=dialog, text="Release"))
+    settle(screen, ui)
+    assert container.holds.standing() == []
+
+
+def test_a_reason_may_be_taken_back_and_everything_held_until_released(screen, container, ui):
+    press(screen, ui, "Hold …")
+    chip(screen, ui, "Audit")
+    chip(screen, ui, "Audit")
+    chip(screen, ui, "Until released")
+    ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
+    settle(screen, ui)
+    [hold] = container.holds.standing()
+    assert (hold.reason, hold.until) == ("", None)
+
+
+# ---------------------------------------------------------------------- pausing
+def test_a_schedule_is_paused_for_some_days_and_resumed(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    menu(screen, ui, schedule, "Pause until …")
+    ui.tap(ui.find(OptionRow, text="Until Monday"))
+    settle(screen, ui)
+    stored = container.repositories.schedules.get(container.db.read(), schedule.id)
+    assert stored.paused_until == datetime(2026, 11, 22, 22, 0, tzinfo=UTC)
+    assert "is paused until Mon 23 Nov" in ui.find(Snackbar).text
+    assert line(screen, schedule) == "Aino · paused until Mon 23 Nov"
+    reveal(ui, schedule)
+    menu(screen, ui, schedule, "Resume now")
+    assert container.repositories.schedules.get(container.db.read(), schedule.id).paused_until is None
+    ui.wait(lambda: line(screen, schedule).startswith("Aino · in 2"))
+
+
+def test_a_start_within_a_pause_until_a_picked_day_is_skipped(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    menu(screen, ui, schedule, "Pause until …")
+    ui.tap(ui.find(OptionRow, text="Until a day of your choice"))
+    ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 21)))
+    press(screen, ui, "Set")
+    assert container.repositories.schedules.get(container.db.read(), schedule.id).is_paused(NOW)
+    container.clock.step(30 * 60)
+    container.planner.fall_due()
+    assert container.history.last_of_schedule(schedule.id).state is State.SKIPPED
+    settle(screen, ui)
+    assert line(screen, schedule) == "Aino · paused until Sat 21 Nov"
+
+
+# ---------------------------------------------------------------------- the plan as a file
+def test_the_plan_is_written_as_a_calendar_file_and_says_where(screen, container, ui, tmp_path, monkeypatch):
+    monkeypatch.setattr("platformdirs.user_documents_path", lambda: tmp_path)
+    press(screen, ui, "Export")
+    [path] = tmp_path.glob("*.ics")
+    count = len(list(ics.events(path.read_bytes().decode())))
+    assert count > 50
+    ui.wait(lambda: ui.find(Snackbar).text == f"{count} starts of the next 30 days written to {path}")
+
+
+# ---------------------------------------------------------------------- the exception calendar
+def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, container, ui):
+    """Saturday becomes a working day, Monday is closed: the plan and the form say so at once."""
+    container.catalogue.add_days([DayException("Fair", date(2026, 11, 21), date(2026, 11, 21), is_working=True),
+                                  DayException("Stocktaking", date(2026, 11, 23), date(2026, 11, 23))])
+    settle(screen, ui)
+    assert not [words for *_hours, words in ui.find(Timeline).closed if words.startswith("Saturday")]
+    choose(screen, ui, "Mission", KITS)
+    pick_day(screen, ui, "Day", date(2026, 11, 23))
+    assert ui.find(PickField, label="Day").problem == "Not a working day: Stocktaking. Choose another day, or under More any day"
+    pick_day(screen, ui, "Day", date(2026, 11, 21))
+    save(screen, ui)
+    assert any(schedule.start.date() == date(2026, 11, 21) and schedule.respect_working_days
+               for schedule in container.repositories.schedules.all(container.db.read()))
+    container.catalogue.save_days(DayException("Power cut", date(2026, 11, 20), date(2026, 11, 20)))
+    settle(screen, ui)
+    ends = [end for _begin, end, words in ui.find(Timeline).closed if words == "Power cut: not a working day"]
+    assert ends == [11.0]                                     # midnight: the timeline begins at 13:00
+    screen.shell.navigator.screen("scheduler").vm.choose_mode("days")
+    settle(screen, ui)
+    days = {row["heading"]: row["note"] for row in screen.shell.navigator.screen("scheduler").vm.days if row["heading"]}
+    assert days["Mon 23 Nov"].endswith("not a working day: Stocktaking")
+    assert days["Tomorrow, Sat 21 Nov"].endswith("extra working day: Fair")

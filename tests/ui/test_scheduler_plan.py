@@ -1,0 +1,220 @@
+"""What is planned, as an operator uses it: the schedules that are there, the timeline and its list."""
+from __future__ import annotations
+
+from datetime import time, timedelta
+
+import pytest
+
+from app.models import ReasonCode, State
+from app.screens.scheduler_cards import FormCard
+from app.widgets.buttons import CommandButton, IconButton, Toggle
+from app.widgets.plan_rows import DayLine, ScheduleLine
+from app.widgets.snackbar import Snackbar
+from app.widgets.timeline import Timeline
+from tests.support import month
+from tests.ui import checks
+from tests.ui.planner import (
+    KITS,
+    WASTE,
+    choose,
+    field,
+    kind,
+    menu,
+    named,
+    opened,
+    pick_time,
+    press,
+    save,
+    save_button,
+    schedules,
+    settle,
+    tap_bar,
+)
+from tests.ui.whole_app import shown
+
+
+@pytest.fixture
+def screen(container, ui, silent_robots):
+    with opened(container, ui) as app:
+        yield app
+
+
+# ---------------------------------------------------------------------- schedules that are there
+def test_editing_keeps_identity_and_history(screen, container, ui):
+    schedule = named(container, WASTE, "Veikko")
+    rows_before = container.history.last_of_schedule(schedule.id)
+    screen.plan.edit(schedule.id)
+    settle(screen, ui)
+    assert ui.find(FormCard).view.title == "Edit schedule"
+    assert save_button(ui).text == "Save changes"
+    pick_time(screen, ui, "Time", "1800")
+    save(screen, ui)
+    after = container.repositories.schedules.get(container.db.read(), schedule.id)
+    assert (after.start.time(), after.recurrence, after.name) == (time(18), schedule.recurrence, schedule.name)
+    assert container.history.last_of_schedule(schedule.id) == rows_before
+    assert len(schedules(container)) == len(month.HABITS)
+
+
+def test_a_row_opens_its_schedule_and_the_cross_leaves_it(screen, container, ui):
+    line = ui.find_all(ScheduleLine)[0]
+    ui.tap_at(*line.to_window(line.center_x - 40, line.center_y))
+    settle(screen, ui)
+    assert screen.plan.form.editing == line.key
+    assert line.selected
+    ui.tap(ui.find(IconButton, ui.find(FormCard), icon="close"))
+    settle(screen, ui)
+    assert screen.plan.form.editing is None
+
+
+def test_the_switch_turns_a_schedule_off_and_on(screen, container, ui):
+    line = ui.find_all(ScheduleLine)[0]
+    number = line.key
+    ui.tap(ui.find(Toggle, line))
+    settle(screen, ui)
+    assert not container.repositories.schedules.get(container.db.read(), number).enabled
+    assert next(data for data in screen.plan.schedules if data["key"] == number)["next"].endswith("switched off")
+    screen.plan.switch(number, True)
+    settle(screen, ui)
+    assert container.repositories.schedules.get(container.db.read(), number).next_at is not None
+
+
+def test_skip_next_leaves_one_start_out_with_its_row(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    menu(screen, ui, schedule, "Skip next")
+    last = container.history.last_of_schedule(schedule.id)
+    assert (last.state, last.reason.code, last.planned_at) == (State.SKIPPED, ReasonCode.HOLD, schedule.next_at)
+    assert container.repositories.schedules.get(container.db.read(), schedule.id).next_at > schedule.next_at
+
+
+def test_run_now_starts_it_whatever_its_time_is(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    menu(screen, ui, schedule, "Run now")
+    newest = container.history.open()[-1]
+    assert (newest.mission, newest.robot, newest.state) == (KITS, "Aino", State.WAITING)
+    assert f"{KITS} is on its way to Aino" in ui.find(Snackbar).text
+
+
+def test_duplicate_fills_the_form_with_the_same_and_saves_another(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    menu(screen, ui, schedule, "Duplicate")
+    assert ui.find(FormCard).view.title == "New schedule"
+    save(screen, ui)
+    copy = named(container, KITS, "Aino 2")
+    assert (copy.recurrence, copy.between, copy.start) == (schedule.recurrence, schedule.between, schedule.start)
+
+
+def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    menu(screen, ui, schedule, "Delete")
+    assert schedule.id not in [s.id for s in schedules(container)]
+    assert schedule.id not in [data["key"] for data in screen.plan.schedules]
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    restored = container.repositories.schedules.get(container.db.read(), schedule.id)
+    assert (restored.name, restored.recurrence, restored.next_at) == (schedule.name, schedule.recurrence, schedule.next_at)
+
+
+# ---------------------------------------------------------------------- upcoming
+def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_opens_its_schedule(screen, container, ui):
+    timeline = ui.find(Timeline)
+    assert [lane["name"] for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko"]
+    tap_bar(ui, ("schedule", named(container, "Night stock count", "Aino").id))
+    settle(screen, ui)
+    assert field(ui, "Mission").value == "Night stock count"
+
+
+def test_a_past_bar_goes_to_its_story_in_the_logs(screen, ui):
+    failed = next(bar for lane in ui.find(Timeline).lanes for bar in lane["bars"] if bar["state"] == "failed" and lane["name"] == "Veikko")
+    tap_bar(ui, failed["key"])
+    settle(screen, ui)
+    assert screen.shell.navigator.current == "logs"
+    assert screen.shell.navigator.screen("logs").vm.told == failed["key"][1]
+
+
+def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
+    kind(screen, ui, "List")
+    lines = ui.find_all(DayLine)
+    assert lines[0].heading == "Today, Fri 20 Nov"
+    assert not ui.find_all(FormCard)
+    ui.tap(next(line for line in lines if line.mission == "Night stock count"))
+    settle(screen, ui)
+    assert ui.find(FormCard).view.mission == "Night stock count"
+
+
+def test_what_changes_elsewhere_shows_at_once(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    container.catalogue.remove_schedule(schedule.id)
+    settle(screen, ui)
+    assert schedule.id not in [data["key"] for data in screen.plan.schedules]
+
+
+def test_without_a_robot_the_screen_leads_to_settings(tmp_path, ui):
+    container = month.plant(tmp_path, furnished=False)
+    try:
+        with shown(container, ui, "scheduler") as app:
+            settle(app, ui)
+            press(app, ui, "Add your first robot")
+            assert app.shell.navigator.current == "settings"
+    finally:
+        container.close()
+
+
+def test_nothing_overlaps_or_is_too_small(screen, ui):
+    choose(screen, ui, "Mission", KITS)
+    kind(screen, ui, "Weekly")
+    assert checks.problems(screen.shell.navigator.screen("scheduler")) == []
+
+
+def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_taps(screen, container, ui):
+    from app.screens.scheduler import SchedulerScreen
+    screen.shell.go("home")
+    low = ui.show(SchedulerScreen(container, screen.shell), (976, 440))
+    low.shown()
+    screen.plan = low.vm
+    settle(screen, ui)
+    page = low.ids.page
+    assert page.do_scroll_y
+    choose(screen, ui, "Mission", KITS)
+    page.scroll_y = 0
+    ui.advance(.3)
+    kind(screen, ui, "Daily")
+    ui.advance(.5)
+    assert low.vm.form.draft.kind == "daily"
+    edge = low.to_window(*low.pos)[1]
+    line = next(line for line in ui.find_all(ScheduleLine) if edge + 40 < line.to_window(*line.center)[1] < edge + 400
+                and line.to_window(*line.center)[0] < low.right)          # rows that find no room stand beside the list
+    number = line.key
+    ui.tap(ui.find(Toggle, line))
+    ui.advance(.5)
+    settle(screen, ui)
+    assert not container.repositories.schedules.get(container.db.read(), number).enabled
+    low.hidden()
+
+
+# ---------------------------------------------------------------------- the timeline's window
+def test_the_timeline_is_zoomed_paged_and_brought_back_by_buttons(screen, ui):
+    timeline, vm = ui.find(Timeline), screen.plan
+    ui.tap(ui.find(IconButton, icon="magnify-plus-outline"))
+    ui.wait(lambda: timeline.hours == 12 and "12 h" in ui.texts())
+    for _ in range(3):
+        ui.tap(ui.find(IconButton, icon="magnify-minus-outline"))
+    ui.wait(lambda: timeline.hours == 96 and "4 days" in ui.texts())
+    assert ui.find(CommandButton, text="Now").disabled            # it goes with the time
+    ui.tap(ui.find(IconButton, icon="chevron-right"))
+    ui.wait(lambda: timeline.now < timeline.first)
+    assert not ui.find(CommandButton, text="Now").disabled
+    left = vm.timeline.origin + timedelta(hours=timeline.first)
+    ui.wait(lambda: max(tick for tick, _label, _strong in timeline.ticks) > timeline.first + 1.3 * timeline.hours)
+    assert abs(vm.timeline.origin + timedelta(hours=timeline.first) - left) < timedelta(minutes=1)
+    ui.tap(ui.find(CommandButton, text="Now"))
+    ui.wait(lambda: timeline.first <= timeline.now <= timeline.first + timeline.hours)
+
+
+def test_a_finger_drags_the_plan_and_what_comes_into_sight_is_read(screen, ui):
+    timeline = ui.find(Timeline)
+    first = screen.plan.timeline.origin + timedelta(hours=timeline.first)
+    ui.drag(timeline, -timeline._drawing.unit * timeline.hours / 2, 0)
+    now_first = screen.plan.timeline.origin + timedelta(hours=timeline.first)
+    assert abs((now_first - first).total_seconds() / 3600 - 12) < .5
+    assert not ui.find(CommandButton, text="Now").disabled
+    ui.wait(lambda: max(tick for tick, _label, _strong in timeline.ticks) > timeline.first + 30)

@@ -1,0 +1,167 @@
+"""The exception calendar as an integrator keeps it: by hand, by country, from a file; closed days in the Scheduler."""
+from __future__ import annotations
+
+from datetime import date, datetime
+
+import pytest
+
+from app.models import DayException
+from app.screens.settings_calendar import DaysDialog, DaysRow
+from app.screens.settings_data import FileRow
+from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
+from app.widgets.fields import FormField, PickField, SearchField
+from app.widgets.lists import ScrollPage
+from app.widgets.month import MonthDay
+from app.widgets.pickers import DateDialog, DayCell
+from app.widgets.rows import OptionRow
+from app.widgets.snackbar import Snackbar
+from app.widgets.surfaces import Tap
+from tests.ui.integrator import enter, go, page, press, says, settings, tablet, undo
+from tests.ui.whole_app import shown
+
+TODAY = date(2026, 11, 20)               # a Friday
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    with tablet(tmp_path, monkeypatch) as site:
+        site.container.catalogue.change_settings(timezone="UTC")
+        monkeypatch.setattr(type(site.container.clock), "now", lambda _clock: datetime.fromisoformat("2026-11-20T12:38:00+00:00"))
+        yield site
+
+
+@pytest.fixture
+def app(site, ui):
+    """The app on an empty database, the calendar in sight."""
+    with shown(site.container, ui) as app:
+        go(ui, "constraints")
+        ui.wait(lambda: ui.find_all(MonthDay, text="20", today=True))
+        yield app
+
+
+def reveal(ui, widget) -> None:
+    scroll = next(parent for parent in widget.walk_reverse() if isinstance(parent, ScrollPage))
+    scroll.scroll_to(widget, animate=False)
+    ui.advance(.3)
+
+
+def tap(ui, kind, root=None, **values) -> None:
+    widget = ui.find(kind, root=root, **values)
+    if root is None:
+        reveal(ui, widget)
+    ui.tap(widget)
+
+
+def entries(site) -> list[DayException]:
+    return site.container.repositories.calendar.all(site.container.db.read())
+
+
+def add_days(ui, name: str) -> DaysDialog:
+    tap(ui, CommandButton, text="Add days")
+    dialog = ui.find(DaysDialog)
+    enter(ui, dialog.ids.name_field, name)
+    return dialog
+
+
+def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui):
+    dialog = add_days(ui, "Summer break")
+    ui.tap(ui.find(PickField, root=dialog, label="Last day"))
+    ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 27)))
+    press(ui, "Set", ui.find(DateDialog))
+    press(ui, "Save", dialog)
+    ui.wait(lambda: len(entries(site)) == 1)
+    [stored] = entries(site)
+    assert stored == DayException("Summer break", TODAY, date(2026, 11, 27), id=stored.id)
+    ui.wait(lambda: [row.note for row in ui.find_all(DaysRow)] == ["Fri 20 Nov – Fri 27 Nov · closed"])
+    assert [cell.text for cell in ui.find_all(MonthDay, look="closed")] == [str(day) for day in range(20, 28)]
+
+    tap(ui, MonthDay, text="23")                              # a day of it opens it
+    dialog = ui.find(DaysDialog)
+    assert (dialog.vm.title, dialog.vm.name) == ("Edit days", "Summer break")
+    ui.tap(ui.find(Toggle, root=dialog))
+    press(ui, "Save", dialog)
+    ui.wait(lambda: entries(site)[0].yearly)
+    ui.wait(lambda: ui.find_all(DaysRow, note="Fri 20 Nov – Fri 27 Nov · closed · every year"))
+
+    tap(ui, IconButton, icon="trash-can-outline")
+    ui.wait(lambda: entries(site) == [])
+    ui.wait(lambda: not ui.find_all(DaysRow))
+    ui.wait(lambda: ui.find_all(Tap, root=ui.find(Snackbar)))
+    undo(ui)
+    ui.wait(lambda: [entry.name for entry in entries(site)] == ["Summer break"])
+
+
+def test_a_free_day_becomes_an_extra_working_day_and_says_so(site, app, ui):
+    tap(ui, MonthDay, text="28")                              # a Saturday
+    dialog = ui.find(DaysDialog)
+    assert dialog.vm.is_working
+    enter(ui, dialog.ids.name_field, "Inventory")
+    press(ui, "Save", dialog)
+    ui.wait(lambda: entries(site) and entries(site)[0].is_working)
+    ui.wait(lambda: ui.find_all(MonthDay, text="28", look="extra"))
+    assert says(ui, "Sat 28 Nov · extra working day")
+    assert site.container.calendar().look(date(2026, 11, 28)).name == "Inventory"
+
+
+def test_days_without_a_name_are_refused_at_the_field(site, app, ui):
+    dialog = add_days(ui, " ")
+    press(ui, "Save", dialog)
+    ui.wait(lambda: ui.find(FormField, root=dialog, label="Name").problem == "Enter a name")
+    ui.tap(ui.find(Segment, root=dialog, text="Extra working days"))
+    enter(ui, dialog.ids.name_field, "Fair")
+    press(ui, "Save", dialog)
+    ui.wait(lambda: [entry.name for entry in entries(site)] == ["Fair"])
+
+
+def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
+    tap(ui, PickField, label="Public holidays")
+    ui.wait(lambda: ui.find_all(SearchField))
+    ui.type(ui.find(SearchField), "Germ")
+    ui.wait(lambda: [row.text for row in ui.find_all(OptionRow)] == ["Germany"])
+    ui.tap(ui.find(OptionRow, text="Germany"))
+    ui.wait(lambda: settings(site).holiday_country == "DE")
+    ui.wait(lambda: ui.find(PickField, label="Public holidays").value == "Germany")
+    ui.wait(lambda: not ui.find(PickField, label="Region").disabled)
+    tap(ui, PickField, label="Region")
+    ui.wait(lambda: ui.find_all(SearchField))
+    ui.type(ui.find(SearchField), "Bay")
+    ui.wait(lambda: [row.text for row in ui.find_all(OptionRow)] == ["Bayern"])
+    ui.tap(ui.find(OptionRow))
+    ui.wait(lambda: settings(site).holiday_subdivision == "BY")
+    tap(ui, IconButton, icon="chevron-right")
+    ui.wait(lambda: says(ui, "December 2026"))
+    ui.wait(lambda: [row.text for row in ui.find_all(DaysRow)] == ["Christmas Day", "Second Day of Christmas"])
+    assert not ui.find_all(IconButton, icon="trash-can-outline")
+    tap(ui, MonthDay, text="25")                              # work all the same
+    dialog = ui.find(DaysDialog)
+    assert (dialog.vm.name, dialog.vm.is_working) == ("Christmas Day", True)
+    press(ui, "Save", dialog)
+    ui.wait(lambda: ui.find_all(MonthDay, text="25", look="extra"))
+
+
+def test_a_calendar_file_is_imported_and_says_how_many_days_it_brought(site, app, ui):
+    lines = ["BEGIN:VCALENDAR", "BEGIN:VEVENT", "SUMMARY:Audit", "DTSTART:20261124", "DTEND:20261126", "END:VEVENT", "END:VCALENDAR"]
+    (site.documents / "plant.ics").write_text("\r\n".join(lines))
+    row = ui.find(FileRow)
+    reveal(ui, row)
+    enter(ui, ui.find(FormField, root=row), "plant.ics")
+    press(ui, "Import", row)
+    ui.wait(lambda: says(ui, "2 closed days taken over"))
+    assert [(entry.name, entry.source) for entry in entries(site)] == [("Audit", "plant.ics")]
+    press(ui, "Import", row)
+    ui.wait(lambda: says(ui, "Everything in the file is here already"))
+    (site.documents / "noise.ics").write_bytes(b"\x00\xff nothing")
+    enter(ui, ui.find(FormField, root=row), "noise.ics")
+    press(ui, "Import", row)
+    ui.wait(lambda: says(ui, "is not a calendar file (.ics)"))
+    assert len(entries(site)) == 1
+
+
+def test_turning_the_month_stops_at_the_ends_of_the_calendar(site, app, ui):
+    part = page(app).calendar
+    part.turn(12 * 1000)
+    assert part.month_title == "December 2199"
+    part.turn(-12 * 1000)
+    assert part.month_title == "January 1970"
+    part.turn(1)
+    assert part.month_title == "February 1970"

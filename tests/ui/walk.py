@@ -1,0 +1,153 @@
+"""A walk over every widget of every registered screen and dialog, without drawing: what the eye might miss in some size, language or theme.
+
+    uv run python -m tests.ui.walk [picture …]
+
+walks the full product by hand (sizes × languages × themes × sizes of text) and prints what ``checks.problems`` finds; CI walks the covering
+subset of ``test_every_screen``. Each picture of tests/screenshots is built once per language and size of texts and then
+resized and recoloured live.
+"""
+from __future__ import annotations
+
+import argparse
+import gc
+import itertools
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from tests.ui import headless
+
+headless.install()
+
+from kivy.core.window import Window  # noqa: E402
+from kivy.metrics import Metrics  # noqa: E402
+from kivy.uix.label import Label  # noqa: E402
+
+from app.i18n import languages, translator  # noqa: E402
+from tests.screenshots.registry import LANDSCAPE, PICTURES, THEMES, Picture, find_pictures  # noqa: E402
+from tests.screenshots.studio import Studio  # noqa: E402
+from tests.ui import checks  # noqa: E402
+
+SIZES = ((1280, 800), (1920, 1200), (800, 1280), (1024, 600))
+FONT_SCALES = (1.0, 1.3)
+SCREENS = ("home", "scheduler", "logs", "settings-robots")
+IN_CI = (*SCREENS, "home-no-map", "alarms", "clear-queue", "mission-picker")
+SAME_LETTERS = {"Yes", "No", "To"}       # a robot's own answers, and Thursday in Finnish
+SAMPLES = "gallery-"                     # pictures of components with words of their own
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a picture is looked at."""
+    language: str
+    size: tuple[int, int]
+    theme: str
+    font_scale: float
+
+    def __str__(self) -> str:
+        return f"{self.size[0]}×{self.size[1]} {self.language} {self.theme} ×{self.font_scale:g}"
+
+
+def every_way() -> list[Way]:
+    """The full product."""
+    return [Way(*way) for way in itertools.product(languages(), SIZES, THEMES, FONT_SCALES)]
+
+
+def covering_ways(number: int, name: str) -> list[Way]:
+    """Of the picture with this number: a screen in all sizes, all else in one; languages, themes and texts in turn.
+    Over all pictures each size meets each language, each theme and both sizes of text."""
+    known = languages()
+    numbers = range(number, number + len(SIZES)) if name in SCREENS else (number,)
+    return [Way(known[n // 4 % len(known)], SIZES[n % len(SIZES)], THEMES[n % len(THEMES)], FONT_SCALES[n // 8 % 2]) for n in numbers]
+
+
+class Walk:
+    """In the window of the tests. ``close`` leaves it as it was."""
+
+    def __init__(self) -> None:
+        self._size = Window.size
+        self._studio = Studio(LANDSCAPE)
+        broken = find_pictures()
+        if broken:
+            raise ExceptionGroup("pictures that can't be imported", broken)
+
+    @property
+    def pictures(self) -> list[Picture]:
+        return list(PICTURES.values())
+
+    def look(self, picture: Picture, ways: Iterable[Way]) -> Iterator[tuple[Way, str]]:
+        """``over``, for which a picture that can't be built is a finding too."""
+        ways = list(ways)
+        try:
+            yield from self.over(picture, ways)
+        except Exception as problem:
+            yield ways[0], f"can't be built: {type(problem).__name__}: {problem}"
+
+    def over(self, picture: Picture, ways: Iterable[Way]) -> Iterator[tuple[Way, str]]:
+        """What is wrong with ``picture``, way by way."""
+        def look(way: Way) -> tuple[str, float]:         # at another size of text the app builds its screens anew, too
+            return way.language, way.font_scale
+
+        for _look, group in itertools.groupby(sorted(ways, key=look), key=look):
+            yield from self._built(picture, list(group))
+
+    def _built(self, picture: Picture, ways: list[Way]) -> Iterator[tuple[Way, str]]:
+        self._look(ways[0])
+        try:
+            widget = picture.build(self._studio)
+            for way in ways:
+                self._look(way)
+                self._studio.driver.advance(.2)
+                root = widget if widget is not None else self._studio.shown
+                for problem in checks.problems(root):
+                    yield way, problem
+                if not picture.name.startswith(SAMPLES):
+                    for problem in untranslated(root, way.language):
+                        yield way, problem
+        finally:
+            self._studio.clear()
+            self._look(Way("en", self._size, "light", 1.0))
+
+    def _look(self, way: Way) -> None:
+        if translator.language != way.language:
+            translator.use(way.language)
+        if tuple(Window.size) != tuple(way.size):
+            Window.size = way.size
+        Metrics.fontscale = way.font_scale
+        if self._studio.theme != way.theme:
+            self._studio.use(way.theme)
+
+    def close(self) -> None:
+        self._look(Way("en", self._size, "light", 1.0))
+
+
+def untranslated(root, language: str) -> Iterator[str]:
+    """Texts in English although the catalogue has other words for them: they were not asked for in the language of the moment."""
+    if language == "en":
+        return
+    for widget, _above in checks.shown(root):
+        if isinstance(widget, Label) and widget.text not in SAME_LETTERS and translator.gettext(widget.text) != widget.text:
+            yield f"not in {language}: {checks.name_of(widget)}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.ui.walk", description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", help="pictures (default: all)")
+    parser.add_argument("--covering", action="store_true", help="only the subset that CI walks")
+    options = parser.parse_args()
+    walk, found = Walk(), 0
+    gc.freeze()                              # looking through all that stays would be more than half the time
+    gc.disable()
+    for number, picture in enumerate(walk.pictures):
+        if options.names and picture.name not in options.names:
+            continue
+        for way, problem in walk.look(picture, covering_ways(number, picture.name) if options.covering else every_way()):
+            found += 1
+            print(f"{picture.name} {way}: {problem}", flush=True)
+        gc.collect()
+    print(f"{found} findings")
+    return bool(found)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

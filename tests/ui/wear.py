@@ -1,0 +1,123 @@
+"""Use the app as a shift does, screen after screen and dialog after dialog, and count what is alive afterwards.
+
+What grows with the rounds leaks: a wall tablet runs for months.
+"""
+from __future__ import annotations
+
+import gc
+from collections import Counter
+from collections.abc import Callable
+from datetime import UTC, datetime, time
+
+from kivy.clock import Clock
+from kivy.core.window import Window
+from kivy.event import EventDispatcher
+from kivy.graphics.instructions import Instruction
+from kivy.lang.builder import Builder, _delayed_start, _handlers
+from kivy.metrics import Metrics
+from kivy.uix.widget import Widget
+
+from app.application import SchedulerApp
+from app.i18n import translator
+from app.widgets.long_list import LongList
+from app.widgets.tokens import tk
+from app.widgets.tr import tr
+from tests.ui.driver import Driver
+
+SCREENS = ("scheduler", "logs", "settings", "home")
+SECTIONS = ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about")
+OPTIONS = [{"key": n, "text": f"Option {n}", "icon": "star"} for n in range(20)]
+CACHED = 200.0                           # s for which kivy's caches keep what they drew
+DAY = datetime(2026, 11, 20, tzinfo=UTC).date()
+
+
+class Wear:
+    """``app`` is shown in the window of ``ui``."""
+
+    def __init__(self, app: SchedulerApp, ui: Driver) -> None:
+        self._app, self._ui = app, ui
+        self._shell = app.shell
+        self._done = 0
+        self._dialogs: tuple[Callable[[], object], ...] = (
+            lambda: self._shell.navigator.screen("home").vm.pick_mission(),
+            lambda: self._shell.dialogs.confirm("Clear the queue?", "Everything goes.", "Clear", lambda: None, danger=True),
+            lambda: self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None),
+            lambda: self._shell.dialogs.pick_time("Time", time(6, 30), lambda _time: None),
+            lambda: self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY),
+            lambda: self._shell.dialogs.menu(app.root_box, OPTIONS[:4], lambda _key: None),
+            lambda: app._frame._pick_robot(None),
+            lambda: app._frame._show_alarms(None),
+            lambda: self._shell.go("settings", section="robots", add=True),
+        )
+
+    def round(self) -> None:
+        """One screen and one dialog further; every now and then a section of Settings, the story of a run, and a message."""
+        n, shell = self._done, self._shell
+        self._done += 1
+        name = SCREENS[n % len(SCREENS)]
+        intent = {"section": SECTIONS[n // len(SCREENS) % len(SECTIONS)]} if name == "settings" else {}
+        shell.go(name, **intent)
+        self._ui.wait(lambda: shell.background.idle)
+        if name == "logs":
+            rows = self._ui.find_all(LongList)
+            if rows and rows[0].data:
+                shell.navigator.screen("logs").vm.toggle(rows[0].data[n % min(4, len(rows[0].data))]["key"])
+        shell.snackbars.show(f"Round {n}", icon="check")
+        self._dialogs[n % len(self._dialogs)]()
+        self._ui.wait(lambda: shell.background.idle)
+        self._ui.advance(.1)
+        shell.dialogs.close_all()
+        shell.snackbars.clear()
+        self._ui.advance(.1)
+
+    def rounds(self, count: int) -> None:
+        """So many, then back on Home, with nothing left to let go."""
+        for n in range(count):
+            self.round()
+            if n % 12 == 11:
+                gc.collect()
+        self._settle()
+
+    def _settle(self) -> None:
+        self._shell.go("home")
+        self._ui.wait(lambda: self._shell.background.idle)
+        self._ui.advance(1)
+        self._ui.skip(CACHED)
+        for _n in range(3):
+            gc.collect()
+            self._ui.advance()
+
+    def counts(self) -> dict[str, int]:
+        """How much of what leaks in kivy is alive: widgets and what holds on to them."""
+        objects = gc.get_objects()
+        return {
+            "widgets": sum(issubclass(type(thing), Widget) for thing in objects),
+            "dispatchers": sum(issubclass(type(thing), EventDispatcher) for thing in objects),
+            "canvas instructions": sum(issubclass(type(thing), Instruction) for thing in objects),
+            "kv rules' bindings": sum(len(bound) for properties in _handlers.values() for bound in properties.values()),
+            "kv widgets bound": len(_handlers),
+            "kv delayed": 0 if _delayed_start is None else 1,
+            "kv rules": len(Builder.rules),
+            "texts that follow the language": tr.bound,
+            "followers of the language": len(translator._observers),
+            "followers of the theme": tk.followers + _observers(tk),
+            "followers of the window": _observers(Window),
+            "followers of the metrics": _observers(Metrics),
+            "followers of KivyMD's theme": _observers(self._app.theme_cls),
+            "clock events": len(Clock.get_events()),
+            "open dialogs": len(self._shell.dialogs._open),
+        }
+
+
+def _observers(source: EventDispatcher) -> int:
+    """Bound to its properties, the dead ones too: they are only let go when the property changes."""
+    return sum(len(source.get_property_observers(name)) for name in source.properties())
+
+
+def kinds() -> Counter[str]:
+    """Python objects by class."""
+    return Counter(f"{type(thing).__module__}.{type(thing).__qualname__}" for thing in gc.get_objects())
+
+
+def widgets() -> Counter[str]:
+    return Counter(type(thing).__name__ for thing in gc.get_objects() if issubclass(type(thing), Widget))

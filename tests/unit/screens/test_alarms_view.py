@@ -1,0 +1,178 @@
+"""Alarms in words: where each stands, since when and how often, and that every kind leads somewhere sensible."""
+from __future__ import annotations
+
+from datetime import timedelta
+
+import pytest
+
+from app.models import Alarm
+from app.screens.alarms_view import (
+    Act,
+    Here,
+    Way,
+    acknowledging,
+    alarm_note,
+    alarm_row,
+    alarm_text,
+    bell,
+    menu_of,
+    past_count,
+    past_row,
+    robot_of,
+    shelved_row,
+    state_words,
+    tab_words,
+    way_to,
+)
+from app.services.alarms import EVENTS, SENTENCES
+from tests.support.alarms import alarm
+from tests.support.home_facts import FACTS, NOW, SETTINGS, ago
+
+ROBOTS = {robot.id: robot for robot in FACTS.robots}
+LATER = NOW + timedelta(hours=1, minutes=22)
+
+
+def words(given: Alarm) -> str:
+    return state_words(given, SETTINGS, NOW)[1]
+
+
+def note(given: Alarm, whole: bool = True) -> str:
+    return alarm_note(given, SETTINGS, NOW, whole)
+
+
+# ---------------------------------------------------------------------- where it stands
+def test_active_or_over_and_acknowledged_or_not_are_four_words_and_four_icons():
+    looks = {state_words(alarm("unreachable", cleared_at=cleared, acknowledged_at=seen), SETTINGS, NOW)
+             for cleared in (None, NOW) for seen in (None, NOW)}
+    assert {word for _icon, word in looks} == {"Active, not acknowledged", "Active, acknowledged", "Over, not acknowledged",
+                                               "Over, acknowledged"}
+    assert len({icon for icon, _word in looks}) == 4
+
+
+def test_an_event_is_neither_active_nor_over():
+    assert words(alarm("clock_stepped", "clock")) == "Not acknowledged"
+    assert words(alarm("clock_stepped", "clock", acknowledged_at=NOW)) == "Acknowledged"
+
+
+def test_a_shelved_one_says_until_when():
+    assert words(alarm("unreachable", shelved_until=LATER)) == "Shelved until 16:00"
+    assert words(alarm("unreachable", shelved_until=ago(hours=1))) == "Active, not acknowledged"
+
+
+# ---------------------------------------------------------------------- since when, how often
+def test_repeats_are_counted_and_the_last_one_has_its_time():
+    again = alarm("unreachable", raised_at=ago(hours=2), last_at=ago(minutes=36), count=4)
+    assert note(again) == "Since 12:38 · 4 times, last 14:02 · is it switched on, and on this network?"
+
+
+def test_recovery_is_told_in_the_list_with_both_ends_and_in_the_banner_with_the_last():
+    over = alarm("unreachable", raised_at=ago(hours=1), cleared_at=ago(minutes=28))
+    assert note(over) == "Since 13:38 · Over since 14:10"
+    assert note(over, whole=False) == "Over since 14:10"
+
+
+def test_an_event_has_a_time_and_when_it_repeats_its_first_and_last():
+    assert note(alarm("clock_stepped", "clock")) == "14:36"
+    again = alarm("clock_stepped", "clock", count=2, last_at=ago(minutes=1))
+    assert note(again) == "First 14:36 · 2 times, last 14:37"
+    assert note(again, whole=False) == "2 times, last 14:37"
+
+
+def test_instants_in_an_alarm_are_told_in_the_zone_of_the_settings():
+    assert alarm_text(alarm("app_was_off", "app"), SETTINGS, NOW) == "The app was off or asleep from 12:38 to 13:38"
+
+
+def test_what_an_alarm_is_about():
+    assert robot_of(alarm("unreachable", "robot:12")) == 12
+    assert robot_of(alarm("app_was_off", "app")) is None
+    assert robot_of(alarm("clock_stepped", "robot:x")) is None
+
+
+# ---------------------------------------------------------------------- where it leads
+HOME, SETUP, DATA, LOGS = Act.SHOW_ROBOT, Act.ROBOT_SETTINGS, Act.DATA_SETTINGS, Act.LOGS
+DESTINATIONS = {                         # code: (key as the services give it, what the button does, about what)
+    "robot_error": ("robot:1", HOME, 1), "emergency_stop": ("robot:1", HOME, 1), "unreachable": ("robot:1", HOME, 1),
+    "unauthorized": ("robot:1", SETUP, 1), "not_a_robot": ("robot:1", SETUP, 1), "wrong_robot": ("robot:1", SETUP, 1),
+    "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7), "execution_skipped": ("manual:Aino", LOGS, None),
+    "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
+    "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9), "duplicate_running": ("execution:9", HOME, 1),
+    "database": ("database", DATA, None), "backup_failed": ("backup", DATA, None),
+    "app_was_off": ("app", None, None), "clock_stepped": ("clock", None, None), "clock_implausible": ("clock", None, None),
+}
+
+
+def test_every_kind_of_alarm_has_a_destination_or_needs_none():
+    assert DESTINATIONS.keys() == SENTENCES.keys()
+
+
+@pytest.mark.parametrize("code", sorted(SENTENCES))
+def test_each_leads_to_where_it_is_solved(code):
+    key, act, about = DESTINATIONS[code]
+    way = way_to(alarm(code, key), ROBOTS)
+    if act is None:
+        assert way is None
+        assert acknowledging(alarm(code, key)) == Way("Acknowledge", Act.ACKNOWLEDGE, 1)
+    else:
+        assert way is not None
+        assert way.word
+        assert (way.act, way.about) == (act, about)
+
+
+@pytest.mark.parametrize("code", sorted(SENTENCES.keys() - EVENTS))
+def test_what_is_over_needs_no_solving(code):
+    assert way_to(alarm(code, DESTINATIONS[code][0], cleared_at=NOW), ROBOTS) is None
+
+
+def test_the_alarm_of_a_robot_that_is_gone_leads_nowhere():
+    gone = alarm("unreachable", "robot:99", details={"robot": "Nobody"})
+    assert way_to(gone, ROBOTS) is None
+    assert menu_of(gone, ROBOTS)[0]["key"] == "note"
+
+
+def test_nothing_leads_to_where_one_is():
+    robot = Way("", Act.SHOW_ROBOT, 1)
+    assert Here("home", 1).is_at(robot)
+    assert not Here("home", 2).is_at(robot)
+    assert not Here("logs", 1).is_at(robot)
+    assert Here("logs").is_at(Way("", Act.SHOW_RUN, 3))
+    assert not Here("settings").is_at(Way("", Act.DATA_SETTINGS))
+
+
+# ---------------------------------------------------------------------- rows and menus
+def test_the_button_acknowledges_and_the_menu_has_the_rest():
+    row = alarm_row(alarm("emergency_stop"), ROBOTS, SETTINGS, NOW)
+    assert (row["key"], row["action"], row["has_menu"], row["tone"]) == (("alarm", 1), "Acknowledge", True, "fault")
+    assert [(item["key"], item["text"]) for item in menu_of(alarm("emergency_stop"), ROBOTS)] == [
+        ("way", "Show Aino"), ("note", "Acknowledge with a note"), (1, "Shelve for 1 hour"), (4, "Shelve for 4 hours"),
+        (8, "Shelve for 8 hours"), (24, "Shelve for 24 hours")]
+
+
+def test_an_acknowledged_one_says_when_and_with_what_note():
+    seen = alarm("emergency_stop", acknowledged_at=ago(minutes=1), note="Pallet fell over")
+    row = alarm_row(seen, ROBOTS, SETTINGS, NOW)
+    assert (row["action"], row["answer"]) == ("", "Acknowledged 14:37: Pallet fell over")
+    assert "note" not in [item["key"] for item in menu_of(seen, ROBOTS)]
+    assert alarm_row(alarm("emergency_stop", acknowledged_at=NOW), ROBOTS, SETTINGS, NOW)["answer"] == "Acknowledged 14:38"
+
+
+def test_the_alarm_that_cannot_be_written_can_be_neither_acknowledged_nor_shelved():
+    failing = alarm("database", "database", id=0)
+    row = alarm_row(failing, ROBOTS, SETTINGS, NOW)
+    assert (row["action"], row["has_menu"]) == ("Open settings", False)
+    assert [item["key"] for item in menu_of(failing, ROBOTS)] == ["way"]
+
+
+def test_a_shelved_one_can_be_taken_back_and_a_past_one_is_only_told():
+    shelved = shelved_row(alarm("emergency_stop", shelved_until=LATER), SETTINGS, NOW)
+    assert (shelved["action"], shelved["tone"], shelved["state_words"]) == ("Take back", "neutral", "Shelved until 16:00")
+    past = past_row(alarm("emergency_stop", cleared_at=NOW, acknowledged_at=NOW), SETTINGS, NOW)
+    assert "action" not in past
+    assert (past["tone"], past["state_words"]) == ("neutral", "Over, acknowledged")
+
+
+def test_counts_are_told():
+    assert [word for _key, word in tab_words(3, 1)] == ["Standing (3)", "Shelved (1)", "Past"]
+    assert past_count(50, 312) == "The newest 50 of 312"
+    assert (past_count(1, 1), past_count(3, 3)) == ("1 past alarm", "3 past alarms")
+    assert [bell(2, 1)[1], bell(0, 1)[1], bell(0, 0)[1]] == ["2", "1", ""]
+    assert len({bell(2, 1)[0], bell(0, 1)[0], bell(0, 0)[0]}) == 3

@@ -1,0 +1,56 @@
+"""The robot on its own map: what is shown of it, and when nothing is."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.models import Connection
+from app.screens.home_map import NO_MAP
+from app.screens.home_view import present
+from app.services.mir.types import Pose
+from tests.support.home_facts import EXECUTING, FACTS, HALL, NOW, READY, STOPPED, with_aino
+
+
+def test_the_robot_its_goal_and_the_places_are_on_the_map() -> None:
+    view = present(FACTS, NOW).map
+    assert view.picture is HALL
+    assert view.name == "Production hall"
+    assert view.at == HALL.fraction(18.0, 12.0)
+    assert view.heading == 0.0
+    line2 = next(place for place in HALL.places if place.name == "Line 2")
+    assert view.goal == ((line2.x, line2.y),)
+    assert {name for _x, _y, name in view.places} == {place.name for place in HALL.places} >= {"Home", "Dock", "Line 2"}
+    assert view.says == EXECUTING.mission_text
+
+
+def test_a_robot_that_stands_has_no_goal() -> None:
+    assert present(with_aino(replace(READY, mission_text="Moved to 'Line 2'")), NOW).map.goal == ()
+
+
+def test_two_places_that_could_be_meant_are_no_goal() -> None:
+    status = replace(EXECUTING, mission_text="Moving from 'Line 1' to 'Line 2'")
+    assert present(with_aino(status), NOW).map.goal == ()
+
+
+def test_a_stopped_robot_is_as_red_on_the_map_as_elsewhere() -> None:
+    assert present(with_aino(STOPPED), NOW).map.tone == "fault"
+    assert present(with_aino(READY), NOW).map.tone == "accent"
+
+
+@pytest.mark.parametrize("problem", ["", "10.40.12.21 doesn't answer"])
+def test_an_old_place_looks_old_and_says_since_when_or_why(problem: str) -> None:
+    view = present(with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem), NOW).map
+    assert view.tone == "offline"
+    assert view.goal == ()
+    assert view.says == (problem or "Seen here 14:33")
+
+
+@pytest.mark.parametrize("position", [None, Pose(500.0, 0.0, 0.0)])
+def test_without_a_place_on_it_the_map_is_not_shown(position: Pose | None) -> None:
+    assert present(with_aino(replace(EXECUTING, position=position)), NOW).map is NO_MAP
+
+
+def test_nor_without_a_map_or_a_status() -> None:
+    assert present(replace(FACTS, map=None), NOW).map is NO_MAP
+    assert present(with_aino(None), NOW).map is NO_MAP

@@ -1,0 +1,74 @@
+"""The page of figures in words."""
+from __future__ import annotations
+
+from datetime import date
+
+import pytest
+
+from app.models import ReasonCode
+from app.screens import logs_more_view as view
+from app.screens.logs_kpi_view import with_interval
+from app.services.durations import Band, DayMedian, Trend
+from app.services.kpi import Adherence, Delays
+from app.services.pareto import causes
+
+
+@pytest.mark.parametrize(("ran", "planned", "text"), [
+    (0, 0, "Nothing was planned"), (23, 25, "92.0 % of 25 planned (75–98 %)"), (25, 25, "100 % of 25 planned (87–100 %)"),
+    (90, 94, "95.7 % of 94 planned")])
+def test_adherence_with_its_count_and_with_few_cases_how_far_it_holds(ran, planned, text):
+    assert view.adherence_head(Adherence(planned, ran, {})) == text
+
+
+def test_an_interval_stands_behind_few_cases_only():
+    assert with_interval("23 of 25", 23, 25) == "23 of 25 (75–98 %)"
+    assert with_interval("30 of 30", 30, 30) == "30 of 30"
+    assert with_interval("none", 0, 0) == "none"
+
+
+def test_reasons_of_not_running_with_their_share_of_what_was_planned():
+    rows = view.adherence_rows(Adherence(50, 47, {ReasonCode.BATTERY_LOW: 2, ReasonCode.APP_DOWN: 1}))
+    assert [(row["label"], row["value"], row["note"]) for row in rows] == [
+        ("Battery stayed under the minimum all its start window long", "2", "4.0 %"), ("The app was off or asleep", "1", "2.0 %")]
+
+
+def test_bars_of_causes_form_one_line():
+    found = causes([("robot_aborted", "Lost", 6), ("retry_limit", None, 3), ("refused", None, 1)])
+    rows = view.cause_rows(found)
+    assert [row["cumulative"] for row in rows] == pytest.approx([.6, .9, 1])
+    assert [row["above"] for row in rows] == pytest.approx([-1, .6, .9])
+    assert [row["below"] for row in rows] == pytest.approx([.9, 1, -1])
+    assert rows[0]["label"] == "Lost"
+    assert view.cause_words(found) == "The first 2 reasons make up 90 % of all failures."
+    assert view.cause_head(found) == "10 failed runs"
+
+
+def test_no_words_where_all_reasons_are_needed():
+    assert view.cause_words(causes([("refused", None, 5)])) == ""
+    assert view.cause_words([]) == "No run failed."
+
+
+@pytest.mark.parametrize(("median", "beginning", "tone"), [
+    (100, "As usual", "neutral"), (107, "A little longer", "neutral"), (93, "A little shorter", "neutral"),
+    (121, "Clearly longer", "attention"), (79, "Clearly shorter", "neutral")])
+def test_a_median_is_set_against_the_usual_band(median, beginning, tone):
+    trend = Trend("g", "Deliver", 3, median, Band(50, 80, 100, 120), [DayMedian(date(2026, 11, 16), 3, median)])
+    [row] = view.trend_rows([trend], date(2026, 11, 14), date(2026, 11, 18))
+    assert row["note"].startswith(beginning)
+    assert row["note"].endswith("1 min 40 s (1 min 20 s to 2 min)")
+    assert row["tone"] == tone
+    assert row["points"] == [(.5, median)]
+    assert bool(row["icon"]) == ("Clearly" in beginning)
+
+
+def test_without_a_history_before_nothing_is_called_usual():
+    trend = Trend("g", "Deliver", 1, 60.0, None, [DayMedian(date(2026, 11, 16), 1, 60.0)])
+    [row] = view.trend_rows([trend], None, None)
+    assert (row["note"], row["band"], row["points"]) == ("Too few runs before it to say what is usual", [], [(0, 60.0)])
+
+
+def test_waiting_against_running_in_words():
+    delays = Delays(3, 5, 9, 1, 4, 8, 2, 40.0, 160.0, 80, 120)
+    assert view.waiting_words(delays) == "Of the time from order to end, 20.0 % was waiting in the queue."
+    assert [row["value"] for row in view.delay_rows(delays)] == ["5 s", "9 s", "4 s", "1 min 20 s"]
+    assert view.delay_rows(Delays(0, None, None, None, None)) == []

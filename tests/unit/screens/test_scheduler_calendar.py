@@ -1,0 +1,81 @@
+"""Closed days and extra working days in the Scheduler's words and bars."""
+from dataclasses import replace
+from datetime import UTC, date, datetime, timedelta
+
+from app.models import DayException, Mission, Robot, Schedule, Settings
+from app.screens import scheduler_form_view as form
+from app.screens import scheduler_view as view
+from app.screens.scheduler_draft import Draft, Kind
+from app.screens.scheduler_facts import SchedulerFacts
+from app.screens.scheduler_form_view import Preview
+from app.screens.scheduler_timeline import timeline
+from app.services.forecast import Concern, ConcernCode, Forecast
+from app.services.recurrence import Occurrence
+
+NOW = datetime(2026, 11, 19, 12, 38, tzinfo=UTC)                       # Thursday, 14:38 in Helsinki
+FRIDAY, SATURDAY = date(2026, 11, 20), date(2026, 11, 21)
+SETTINGS = Settings(timezone="Europe/Helsinki")
+AUDIT = DayException("Audit", FRIDAY, FRIDAY, id=1)
+FAIR = DayException("Fair", SATURDAY, SATURDAY, is_working=True, id=2)
+FACTS = SchedulerFacts(settings=SETTINGS, exceptions=(AUDIT, FAIR), robots=(Robot("Aino", "http://a", id=1),),
+                       missions=(Mission("Kits", "g", id=1),))
+
+
+def draft(**values):
+    return replace(Draft.new(NOW, SETTINGS, 1, 1, FACTS.calendar), **values)
+
+
+def warnings(*concerns):
+    forecast = Forecast((Occurrence(NOW, NOW.replace(tzinfo=None)),), None, concerns)
+    return form.present(FACTS, draft(kind=Kind.DAILY), Preview(forecast), NOW).warnings
+
+
+def test_the_timeline_hatches_a_closed_day_under_its_name():
+    [(begins, ends, words)] = timeline(FACTS, NOW).closed
+    assert (begins, ends, words) == (11.0, 35.0, "Audit: not a working day")
+
+
+def test_an_extra_working_day_is_not_hatched():
+    assert timeline(FACTS, NOW + timedelta(days=2)).closed[0][2] == "Sunday: not a working day"
+
+
+def test_the_days_to_come_say_which_are_closed_and_why():
+    notes = {row["heading"]: row["note"] for row in view.days(FACTS, NOW) if row["heading"]}
+    assert notes["Tomorrow, Fri 20 Nov"] == "nothing planned · not a working day: Audit"
+    assert notes["Sat 21 Nov"] == "nothing planned · extra working day: Fair"
+    assert notes["Sun 22 Nov"] == "nothing planned · not a working day"
+
+
+def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
+    evening = NOW.replace(hour=23)
+    assert Draft.new(evening, SETTINGS).day == FRIDAY
+    assert Draft.new(evening, SETTINGS, calendar=FACTS.calendar).day == SATURDAY
+
+
+def test_a_one_time_start_on_a_closed_day_is_told_at_the_day_with_its_name():
+    shown = form.present(FACTS, draft(day=FRIDAY), Preview(Forecast()), NOW)
+    assert shown.problems == {"day": "Not a working day: Audit. Choose another day, or under More any day"}
+    assert shown.save_off
+
+
+def test_the_sentence_speaks_of_holidays_when_there_is_a_calendar():
+    with_calendar = form.present(FACTS, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence
+    assert with_calendar.endswith(", not on holidays or other days off")
+    assert form.present(replace(FACTS, exceptions=()), draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence.endswith(
+        ", not on non-working days")
+    any_day = form.present(FACTS, draft(kind=Kind.DAILY, respect_working_days=False), Preview(Forecast()), NOW).sentence
+    assert "days off" not in any_day
+
+
+def test_warnings_name_the_days_that_are_left_out():
+    one = Concern(ConcernCode.PASSED_OVER, details={"days": ((FRIDAY, "Audit"),)})
+    assert warnings(one) == ("Not on Fri 20 Nov, not a working day: Audit",)
+    three = Concern(ConcernCode.PASSED_OVER, details={"days": ((FRIDAY, "Audit"), (SATURDAY, "x"), (SATURDAY, "y"))})
+    assert warnings(three) == ("Not on Fri 20 Nov (Audit) nor 2 other days: not working days",)
+    first = Concern(ConcernCode.DAY_OFF, details={"day": FRIDAY, "name": "Audit"})
+    assert warnings(first) == ("Fri 20 Nov is not a working day: Audit. It begins later",)
+
+
+def test_a_one_time_schedule_is_worded_without_days_off():
+    once = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki")
+    assert "days off" not in form.rule_sentence(once, SETTINGS, FACTS.calendar)
