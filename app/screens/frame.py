@@ -14,6 +14,7 @@ from app.screens.frame_alarms import AlarmList, LateStartsDialog
 from app.screens.frame_view import BannerView, Worries, banner, late_starts, open_worries, robot_option, top_bar
 from app.screens.shell import Shell
 from app.services.changes import Topic
+from app.widgets import finger
 from app.widgets.frame import Frame
 
 NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
@@ -125,16 +126,20 @@ class FrameController:
         bar = top_bar(robot, self._snapshot(robot), facts.settings, now)
         frame.date, frame.clock, frame.robot, frame.link = bar.date, bar.clock, bar.robot, bar.link
         frame.link_icon, frame.link_tone = bar.icon, bar.tone
-        here = Here(self._shell.navigator.current, robot.id if robot else None)
-        self._banner = view = banner(facts.worries, facts.robots, facts.settings, now, here)
-        frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
-        frame.alarm_others, frame.alarm_action = view.others, view.action
+        if not finger.is_down():             # else a second later: the banner moves all that is below it
+            self._show_banner(banner(facts.worries, facts.robots, facts.settings, now,
+                                     Here(self._shell.navigator.current, robot.id if robot else None)))
         standing = len(open_worries(facts.worries, facts.robots, facts.settings, now))
         shelved = sum(is_shelved(alarm, now) for alarm in facts.worries.alarms)
         frame.bell_icon, frame.bell_count = bell(standing, shelved)
         self._alarms.show(facts.worries, facts.robots, facts.settings)
         if self._late is not None:
             self._late.show(facts.worries.late_starts, facts.settings, now)
+
+    def _show_banner(self, view: BannerView) -> None:
+        self._banner, frame = view, self._frame
+        frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
+        frame.alarm_others, frame.alarm_action = view.others, view.action
 
     def _snapshot(self, robot: Robot | None) -> RobotSnapshot | None:
         return self._container.snapshots.get(robot.id) if robot else None

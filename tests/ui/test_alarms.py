@@ -8,6 +8,7 @@ import pytest
 from app.models import Robot
 from app.screens import frame_alarms
 from app.screens.frame_alarms import AlarmRow, AlarmsDialog, NoteDialog
+from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import MenuRow
 from app.widgets.fields import FormField
@@ -225,3 +226,22 @@ def test_nothing_is_clipped_or_too_small(site, app, alarms, ui, gloves):
     assert checks.problems(top) == []
     ui.tap(next(widget for widget in ui.find_all(Tap, top) if getattr(widget, "text", "") == "Acknowledge with a note"))
     assert checks.problems(ui.find(NoteDialog)) == []
+
+
+# ---------------------------------------------------------------------- fingers
+def test_an_alarm_does_not_move_what_a_finger_is_on(app, alarms, ui, monkeypatch):
+    monkeypatch.setattr(finger, "LONGEST", 1e6)
+    lift = ui.press(ui.find(NavItem, name="settings"))
+    alarms.raise_("clock_stepped", "clock", seconds=40)
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
+    assert ui.find_all(AlarmBanner) == []
+    lift()
+    assert ui.find(NavItem, name="settings").selected
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+
+
+def test_a_hand_that_rests_on_the_screen_keeps_no_alarm_away(app, alarms, ui):
+    lift = ui.press(ui.find(NavItem, name="settings"))
+    alarms.raise_("clock_stepped", "clock", seconds=40)
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    lift()

@@ -8,6 +8,7 @@ import pytest
 from app.models import DayException
 from app.screens.settings_calendar import DaysDialog, DaysRow
 from app.screens.settings_data import FileRow
+from app.services.clock import SystemClock
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.fields import FormField, PickField, SearchField
 from app.widgets.lists import ScrollPage
@@ -24,9 +25,9 @@ TODAY = date(2026, 11, 20)               # a Friday
 
 @pytest.fixture
 def site(tmp_path, monkeypatch):
+    monkeypatch.setattr(SystemClock, "now", lambda _clock: datetime.fromisoformat("2026-11-20T12:38:00+00:00"))
     with tablet(tmp_path, monkeypatch) as site:
         site.container.catalogue.change_settings(timezone="UTC")
-        monkeypatch.setattr(type(site.container.clock), "now", lambda _clock: datetime.fromisoformat("2026-11-20T12:38:00+00:00"))
         yield site
 
 
