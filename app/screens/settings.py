@@ -52,6 +52,7 @@ class SettingsViewModel(ViewModel):
         self._container, self._shell = container, shell
         self.desk = Desk(container, shell, self.refresh)
         self._reading = self._stale = False
+        self.has_facts = False                           # until they are read once nothing is shown: defaults would pass for settings
         self._read_soon = Clock.create_trigger(lambda _dt: self.refresh(), 0)
         self._waiting: list[Callable[[], object]] = []   # for the first facts
 
@@ -88,7 +89,7 @@ class SettingsViewModel(ViewModel):
         self._reading = False
         if self._stale:
             self._read_soon()
-        self.desk.facts = facts
+        self.desk.facts, self.has_facts = facts, True
         self._learn_missions(facts)
         self.show()
         while self._waiting:
@@ -113,6 +114,9 @@ class SettingsViewModel(ViewModel):
     # ------------------------------------------------------------------ showing
     def _look(self) -> None:
         """A second has passed: how the robots answer now, which is in memory."""
+        if not self.has_facts:
+            self.refresh()                               # what could not be read may be readable now
+            return
         facts = self.desk.facts
         snapshots = {robot.id: self._container.snapshots.get(robot.id) for robot in facts.robots}
         if any(snapshot.connection is not facts.snapshot(robot_id).connection for robot_id, snapshot in snapshots.items()):
@@ -121,6 +125,8 @@ class SettingsViewModel(ViewModel):
         self.show()
 
     def show(self) -> None:
+        if not self.has_facts:
+            return
         marked = "" if self.is_narrow and not self.is_narrow_open else self.current
         self.sections = section_rows(self.desk.facts, self.desk.now(), marked)
         self.title = section_names()[self.current]
@@ -155,7 +161,6 @@ class SettingsScreen(ScreenBase):
         self._content = SectionContent(vm=self.vm, screen=self)
         self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
         self.fbind("portrait", self._arrange)
-        self._place_page()
         self._arrange()
 
     # ------------------------------------------------------------------ coming on screen
@@ -176,7 +181,6 @@ class SettingsScreen(ScreenBase):
         """Show a section."""
         self.vm.current = section
         self.vm.is_narrow_open = True
-        self._place_page()
         self.vm.show()
         Clock.schedule_once(lambda _dt: self._list.reveal(section), 0)       # after the rows have their places
         self._page.reached(**intent)
@@ -200,6 +204,7 @@ class SettingsScreen(ScreenBase):
             place.add_widget(page)
 
     def _show_page(self, *_args: Any) -> None:
+        self._place_page()
         self._page.show(self.vm.desk.facts, self.vm.desk.now())
 
     def _arrange(self, *_args: Any) -> None:

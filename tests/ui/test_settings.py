@@ -3,9 +3,13 @@ from __future__ import annotations
 
 import gc
 import weakref
+from threading import Event
 
+from app.database.errors import DatabaseUnavailable
 from app.models import Robot
+from app.screens import settings as settings_module
 from app.screens.settings_constraints import ConstraintsPage
+from app.screens.settings_facts import read
 from app.screens.settings_idle import IdlePanel
 from app.screens.settings_page import SwitchRow
 from app.screens.settings_robot_dialog import RobotDialog
@@ -13,11 +17,13 @@ from app.screens.settings_robots import RobotPanel
 from app.widgets.buttons import IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, StepField
+from app.widgets.frame import NavItem
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import OptionRow, SectionRow
+from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
 from tests.ui.integrator import enter, go, page, press, robots, says, settings
-from tests.ui.whole_app import PASSWORD, USER
+from tests.ui.whole_app import PASSWORD, POLL, USER
 
 
 # ---------------------------------------------------------------------- constraints
@@ -255,3 +261,22 @@ def test_closed_dialogs_are_freed(site, app, ui):
     gc.collect()
     # kivy's TextInput holds the one that was laid out last (kivy.clock.triggered keeps its arguments)
     assert [dialog() for dialog in dialogs[:-1]] == [None] * 3
+
+
+def test_nothing_passes_for_a_setting_before_settings_are_read(site, app, ui, monkeypatch):
+    """The first reading fails; a second later they are read again."""
+    may_be_read = Event()
+
+    def reading(*args):
+        if not may_be_read.is_set():
+            raise DatabaseUnavailable("The database can't be read")
+        return read(*args)
+
+    monkeypatch.setattr(settings_module, "read", reading)
+    ui.tap(ui.find(NavItem, name="settings"))
+    ui.wait(lambda: ui.find_all(Snackbar))
+    assert ui.find_all(SectionRow) == ui.find_all(StepField) == []
+    may_be_read.set()
+    ui.wait(lambda: ui.find_all(SectionRow, key="scheduler"))
+    ui.tap(ui.find(SectionRow, key="scheduler"))
+    assert ui.find(StepField, heading="Ask the robots every (s)").value == POLL
