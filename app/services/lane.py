@@ -41,6 +41,7 @@ from app.told import Told, made_of, tell, told
 log = logging.getLogger(__name__)
 
 LIVE_EVERY = 2.0                # s between status reads while somebody looks or something of ours runs
+GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
 SLOW_ANSWER = 2.0               # s; slower is told, but it is an answer
 LOOK_AROUND_EVERY = 60.0        # s between writes of the observed time
 PRUNE_EVERY = 200               # such writes, between dropping what is too old
@@ -114,7 +115,7 @@ class Lane:
             return wake
         now = self._s.clock.monotonic()
         if not was_live:                # just sent: a look at once would only hold up what others have to send
-            self._next_live = max(self._next_live, now + LIVE_EVERY)
+            self._next_live = max(self._next_live, now + self._apart(LIVE_EVERY))
         return min(wake, max(0.0, self._next_live - now))
 
     def ready(self) -> Ready | None:
@@ -163,7 +164,13 @@ class Lane:
             if self._failures == 0:
                 self._note_failure(error)
         pause = LIVE_EVERY * 2 ** min(self._failures, 5)
-        self._next_live = mono + min(pause, max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
+        pause = min(pause, max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
+        self._next_live = mono + (self._apart(pause) if whole else pause)
+
+    def _apart(self, pause: float) -> float:
+        """About ``pause``, another time for each robot: many that were polled or sent to in one moment are not looked at in one moment
+        again and again, which would hold up what falls due then. Exactly ``pause`` for the one on screen."""
+        return pause if self.watched else pause * (0.5 + self.robot.id * GOLDEN_RATIO % 1)
 
     # ------------------------------------------------------------------ reading
     def read_status(self) -> RobotStatus:

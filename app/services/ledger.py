@@ -6,7 +6,8 @@ was changed and the caller must not act on it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
@@ -21,6 +22,15 @@ from app.services.reasons import sentence, to_store
 from app.told import Told
 
 log = logging.getLogger("app.executions")
+WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
+
+
+@dataclass(frozen=True)
+class Move:
+    """What is to become of an execution that still stands in one of the ``expected`` states."""
+    execution: Execution
+    expected: Sequence[State]
+    columns: Mapping[str, Any]
 
 
 class Ledger:
@@ -87,17 +97,39 @@ class Ledger:
     def accepted(self, execution: Execution, queue_id: int) -> Execution | None:
         return self._change(execution, (State.SUBMITTING,), state=State.QUEUED, queue_id=queue_id, submitted_at=self._clock.now())
 
-    def started(self, execution: Execution, robot_delay_s: float | None) -> Execution | None:
-        return self._change(execution, (State.QUEUED,), state=State.EXECUTING, started_at=self._clock.now(), robot_delay_s=robot_delay_s)
-
-    def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None) -> Execution | None:
-        """Seen done; a fast one is first seen so, and then began about now."""
-        return self._end(execution, (State.QUEUED, State.EXECUTING), state=State.COMPLETED, duration_s=duration_s,
-                         robot_delay_s=robot_delay_s, started_at=execution.started_at or self._clock.now())
-
-    def end(self, execution: Execution, reason: Reason, duration_s: float | None = None) -> Execution | None:
+    def end(self, execution: Execution, reason: Reason) -> Execution | None:
         """End an open execution with a reason, whose code tells the state."""
-        return self._end(execution, (execution.state,), state=reason.state, reason=reason, duration_s=duration_s)
+        return next(iter(self.make([self.ended(execution, reason, (execution.state,))])), None)
+
+    def make(self, moves: Sequence[Move]) -> list[Execution]:
+        """Moves that one look at a robot brought, in one transaction; the rows after those that could be made. Several moves of one
+        execution are made in their order."""
+        if not moves:
+            return []
+        made = self._db.write(lambda c: [self._executions.change(c, move.execution.id, move.expected, **move.columns) for move in moves])
+        changed = [row for row in made if row]
+        for row in changed:
+            log.info("%s", describe(row))
+            if row.ended_at is not None:
+                self._grew = True
+                self.alarm_for(row)
+        for robot_id in {row.robot_id for row in changed}:
+            self._changes.publish(Topic.EXECUTIONS, robot_id)
+        return changed
+
+    def started(self, execution: Execution, robot_delay_s: float | None) -> Move:
+        return Move(execution, (State.QUEUED,), {"state": State.EXECUTING, "started_at": self._clock.now(), "robot_delay_s": robot_delay_s})
+
+    def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None) -> Move:
+        """Seen done; a fast one is first seen so, and then began about now."""
+        now = self._clock.now()
+        return Move(execution, WITH_THE_ROBOT, {"state": State.COMPLETED, "ended_at": now, "duration_s": duration_s,
+                                                "robot_delay_s": robot_delay_s, "started_at": execution.started_at or now})
+
+    def ended(self, execution: Execution, reason: Reason, expected: Sequence[State] = WITH_THE_ROBOT,
+              duration_s: float | None = None) -> Move:
+        """Ended with a reason, whose code tells the state."""
+        return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
 
     def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
         """Note that the operator wants these gone (None takes that back); the robot's answer decides."""
@@ -121,13 +153,6 @@ class Ledger:
         self._grew = True
 
     # ------------------------------------------------------------------ inside
-    def _end(self, execution: Execution, expected: Sequence[State], **columns: Any) -> Execution | None:
-        ended = self._change(execution, expected, ended_at=self._clock.now(), **columns)
-        if ended:
-            self._grew = True
-            self.alarm_for(ended)
-        return ended
-
     def alarm_for(self, ended: Execution) -> None:
         """A failed or skipped execution is told; the same of one schedule is one line that counts."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)

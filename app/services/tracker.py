@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from app.models import Execution, Reason, ReasonCode, Robot, State
 from app.services.dispatcher import Dispatcher
-from app.services.ledger import Ledger, seconds_between
+from app.services.ledger import WITH_THE_ROBOT, Ledger, Move, seconds_between
 from app.services.mir.client import RobotClient
 from app.services.mir.errors import Rejected, RobotError, Unreadable
 from app.services.mir.types import QueueItem, QueueState
@@ -25,12 +25,17 @@ class Tracker:
         self._robot, self._client, self._ledger, self._dispatcher = robot, client, ledger, dispatcher
 
     def follow(self) -> None:
-        """Ask for every queued or executing item by its id; for many together, where the robot can be asked so."""
-        executions = self._ledger.open_for(self._robot.id, (State.QUEUED, State.EXECUTING))
+        """Ask for every queued or executing item by its id; for many together, where the robot can be asked so. What that brought is
+        written together."""
+        executions = self._ledger.open_for(self._robot.id, WITH_THE_ROBOT)
         accepted = [(execution, execution.queue_id) for execution in executions if execution.queue_id is not None]
         items = self._items_from(min(queue_id for _, queue_id in accepted)) if len(accepted) >= MANY else {}
-        for execution, queue_id in accepted:
-            self._follow(execution, queue_id, items.get(queue_id))
+        moves: list[Move] = []
+        try:
+            for execution, queue_id in accepted:
+                moves += self._follow(execution, queue_id, items.get(queue_id))
+        finally:
+            self._ledger.make(moves)
 
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
@@ -38,31 +43,32 @@ class Tracker:
         except Unreadable:                                # too many at once: one by one then
             return {}
 
-    def _follow(self, execution: Execution, queue_id: int, item: QueueItem | None) -> None:
+    def _follow(self, execution: Execution, queue_id: int, item: QueueItem | None) -> list[Move]:
+        vanished = [self._ledger.ended(execution, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))]
         try:
             item = item or self._client.queue_item(queue_id)
         except Rejected as error:
             if error.status in (404, 410):
-                self._ledger.end(execution, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
-                return
+                return vanished
             raise
         if not is_ours(execution, item):
-            self._ledger.end(execution, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
-            return
-        self._take(execution, item)
+            return vanished
         if execution.cancel_code and item.is_open:
             self._ask_again(queue_id)
+        return self._moves(execution, item)
 
-    def _take(self, execution: Execution, item: QueueItem) -> None:
-        """Move the execution to where its queue item stands."""
+    def _moves(self, execution: Execution, item: QueueItem) -> list[Move]:
+        """What brings the execution to where its queue item stands."""
         delay = seconds_between(item.ordered, item.started)
         duration = seconds_between(item.started, item.finished)
-        if item.state not in (QueueState.PENDING, QueueState.DONE) and execution.state is State.QUEUED and item.started is not None:
-            execution = self._ledger.started(execution, delay) or execution
         if item.state is QueueState.DONE:
-            self._ledger.completed(execution, duration, delay)
-        elif item.state is QueueState.ABORTED:
-            self._ledger.end(execution, why_aborted(execution, item), duration)
+            return [self._ledger.completed(execution, duration, delay)]
+        moves = []
+        if item.state is not QueueState.PENDING and execution.state is State.QUEUED and item.started is not None:
+            moves.append(self._ledger.started(execution, delay))
+        if item.state is QueueState.ABORTED:
+            moves.append(self._ledger.ended(execution, why_aborted(execution, item), duration_s=duration))
+        return moves
 
     def _ask_again(self, queue_id: int) -> None:
         """A cancellation that the robot has not carried out yet (the first request may have been lost)."""

@@ -15,6 +15,7 @@ import json
 import re
 import signal
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from email.utils import formatdate
@@ -48,9 +49,10 @@ class StubRobot:
         self.ordered[number] = now
         return self.items[number]
 
-    def item(self, number: int, now: float) -> dict[str, Any] | None:
-        item = self.items.get(number)
-        if item is not None and item["state"] == "Pending" and now - self.ordered[number] >= MISSION_SECONDS:
+    def item(self, number: int, now: float) -> dict[str, Any]:
+        """Raises KeyError."""
+        item = self.items[number]
+        if item["state"] == "Pending" and now - self.ordered[number] >= MISSION_SECONDS:
             item |= {"state": "Done", "started": item["ordered"], "finished": item["ordered"]}
         return item
 
@@ -86,15 +88,15 @@ class Site:
             case "GET", "/count":
                 return 200, len(self.received)
             case "GET", _ if path.startswith("/mission_queue/"):
-                item = robot.item(int(path.rpartition("/")[2]), now)
-                return (200, item) if item else (404, {"error_code": "not_found", "error_human": "Not found"})
+                with suppress(KeyError):
+                    return 200, robot.item(int(path.rpartition("/")[2]), now)
         return 404, {"error_code": "not_found", "error_human": "Not found"}
 
     @staticmethod
     def _search(robot: StubRobot, wish: dict[str, Any], now: float) -> list[dict[str, Any]]:
         wanted = wish["filters"][0]
         if wanted["fieldname"] == "id":
-            return [robot.items[number] for number in sorted(robot.items, reverse=True) if number > wanted["value"]]
+            return [robot.item(number, now) for number in range(len(robot.items), wanted["value"], -1)]
         young = [number for number in robot.ordered if now - robot.ordered[number] < MISSION_SECONDS]
         return [robot.items[number] for number in sorted(young, reverse=True)]
 

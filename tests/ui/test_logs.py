@@ -147,7 +147,7 @@ def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):
 # ---------------------------------------------------------------------- live, paged, exported
 def test_what_ends_shows_at_once(screen, container, ui):
     running = container.history.open()[0]
-    container.ledger.completed(running, 240.0, 2.0)
+    container.ledger.make([container.ledger.completed(running, 240.0, 2.0)])
     settle(screen, ui)
     assert rows(ui)[0].outcome == "Completed"
     assert rows(ui)[0].took == "4 min"
