@@ -98,11 +98,10 @@ class Dispatcher:
             return None
         return Ready(status.battery_percentage, floor)
 
-    def send(self, intent: Execution) -> None:
-        """The first attempt of one whose intent was written when it fell due. If the ledger was looked at before this came, it is being
-        looked for on the robot already, and whoever has begun that never sends."""
-        if intent.id not in self._memory.unknown_since:
-            self._send(intent, self._settings())
+    def send(self, intent: Execution) -> bool:
+        """The first attempt of one whose intent was written when it fell due; returns whether the robot has it now. If the ledger was
+        looked at before this came, it is being looked for on the robot already, and whoever has begun that never sends."""
+        return intent.id not in self._memory.unknown_since and self._send(intent, self._settings())
 
     def prepare(self) -> None:
         """Something falls due in about a second: the status is read ahead, so that then only the intent and the POST remain."""
@@ -220,15 +219,17 @@ class Dispatcher:
             self._later(waiting, 0.0 if waited else decisions.back_off(waiting.attempts, settings))
 
     # ------------------------------------------------------------------ submitting
-    def _send(self, intent: Execution, settings: Settings) -> None:
-        """The POST itself. ``description`` carries the token; ``message`` is for people and the robot overwrites it."""
+    def _send(self, intent: Execution, settings: Settings) -> bool:
+        """The POST itself; returns whether the robot has it. ``description`` carries the token; ``message`` is for people and the robot
+        overwrites it."""
         try:
             queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, message=intent.schedule or intent.mission,
                                             priority=intent.priority, parameters=dict(intent.parameters))
         except RobotError as error:
             self._not_accepted(intent, error, settings)
-        else:
-            self._adopt(intent, queue_id)
+            return False
+        self._adopt(intent, queue_id)
+        return True
 
     def _not_accepted(self, intent: Execution, error: RobotError, settings: Settings) -> None:
         if error.delivery is Delivery.NOT_SENT:

@@ -86,7 +86,7 @@ class Lane:
         self._settled: set[str] = set()         # codes judged since the start
         self._standing: set[str] = set()        # codes of this robot's conditions that are alarmed now
         self._has_sent = False                  # something of ours is with the robot, or may be: as the last step left it
-        self._next_live = -math.inf
+        self._next_live = self._dispatch_at = -math.inf
         self._observed: dict[tuple[str, str], float] = {}
         self._observed_at: float | None = None
         self._observed_written = services.clock.monotonic()
@@ -94,29 +94,35 @@ class Lane:
         self._writes_to_prune = 0               # writes of spans until the next pruning
 
     # ------------------------------------------------------------------ the steps
-    def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = ()) -> float:
+    def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = (), changed: bool = True) -> float:
         """One round: first what has just fallen due with its ``intents``, then a whole poll when asked (or at first), else what is live,
-        due, or due in a moment. Returns the seconds until the next is wanted."""
-        for intent in intents:
-            self._dispatcher.send(intent)
-        was_live = self._is_live
-        wants_look = was_live and self._s.clock.monotonic() >= self._next_live
-        if self.polled and (poll or wants_look):
-            self._dispatcher.run()      # what is due does not wait for a look
-        if poll or not self.polled:
+        due, or due in a moment. ``changed``: the ledger may hold something new; without it, it is opened only when it was to be looked at
+        again, and after a look at the robot. Returns the seconds until the next round is wanted."""
+        now, was_live = self._s.clock.monotonic, self._is_live
+        are_sent = [self._dispatcher.send(intent) for intent in intents]
+        poll |= not self.polled
+        looks = poll or (was_live and now() >= self._next_live)
+        dispatches = changed or looks or not all(are_sent) or now() >= self._dispatch_at
+        if self.polled and looks:
+            self._dispatch()            # what is due does not wait for a look
+        if poll:
             self._poll()
-        elif wants_look:
+        elif looks:
             self._look(whole=False)
         if due_soon and self.robot.enabled:
             self._dispatcher.prepare()
-        wake = self._dispatcher.run()
-        self._has_sent = self.robot.enabled and self._s.ledger.has_sent(self.robot.id)
-        if not self._is_live:
-            return wake
-        now = self._s.clock.monotonic()
-        if not was_live:                # just sent: a look at once would only hold up what others have to send
-            self._next_live = max(self._next_live, now + self._apart(LIVE_EVERY))
-        return min(wake, max(0.0, self._next_live - now))
+        if dispatches:
+            self._dispatch()
+            self._has_sent = self.robot.enabled and self._s.ledger.has_sent(self.robot.id)
+        elif are_sent:
+            self._has_sent = True
+        if self._is_live and not was_live:      # just sent: a look at once would only hold up what others have to send
+            self._next_live = max(self._next_live, now() + self._apart(LIVE_EVERY))
+        return max(0.0, min(self._dispatch_at, self._next_live if self._is_live else math.inf) - now())
+
+    def _dispatch(self) -> None:
+        wait = self._dispatcher.run()
+        self._dispatch_at = self._s.clock.monotonic() + wait
 
     def ready(self) -> Ready | None:
         """What the planner has to know to write the intent of what falls due together with its row; None: the lane does that itself."""

@@ -35,7 +35,7 @@ AT_ONCE = 500                # schedules per transaction, so that a burst never 
 @dataclass
 class Fallen:
     """What one look at the plan brought."""
-    robot_ids: set[int] = field(default_factory=set)      # with something to send
+    robot_ids: set[int] = field(default_factory=set)      # with something that waits to be sent
     touched: set[int] = field(default_factory=set)        # with something new in the ledger
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
@@ -120,11 +120,11 @@ class Planner:
             late = self._hold_late_starts and self._downtime.at(latest) is not None
             rows.append(make.waiting(latest, late) if late or ready is None else make.submitting(latest, ready))
             fallen.late_starts += late
-            fallen.robot_ids.add(schedule.robot_id)
         for row in rows:
             if added := self._executions.add_once(c, row):
                 fallen.skipped += [added] if added.state is State.SKIPPED else []
                 fallen.intents += [added] if added.state is State.SUBMITTING else []
+                fallen.robot_ids |= {schedule.robot_id} if added.state is State.WAITING else set()
             else:
                 log.info("The occurrence %s of %r is in the ledger already", row.planned_at, schedule.name)
         fallen.touched.add(schedule.robot_id)

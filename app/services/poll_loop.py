@@ -25,8 +25,9 @@ log = logging.getLogger(__name__)
 
 STOP_WITHIN = 4.0           # s: the contract gives a stop 5 s; a request under way is left to its time-out
 FIRST_POLL_WITHIN = 5.0     # s until "ready" whatever the robots do
-POLLED_AT_ONCE = 20         # robots
-TURN_EVERY = 0.1            # s between them
+CYCLE_TAKES = 1.0           # s within which every robot has its turn
+TURN_EVERY = 0.08           # s between turns
+POLLED_AT_ONCE = 4          # robots in a turn at least
 AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes on
 
 
@@ -36,16 +37,18 @@ class _LaneThread:
     def __init__(self, lane: Lane, database_fails: Callable[[Told], None]) -> None:
         self.lane, self._database_fails = lane, database_fails
         self._wake = threading.Condition()
-        self._poll_wanted = self._due_soon = self._something_new = self._stopping = False
+        self._poll_wanted = self._due_soon = self._changed = self._something_new = self._stopping = False
         self._intents: list[Execution] = []
         self._thread = threading.Thread(target=self._run, name=f"lane-{lane.robot.name}", daemon=True)
         self._thread.start()
 
     def kick(self, poll: bool = False, due_soon: bool = False) -> None:
-        """Something is due, or soon, or a cycle is wanted. A cycle still running is not started twice."""
+        """A cycle is wanted, or something is due in a moment, or, without either, something in the ledger is new. A cycle still running
+        is not started twice."""
         with self._wake:
             self._poll_wanted |= poll
             self._due_soon |= due_soon
+            self._changed |= not (poll or due_soon)
             self._something_new = True
             self._wake.notify()
 
@@ -73,23 +76,29 @@ class _LaneThread:
             with self._wake:
                 if self._stopping:
                     break
-                poll, due_soon = self._poll_wanted, self._due_soon
+                poll, due_soon, changed = self._poll_wanted, self._due_soon, self._changed
                 intents, self._intents = self._intents, []
-                self._poll_wanted = self._due_soon = self._something_new = False
+                self._poll_wanted = self._due_soon = self._changed = self._something_new = False
             try:
-                wait = self.lane.step(poll, due_soon, intents)
+                wait = self.lane.step(poll, due_soon, intents, changed)
             except DatabaseUnavailable as error:      # no durable intent, no POST
                 if not self._stopping:
                     self._database_fails(error.told)
-                wait = AFTER_A_CRASH
+                wait = self._begin_anew()
             except Exception:                # one robot's trouble must not end its lane, nor touch any other
                 log.exception("The lane of %r met an unexpected error and goes on", self.lane.robot.name)
-                wait = AFTER_A_CRASH
+                wait = self._begin_anew()
             with self._wake:
                 if not (self._stopping or self._something_new):
                     self._wake.wait(None if math.isinf(wait) else wait)
         with contextlib.suppress(DatabaseUnavailable):        # a request outlived the stop: at most a minute of observed time is lost
             self.lane.close()
+
+    def _begin_anew(self) -> float:
+        """Whatever the round was to do is found in the ledger by the next one, in so many seconds."""
+        with self._wake:
+            self._changed = True
+        return AFTER_A_CRASH
 
 
 class PollLoop:
@@ -101,9 +110,10 @@ class PollLoop:
         self._watched: int | None = None
         self._lock = threading.Lock()
         self._wake = threading.Condition()
-        self._woken = self._stopping = False
+        self._woken = self._stopping = self._in_tick = False
         self._cycle_at = self._turn_at = -math.inf
         self._to_poll: list[int] = []             # robots of this cycle whose turn has not come yet
+        self._in_turn = POLLED_AT_ONCE
         self._window_drives = False
         self._thread: threading.Thread | None = None
         self._chores: list[Callable[[], None]] = []
@@ -147,11 +157,12 @@ class PollLoop:
 
     # ------------------------------------------------------------------ asked by others
     def request_cycle(self, by_window: bool = False) -> None:
-        """Poll every robot now, in parallel; very many in short turns, so that neither the window nor what falls due has to wait."""
+        """Poll every robot now, in parallel; many in short turns, so that neither the window nor what falls due has to wait."""
         self._window_drives |= by_window
         self._cycle_at = self._clock.monotonic()
         with self._lock:
             self._to_poll += self._lanes.keys() - set(self._to_poll)
+            self._in_turn = max(POLLED_AT_ONCE, math.ceil(len(self._to_poll) * TURN_EVERY / CYCLE_TAKES))
         self._poll_some()
         if self._to_poll:
             self.wake()
@@ -159,7 +170,7 @@ class PollLoop:
     def _poll_some(self) -> None:
         self._turn_at = self._clock.monotonic() + TURN_EVERY
         with self._lock:
-            turn, self._to_poll = self._to_poll[:POLLED_AT_ONCE], self._to_poll[POLLED_AT_ONCE:]
+            turn, self._to_poll = self._to_poll[:self._in_turn], self._to_poll[self._in_turn:]
             threads = [self._lanes[key] for key in turn if key in self._lanes]
         for thread in threads:
             thread.kick(poll=True)
@@ -204,6 +215,8 @@ class PollLoop:
             self._robots_changed = True
         if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
             self.wake()
+        elif topic is Topic.EXECUTIONS and self._in_tick and threading.current_thread() is self._thread:
+            return                            # the tick itself tells what is to be sent
         elif topic in (Topic.EXECUTIONS, Topic.HOLDS):
             with self._lock:
                 threads = list(self._lanes.values()) if about is None else [self._lanes[about]] if about in self._lanes else []
@@ -240,7 +253,12 @@ class PollLoop:
         database_failed = self._alarms.is_database_failing
         if database_failed:
             self._scheduler.probe()          # raises as long as it does
-        for robot_id in self._scheduler.tick().robot_ids:
+        self._in_tick = True
+        try:
+            fallen = self._scheduler.tick()
+        finally:
+            self._in_tick = False
+        for robot_id in fallen.robot_ids:
             self.kick(robot_id)
         for robot_id in self._scheduler.due_soon():
             self.kick(robot_id, due_soon=True)

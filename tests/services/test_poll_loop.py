@@ -24,7 +24,7 @@ class CountingLane:
         self._polls = polls
         self.hangs: Callable[[], None] = lambda: None      # or raises
 
-    def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = ()) -> float:
+    def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = (), changed: bool = True) -> float:
         self.hangs()
         self._polls[self.robot.id] += poll
         self.polled = True

@@ -68,6 +68,7 @@ class Site:
         self._due: dict[int, float] = {}
         self._polls: set[int] = set()
         self._soon: set[int] = set()
+        self._changed: set[int] = set()
         self._intents: dict[int, list[Execution]] = {}
         self.container.loop.ready = lambda key: self._lanes[key].ready() if key in self._lanes else None
         self.container.loop.hand_over = self._hand_over
@@ -139,6 +140,7 @@ class Site:
         kicked = self.container.scheduler.tick().robot_ids
         soon = self.container.scheduler.due_soon() & self._lanes.keys()
         self._soon |= soon
+        self._changed |= kicked
         for key in kicked | soon:
             self._due[key] = self.clock.monotonic()
         if self.clock.monotonic() >= self._next_cycle:
@@ -165,15 +167,17 @@ class Site:
         wanted = key in self._polls
         self._polls.discard(key)
         self._due[key] = math.inf
-        soon = key in self._soon
+        soon, changed = key in self._soon, key in self._changed
         self._soon.discard(key)
-        wait = self._lanes[key].step(wanted, soon, self._intents.pop(key, ()))
+        self._changed.discard(key)
+        wait = self._lanes[key].step(wanted, soon, self._intents.pop(key, ()), changed)
         self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
 
     def kick(self) -> None:
         """As after an operator's press: every lane looks at once."""
         for key in self._lanes:
             self._due[key] = self.clock.monotonic()
+            self._changed.add(key)
         self._next_tick = self.clock.monotonic()
 
     # ------------------------------------------------------------------ looking
