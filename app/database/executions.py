@@ -9,7 +9,7 @@ from math import ceil
 from operator import attrgetter
 from statistics import median
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.database.values import from_json, marks, to_instant, to_json, to_optional_instant, to_text
 from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Usual, Wait
@@ -48,6 +48,14 @@ class PageKey:
     @classmethod
     def of(cls, execution: Execution) -> PageKey:
         return cls(execution.planned_at, execution.id)
+
+
+class Unsent(NamedTuple):
+    """What tells whether an execution that no robot has yet wants something now."""
+    id: int
+    state: State
+    closes_at: datetime
+    is_cancelled: bool
 
 
 class ExecutionRepository:
@@ -124,6 +132,18 @@ class ExecutionRepository:
     def open_for(self, c: sqlite3.Connection, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
         """Open ones of a robot, or those of them in some states, oldest first."""
         return self._list(c, f"WHERE robot_id = ? AND {_OPEN} AND state IN ({marks(states)}) ORDER BY planned_at, id", robot_id, *states)
+
+    def unsent_of(self, c: sqlite3.Connection, robot_id: int) -> list[Unsent]:
+        """What waits for a robot or is on its way to it, in no order."""
+        rows = c.execute(f"""SELECT id, state, closes_at, cancel_code FROM executions
+                             WHERE robot_id = ? AND {_OPEN} AND state IN ('waiting', 'submitting')""", (robot_id,))
+        return [Unsent(id_, State(state), to_instant(closes_at), cancel_code is not None) for id_, state, closes_at, cancel_code in rows]
+
+    def still(self, c: sqlite3.Connection, ids: Sequence[int], states: Sequence[State]) -> list[Execution]:
+        """Those of these rows that stand in one of the states, in no order."""
+        if not ids:
+            return []
+        return self._list(c, f"WHERE id IN ({marks(ids)}) AND state IN ({marks(states)})", *ids, *states)
 
     def has_sent(self, c: sqlite3.Connection, robot_id: int) -> bool:
         """Whether anything open of a robot is with it, or may be."""

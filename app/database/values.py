@@ -40,7 +40,7 @@ def _plain(value: Any) -> Any:
 
 
 def from_json(text: str) -> Any:
-    return json.loads(text)
+    return {} if text == "{}" else json.loads(text)       # most are, and most of the time of reading a row would go there
 
 
 def marks(values: Iterable[object]) -> str:

@@ -12,13 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
 
+from app.database.executions import Unsent
 from app.models import Execution, Reason, ReasonCode, Robot, Settings, State, Wait
 from app.services import decisions
 from app.services.alarms import Alarms
 from app.services.clock import Clock
 from app.services.downtime import Downtime
 from app.services.holds import Holds
-from app.services.ledger import Ledger
+from app.services.ledger import Ledger, Move
 from app.services.mir.client import RobotClient
 from app.services.mir.errors import Delivery, Rejected, RobotError, Unauthorized
 from app.services.mir.types import QueueItem, RobotStatus
@@ -77,15 +78,21 @@ class Dispatcher:
 
     def run(self, only: int | None = None) -> float:
         """Do what can be done now; returns the seconds until it wants to be called again (inf: when something changes)."""
-        executions = self._to_be_sent(only)
-        open_ids = {e.id for e in executions}
+        unsent = self._unsent(only)
+        open_ids = {each.id for each in unsent}
         self._memory.forget_all_but(open_ids)
         self._handed_over.clear()
-        for execution in decisions.in_dispatch_order(executions):
+        unreachable: list[Execution] = []
+        for execution in decisions.in_dispatch_order(self._ledger.unsent([each.id for each in unsent if self._is_awake(each)])):
             if execution.state is State.SUBMITTING:
                 self._look_for(execution)
-            else:
-                self._consider(execution)
+            elif self._is_to_be_tried(execution):
+                if self._status_now()[0] is None:
+                    unreachable.append(execution)
+                else:
+                    self._try(execution)
+        if unreachable:
+            self._read_failed(unreachable, self._status_now()[1])
         return math.inf if open_ids <= self._handed_over else self._next_call(only)
 
     def ready(self) -> Ready | None:
@@ -109,16 +116,22 @@ class Dispatcher:
             with contextlib.suppress(RobotError, WrongRobot):         # it is asked again at the instant itself, and only that counts
                 self._status_read = (self._clock.monotonic(), self._read_status(), None)
 
-    def _to_be_sent(self, only: int | None) -> list[Execution]:
-        return [e for e in self._ledger.open_for(self._robot.id, (State.WAITING, State.SUBMITTING)) if only in (None, e.id)]
+    def _unsent(self, only: int | None) -> list[Unsent]:
+        return [each for each in self._ledger.unsent_of(self._robot.id) if only in (None, each.id)]
+
+    def _is_awake(self, unsent: Unsent) -> bool:
+        """Whether it has to be looked at now. Hundreds may wait for a robot that is gone: each is loaded when its time has come."""
+        return (unsent.state is State.SUBMITTING or unsent.is_cancelled or self._clock.now() >= unsent.closes_at
+                or self._memory.not_before.get(unsent.id, -math.inf) <= self._clock.monotonic()
+                or self._holds.active(self._robot.id) is not None)
 
     def _next_call(self, only: int | None) -> float:
         waits = [math.inf]
         now, mono = self._clock.now(), self._clock.monotonic()
-        for execution in self._to_be_sent(only):
-            until = self._memory.not_before.get(execution.id, mono) - mono
-            if execution.state is State.WAITING:
-                until = min(until, (execution.closes_at - now).total_seconds())
+        for unsent in self._unsent(only):
+            until = self._memory.not_before.get(unsent.id, mono) - mono
+            if unsent.state is State.WAITING:
+                until = min(until, (unsent.closes_at - now).total_seconds())
             waits.append(max(0.0, until))
         return min(waits)
 
@@ -126,8 +139,8 @@ class Dispatcher:
         self._memory.not_before[execution.id] = self._clock.monotonic() + seconds
 
     # ------------------------------------------------------------------ waiting
-    def _consider(self, execution: Execution) -> None:
-        """One waiting execution: end it, leave it waiting, or try it."""
+    def _is_to_be_tried(self, execution: Execution) -> bool:
+        """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting."""
         now = self._clock.now()
         if execution.cancel_code:
             self._ledger.end(execution, Reason(execution.cancel_code))
@@ -137,10 +150,9 @@ class Dispatcher:
         elif hold := self._holds.active(self._robot.id):
             self._ledger.waits(execution, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
             self._later(execution, RECHECK)
-        elif self._is_held_for_late_start(execution):
-            pass
-        elif self._memory.not_before.get(execution.id, -math.inf) <= self._clock.monotonic():
-            self._try(execution)
+        elif not self._is_held_for_late_start(execution):
+            return self._memory.not_before.get(execution.id, -math.inf) <= self._clock.monotonic()
+        return False
 
     def _is_held_for_late_start(self, execution: Execution) -> bool:
         """A late start after the app was off is listed for some seconds first, on the monotonic clock from when it is first seen."""
@@ -152,12 +164,9 @@ class Dispatcher:
         return self._memory.not_before[execution.id] > self._clock.monotonic()
 
     def _try(self, execution: Execution) -> None:
-        settings = self._settings()
-        status, error = self._status_now()
-        if status is None:
-            self._read_failed(execution, error, settings)
-            return
-        battery, minimum = status.battery_percentage, execution.minimum_battery_percent
+        """Send it, if the battery allows that and the robot's queue can be read. The status was read a moment ago."""
+        settings, (status, _error) = self._settings(), self._status_now()
+        battery, minimum = status.battery_percentage if status else None, execution.minimum_battery_percent
         if not decisions.battery_allows(battery, minimum):
             self._ledger.waits(execution, Wait.BATTERY, battery=battery, minimum=minimum)
             self._later(execution, RECHECK)
@@ -168,7 +177,7 @@ class Dispatcher:
                 floor = self._client.highest_queue_id() or 0
             already_there = self._from_before_restore(execution, floor)
         except RobotError as problem:
-            self._read_failed(execution, problem, settings)
+            self._read_failed([execution], problem)
             return
         if self._clock.now() >= execution.closes_at:
             return                                    # the reads took too long; ended by the next call
@@ -196,27 +205,29 @@ class Dispatcher:
             self._status_read = (self._clock.monotonic(), status, error)
         return status, error
 
-    def _read_failed(self, execution: Execution, error: Exception | None, settings: Settings) -> None:
-        """A read before the POST brought nothing: final for a wrong robot or user, else an attempt that failed."""
+    def _read_failed(self, executions: list[Execution], error: Exception | None) -> None:
+        """A read before the POST brought nothing: final for a wrong robot or user, else an attempt of each that failed."""
         match error:
             case WrongRobot():
-                self._ledger.end(execution, Reason(ReasonCode.WRONG_ROBOT, {"expected": error.expected, "found": error.found}))
+                self._end_all(executions, Reason(ReasonCode.WRONG_ROBOT, {"expected": error.expected, "found": error.found}))
             case Unauthorized():
-                self._ledger.end(execution, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.told}))
+                self._end_all(executions, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.told}))
             case _:
-                self._attempt_failed(execution, "" if error is None else made_of(error), settings)
+                self._attempts_failed(executions, "" if error is None else made_of(error), self._settings())
 
-    def _attempt_failed(self, execution: Execution, problem: Told, settings: Settings, waited: bool = False) -> None:
+    def _end_all(self, executions: list[Execution], reason: Reason) -> None:
+        self._ledger.make([self._ledger.ended(execution, reason, (execution.state,)) for execution in executions])
+
+    def _attempts_failed(self, executions: list[Execution], problem: Told, settings: Settings, waited: bool = False) -> None:
         """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or give up at the retry limit."""
-        waiting = self._ledger.attempt_failed(execution, problem)
-        if waiting is None:
-            return
-        if waiting.cancel_code:
-            self._ledger.end(waiting, Reason(waiting.cancel_code))
-        elif reason := decisions.after_failed_attempt(waiting, settings, problem):
-            self._ledger.end(waiting, reason)
-        else:
-            self._later(waiting, 0.0 if waited else decisions.back_off(waiting.attempts, settings))
+        given_up: list[Move] = []
+        for waiting in self._ledger.make([self._ledger.attempt_failed(execution, problem) for execution in executions]):
+            cancelled = Reason(waiting.cancel_code) if waiting.cancel_code else None
+            if reason := cancelled or decisions.after_failed_attempt(waiting, settings, problem):
+                given_up.append(self._ledger.ended(waiting, reason, (State.WAITING,)))
+            else:
+                self._later(waiting, 0.0 if waited else decisions.back_off(waiting.attempts, settings))
+        self._ledger.make(given_up)
 
     # ------------------------------------------------------------------ submitting
     def _send(self, intent: Execution, settings: Settings) -> bool:
@@ -234,7 +245,7 @@ class Dispatcher:
     def _not_accepted(self, intent: Execution, error: RobotError, settings: Settings) -> None:
         if error.delivery is Delivery.NOT_SENT:
             self._status_read = (-math.inf, None, None)
-            self._attempt_failed(intent, error.told, settings)
+            self._attempts_failed([intent], error.told, settings)
         elif error.delivery is Delivery.REFUSED:
             self._ledger.end(intent, self._refusal(intent, error))
         else:
@@ -360,4 +371,4 @@ class Dispatcher:
             self._ledger.end(intent, Reason(ReasonCode.WINDOW_CLOSED, {"attempts": intent.attempts, "until": intent.closes_at.isoformat(),
                                                                       "problem": problem}))
         else:
-            self._attempt_failed(intent, problem, settings, waited=True)      # the quiet time was wait enough
+            self._attempts_failed([intent], problem, settings, waited=True)   # the quiet time was wait enough

@@ -12,7 +12,7 @@ from datetime import datetime
 from typing import Any
 
 from app.database.connection import Database
-from app.database.executions import ExecutionRepository
+from app.database.executions import ExecutionRepository, Unsent
 from app.database.settings import SettingsRepository
 from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Wait
 from app.services.alarms import Alarms
@@ -22,6 +22,7 @@ from app.services.reasons import sentence, to_store
 from app.told import Told
 
 log = logging.getLogger("app.executions")
+NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least nobody knows yet
 WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
 
 
@@ -46,6 +47,14 @@ class Ledger:
 
     def open_for(self, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
         return self._executions.open_for(self._db.read(), robot_id, states)
+
+    def unsent_of(self, robot_id: int) -> list[Unsent]:
+        """What waits for a robot, or is on its way to it, in short."""
+        return self._executions.unsent_of(self._db.read(), robot_id)
+
+    def unsent(self, ids: Sequence[int]) -> list[Execution]:
+        """Those of these that still wait or are on their way."""
+        return self._executions.still(self._db.read(), ids, NOT_WITH_THE_ROBOT)
 
     def has_sent(self, robot_id: int) -> bool:
         """Whether anything of ours is with this robot, or may be."""
@@ -88,12 +97,6 @@ class Ledger:
         return self._change(execution, (State.WAITING,), quietly=True, state=State.SUBMITTING, attempts=execution.attempts + 1,
                             queue_floor=floor)
 
-    def attempt_failed(self, execution: Execution, problem: Told) -> Execution | None:
-        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
-        attempts = execution.attempts + (execution.state is State.WAITING)
-        return self._change(execution, (State.WAITING, State.SUBMITTING), state=State.WAITING, attempts=attempts,
-                            wait=Wait.RETRY, wait_details={"problem": problem})
-
     def accepted(self, execution: Execution, queue_id: int) -> Execution | None:
         return self._change(execution, (State.SUBMITTING,), state=State.QUEUED, queue_id=queue_id, submitted_at=self._clock.now())
 
@@ -116,6 +119,12 @@ class Ledger:
         for robot_id in {row.robot_id for row in changed}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         return changed
+
+    def attempt_failed(self, execution: Execution, problem: Told) -> Move:
+        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
+        attempts = execution.attempts + (execution.state is State.WAITING)
+        return Move(execution, NOT_WITH_THE_ROBOT, {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY,
+                                                    "wait_details": {"problem": problem}})
 
     def started(self, execution: Execution, robot_delay_s: float | None) -> Move:
         return Move(execution, (State.QUEUED,), {"state": State.EXECUTING, "started_at": self._clock.now(), "robot_delay_s": robot_delay_s})

@@ -57,7 +57,7 @@ def test_a_blind_retry_is_found(tmp_path, monkeypatch):
 
     def blind(self, intent, error, settings):
         if error.delivery is Delivery.UNKNOWN:
-            self._attempt_failed(intent, error.text, settings)
+            self._attempts_failed([intent], error.text, settings)
         else:
             original(self, intent, error, settings)
     monkeypatch.setattr(dispatcher.Dispatcher, "_not_accepted", blind)
