@@ -23,8 +23,10 @@ class CountingLane:
         self.robot, self.polled, self.watched, self.clock_offset = robot, False, False, None
         self._polls = polls
         self.hangs: Callable[[], None] = lambda: None      # or raises
+        self.told: list[bool] = []       # whether the ledger may hold something new, round by round
 
     def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = (), changed: bool = True) -> float:
+        self.told.append(changed)
         self.hangs()
         self._polls[self.robot.id] += poll
         self.polled = True
@@ -107,9 +109,10 @@ def test_a_lane_that_meets_an_unexpected_error_goes_on(start, polls, monkeypatch
             left[robot.id] -= 1
             raise RuntimeError("planted")
 
-    start(3, trouble=trouble)
+    loop = start(3, trouble=trouble)
     wait_for(lambda: len(polls) == 3 and min(polls.values()) >= 3)
     assert left == {1: 0}
+    assert loop._lanes[1].lane.told[:5] == [False, True, True, True, False]       # what a round did not get to, the next one takes up
     assert [record.exc_info is not None for record in caplog.records] == [True] * 3
 
 

@@ -1,0 +1,123 @@
+"""What a lane's rounds leave undone: with fifty robots and hundreds of missions a minute, everything needless makes others late."""
+from __future__ import annotations
+
+from itertools import pairwise
+from types import SimpleNamespace
+
+import pytest
+
+from app.models import State
+from app.services.lane import LIVE_EVERY, Lane
+from app.services.mir.errors import Unreachable
+
+DUE = 300.0              # s from the beginning: 06:05
+COUNT = 10
+
+
+@pytest.fixture
+def ledger(site, monkeypatch) -> SimpleNamespace:
+    """What is asked of the ledger from here on: ``looks`` for what waits, sizes of the ``writes`` that make moves."""
+    seen, real = SimpleNamespace(looks=0, writes=[]), site.container.ledger
+    unsent_of, make = real.unsent_of, real.make
+
+    def look(robot_id):
+        seen.looks += 1
+        return unsent_of(robot_id)
+
+    def write(moves):
+        seen.writes += [len(moves)] if moves else []
+        return make(moves)
+
+    monkeypatch.setattr(real, "unsent_of", look)
+    monkeypatch.setattr(real, "make", write)
+    return seen
+
+
+def test_what_was_handed_over_is_sent_without_opening_the_ledger(site, plan, ledger):
+    plan("2026-11-23T06:05")
+    site.run(DUE - 1.0)
+    [lane] = site._lanes.values()
+    lane.step(False, due_soon=True, changed=False)
+    site.clock.advance(1.05)
+    site.container.scheduler.tick()
+    [intent] = site._intents.pop(lane.robot.id)
+    ledger.looks = 0
+    wait = lane.step(False, intents=[intent], changed=False)
+    assert [run.state for run in site.executions()] == [State.QUEUED]
+    assert ledger.looks == 0
+    assert 0.5 * LIVE_EVERY <= wait <= 1.5 * LIVE_EVERY          # then its way is followed
+
+
+def test_what_could_not_be_handed_over_is_taken_up_again(site, plan, ledger):
+    plan("2026-11-23T06:05")
+    site.run(DUE - 1.0)
+    [lane] = site._lanes.values()
+    lane.step(False, due_soon=True, changed=False)
+    site.clock.advance(1.05)
+    site.container.scheduler.tick()
+    [intent] = site._intents.pop(lane.robot.id)
+    site.network.down.add("R1")
+    wait = lane.step(False, intents=[intent], changed=False)
+    assert (site.executions()[0].state, site.executions()[0].attempts) == (State.WAITING, 1)
+    site.network.down.clear()
+    site.clock.advance(wait)
+    lane.step(False, changed=False)                              # nobody has to tell that its time has come
+    assert site.executions()[0].state is State.QUEUED
+
+
+def test_what_waits_for_a_robot_that_is_gone_is_one_write_a_try(site, plan, ledger):
+    for number in range(COUNT):
+        plan("2026-11-23T06:05", name=f"S{number}")
+    site.run(DUE - 1.0)
+    site.network.down.add("R1")
+    site.run(2.0)
+    assert [run.attempts for run in site.executions()] == [1] * COUNT
+    assert ledger.writes == [COUNT]
+    site.network.down.clear()
+    site.run(60.0)
+    assert all(run.queue_id for run in site.executions())
+
+
+def test_what_one_look_brings_is_one_write(site, plan, ledger):
+    for number in range(COUNT):
+        plan("2026-11-23T06:05", name=f"S{number}")
+    site.run(DUE + 2.0)
+    site.machines["R1"].cancel_all()
+    ledger.writes.clear()
+    site.run(2 * LIVE_EVERY)
+    assert [run.state for run in site.executions()] == [State.CANCELLED] * COUNT
+    assert ledger.writes[0] >= COUNT
+
+
+def test_a_look_that_breaks_off_keeps_what_it_has_seen(site, plan, monkeypatch):
+    for name in ("first", "second"):
+        plan("2026-11-23T06:05", name=name)
+    site.run(DUE + 2.0)
+    [lane] = site._lanes.values()
+    _first, second = site.executions()
+    site.machines["R1"].cancel_all()
+    read = lane.client.queue_item
+
+    def breaks_off(queue_id):
+        if queue_id == second.queue_id:
+            raise Unreachable(address="r1")
+        return read(queue_id)
+
+    monkeypatch.setattr(lane.client, "queue_item", breaks_off)
+    site.run(2 * LIVE_EVERY)
+    first, second = site.executions()
+    assert not first.state.is_open
+    assert second.state.is_open
+
+
+def test_many_robots_are_looked_at_evenly_over_time():
+    """Also when all of them were sent to in one moment; the one on screen keeps its two seconds."""
+    def pause(number: int, watched: bool = False) -> float:
+        return Lane._apart(SimpleNamespace(watched=watched, robot=SimpleNamespace(id=number)), LIVE_EVERY)
+
+    for robots in (range(1, 51), range(100, 200, 2)):
+        moments = sorted(pause(number) for number in robots)
+        assert moments[0] >= 0.5 * LIVE_EVERY
+        assert moments[-1] <= 1.5 * LIVE_EVERY
+        assert max(later - earlier for earlier, later in pairwise(moments)) <= 2.5 * LIVE_EVERY / len(robots)
+    assert pause(7, watched=True) == LIVE_EVERY
