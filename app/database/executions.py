@@ -150,10 +150,9 @@ class ExecutionRepository:
         found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
         return found is not None
 
-    def has_unsent(self, c: sqlite3.Connection, robot_id: int) -> bool:
-        """Whether anything of a robot waits, or is on its way to it."""
-        found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state IN ('waiting', 'submitting') LIMIT 1",
-                          (robot_id,)).fetchone()
+    def has_waiting(self, c: sqlite3.Connection, robot_id: int) -> bool:
+        """Whether anything waits for a robot."""
+        found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state = 'waiting' LIMIT 1", (robot_id,)).fetchone()
         return found is not None
 
     def open_all(self, c: sqlite3.Connection) -> list[Execution]:

@@ -96,7 +96,7 @@ class Dispatcher:
         return math.inf if open_ids <= self._handed_over else self._next_call(only)
 
     def ready(self) -> Ready | None:
-        """Whether what falls due now could go out without another look at the robot. Asked by the scheduler's thread, changes nothing."""
+        """Whether what is due now can go out without another look at the robot. Changes nothing; the scheduler's thread asks it too."""
         read_at, status, _error = self._status_read
         floor = self._queue_floor()
         if status is None or floor is None or self._clock.monotonic() - read_at > STATUS_IS_FRESH:
@@ -106,9 +106,17 @@ class Dispatcher:
         return Ready(status.battery_percentage, floor)
 
     def send(self, intent: Execution) -> bool:
-        """The first attempt of one whose intent was written when it fell due; returns whether the robot has it now. If the ledger was
-        looked at before this came, it is being looked for on the robot already, and whoever has begun that never sends."""
-        return intent.id not in self._memory.unknown_since and self._send(intent, self._settings())
+        """The first attempt of one whose intent was written when it fell due; returns whether the robot has it now.
+
+        If the ledger was looked at before this came, it is being looked for on the robot already, and whoever has begun that never sends.
+        If the robot is not what it was then (the one sent before it got no answer, or somebody holds it), it waits like any other.
+        """
+        if intent.id in self._memory.unknown_since:
+            return False
+        if self.ready() is None or self._clock.now() >= intent.closes_at:
+            self._ledger.make([self._ledger.not_tried(intent)])
+            return False
+        return self._send(intent, self._settings())
 
     def prepare(self) -> None:
         """Something falls due in about a second: the status is read ahead, so that then only the intent and the POST remain."""

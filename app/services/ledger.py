@@ -120,6 +120,10 @@ class Ledger:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         return changed
 
+    def not_tried(self, intent: Execution) -> Move:
+        """An intent whose POST was not even begun."""
+        return Move(intent, (State.SUBMITTING,), {"state": State.WAITING, "attempts": intent.attempts - 1})
+
     def attempt_failed(self, execution: Execution, problem: Told) -> Move:
         """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
         attempts = execution.attempts + (execution.state is State.WAITING)

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -67,7 +66,7 @@ class Planner:
         fallen = Fallen()
         while (due := self.next_due()) is not None and due <= (now := self._clock.now()):
             self._db.write(lambda c, now=now: self._take_due(c, now, fallen))  # type: ignore[misc]
-            for intent in fallen.intents:              # before anybody hears of it and looks
+            for intent in decisions.in_dispatch_order(fallen.intents):       # before anybody hears of it and looks
                 self._hand_over(intent)
             fallen.intents.clear()
         if fallen.missed:
@@ -86,15 +85,13 @@ class Planner:
         install_id = self._settings.install_id(c)
         calendar = working_calendar(c, settings)
         robot_of, mission_of = cache(lambda key: self._robots.get(c, key)), cache(lambda key: self._missions.get(c, key))
-        due = self._schedules.due(c, now, AT_ONCE)
-        together = Counter(schedule.robot_id for schedule in due)
-        for schedule in due:
+        for schedule in self._schedules.due(c, now, AT_ONCE):
             robot, mission = robot_of(schedule.robot_id), mission_of(schedule.mission_id)
             if robot is None or mission is None:           # foreign keys don't let that happen
                 self._schedules.advance(c, schedule.id, None)
                 continue
             maker = _RowMaker(schedule, robot, mission, settings, install_id, now)
-            ready = self._ready(robot.id) if together[robot.id] == 1 and not self._executions.has_unsent(c, robot.id) else None
+            ready = None if self._executions.has_waiting(c, robot.id) else self._ready(robot.id)     # what waits may have to go first
             self._take_schedule(c, schedule, maker, calendar, ready, fallen)
 
     def _take_schedule(self, c: sqlite3.Connection, schedule: Schedule, make: _RowMaker, calendar: WorkingCalendar, ready: Ready | None,

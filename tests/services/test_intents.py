@@ -3,7 +3,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.models import Execution, ReasonCode, State
+from app.models import Execution, ReasonCode, State, Wait
+from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05
 QUIET = 90.0             # s until what nobody knows of is sent again
@@ -84,14 +85,12 @@ def test_one_that_comes_a_moment_later_is_sent_at_once(site, held_up):
     assert sent(site) == [intent.token]
 
 
-@pytest.mark.parametrize("obstacle", ["held", "low battery", "not read", "two at once", "one before"])
+@pytest.mark.parametrize("obstacle", ["held", "low battery", "not read", "one before"])
 def test_whatever_needs_a_second_look_is_written_as_waiting(site, plan, obstacle):
     if obstacle == "one before":
         site.machines["R1"].set_battery(20.0)
         plan("2026-11-23T06:04", minimum_battery_percent=50)
     plan("2026-11-23T06:05", minimum_battery_percent=50 if obstacle == "low battery" else 0)
-    if obstacle == "two at once":
-        plan("2026-11-23T06:05", name="The same minute")
     site.run(DUE - 1.0)
     if obstacle == "held":
         site.container.holds.hold("cleaning")
@@ -103,6 +102,47 @@ def test_whatever_needs_a_second_look_is_written_as_waiting(site, plan, obstacle
         assert [run.state for run in site.executions()] == [State.WAITING]
         return
     assert set(fall_due(site)) == {State.WAITING}
+
+
+def test_those_due_together_go_in_their_order(site, plan):
+    for name, priority in (("late", 0), ("early", 0), ("first", 5)):
+        plan("2026-11-23T06:05", name=name, priority=priority)
+    site.run(DUE - 1.0)
+    assert fall_due(site) == [State.SUBMITTING] * 3
+    site.run(0.1)
+    runs = {run.token: run.schedule for run in site.executions()}
+    assert [runs[token] for token in sent(site)] == ["first", "early", "late"]
+
+
+@pytest.mark.parametrize("fate", [Fate.REFUSED, Fate.ANSWER_LOST])
+def test_when_the_first_meets_trouble_the_others_wait(site, plan, fate):
+    """None of them is thrown at a robot that has just failed, and none is doubled or lost."""
+    for number in range(3):
+        plan("2026-11-23T06:05", name=f"S{number}")
+    site.run(DUE - 1.0)
+    assert fall_due(site) == [State.SUBMITTING] * 3
+    [lane] = site._lanes.values()
+    site.network.down.add("R1")
+    if fate is Fate.ANSWER_LOST:
+        site.network.next("POST", "/mission_queue", fate)
+    lane.step(False, intents=site._intents.pop(lane.robot.id), changed=False)
+    first, *others = site.executions()
+    assert first.state is (State.WAITING if fate is Fate.REFUSED else State.SUBMITTING)
+    assert [(run.state, run.attempts) for run in others] == [(State.WAITING, 1)] * 2      # their own look at the robot brought nothing
+    site.network.down.clear()
+    site.run(2 * QUIET)
+    assert sorted(sent(site)) == sorted(run.token for run in site.executions())
+
+
+def test_a_hold_that_comes_between_stops_it(site, plan):
+    plan("2026-11-23T06:05")
+    site.run(DUE - 1.0)
+    assert fall_due(site) == [State.SUBMITTING]
+    site.container.holds.hold("cleaning")
+    site.run(10.0)
+    [run] = site.executions()
+    assert (run.state, run.wait, run.attempts) == (State.WAITING, Wait.HOLD, 0)
+    assert sent(site) == []
 
 
 def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):
