@@ -63,8 +63,7 @@ class RobotMaps:
         if robot is None or not map_id:
             self._postpone(key, LOOK_AGAIN)
             return None
-        path = self._path(robot, map_id)
-        if self.known(robot_id, map_id) is None and key not in self._due_at and (kept := self._read(path)) is not None:
+        if self.known(robot_id, map_id) is None and key not in self._due_at and (kept := self._kept(robot, map_id)) is not None:
             self._remember(key, kept)
             self._postpone(key, 0.0)             # the robot is asked next
             return kept
@@ -79,7 +78,7 @@ class RobotMaps:
             return self.known(robot_id, map_id)
         self._remember(key, picture)
         self._postpone(key, LOOK_AGAIN)
-        self._keep(path, picture)
+        self._keep(self._path(robot.serial_number or robot.address, map_id), picture)
         return picture
 
     # ------------------------------------------------------------------ inside
@@ -115,9 +114,14 @@ class RobotMaps:
             log.warning("The map of %s can't be shown: %s", robot.name, problem)
 
     # ------------------------------------------------------------------ files
-    def _path(self, robot: Robot, map_id: str) -> Path:
-        name = hashlib.sha256(f"{robot.serial_number or robot.address}\n{map_id}".encode("utf-8", "surrogatepass")).hexdigest()
+    def _path(self, owner: str, map_id: str) -> Path:
+        name = hashlib.sha256(f"{owner}\n{map_id}".encode("utf-8", "surrogatepass")).hexdigest()
         return self._directory / f"{name[:40]}.json"
+
+    def _kept(self, robot: Robot, map_id: str) -> MapPicture | None:
+        """Under the robot's serial number, or under its address: the first picture may have come before the number was known."""
+        owners = filter(None, (robot.serial_number, robot.address))
+        return next(filter(None, (self._read(self._path(owner, map_id)) for owner in owners)), None)
 
     def _read(self, path: Path) -> MapPicture | None:
         try:

@@ -130,6 +130,14 @@ def test_what_the_interface_itself_refuses_is_garbage_too(site: Site, caplog: py
     assert len(caplog.records) == 1
 
 
+def test_a_map_that_came_before_the_serial_number_is_found_after_it(site: Site) -> None:
+    site.robots[1] = Robot("Aino", AINO.address, id=1)
+    site.maps.learn(1, "m")
+    site.robots[1] = AINO
+    site.client.maps["m"] = Unreachable(address="10.0.0.1")
+    assert site.restarted().learn(1, "m") is not None
+
+
 def test_a_map_without_names_is_a_map(tmp_path: Path) -> None:
     site = Site(tmp_path)
     site.client = FakeClient(site.client.maps, positions=TimedOut(address="a", seconds="5"))
