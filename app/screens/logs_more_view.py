@@ -176,7 +176,7 @@ def _about_delays(delays: Delays) -> tuple[str, str, list[Row]]:
 def _about_causes(causes: Sequence[Cause]) -> tuple[str, str, list[Row]]:
     rows = [{"label": cause_text(cause), "value": _("{n} · {share}").format(n=cause.number, share=formats.percent(cause.share * 100)),
              "note": ""} for cause in causes]
-    return _("Reasons of failure"), _(
+    return _("Reasons for failure"), _(
         "Failed runs, however they had been started, by why they failed, most frequent first. What the robot ended itself is told in its "
         "own words, without names and numbers. The line shows which share of all failures the reasons down to there make up."), rows
 

@@ -72,7 +72,9 @@ def _share_on_missions(one: RobotTimeline) -> str:
     """Of the time for which it was seen and could be reached."""
     seconds = one.seconds
     seen = sum(value for activity, value in seconds.items() if activity not in (NO_DATA, "offline"))
-    return _("{share} on missions").format(share=formats.percent(seconds.get("executing", 0.0) / seen * 100)) if seen else _("never seen")
+    if not seen:
+        return _("never seen")
+    return _("seen on missions {share}").format(share=formats.percent(seconds.get("executing", 0.0) / seen * 100))
 
 
 def ticks(facts: StatesFacts, zone: ZoneInfo) -> list[Tick]:

@@ -200,8 +200,8 @@ def _causes(report: ShiftReport) -> str:
     rows = [[escape(_unbroken(cause_text(cause))), str(cause.number), escape(formats.percent(cause.cumulative * 100))]
             for cause in report.causes]
     if not rows:
-        return _table(_("Reasons of failure"), (), rows, note=_("No run failed."))
-    return _table(_("Reasons of failure"), (_("Reason"), _("Number"), _("Cumulative")), rows, (1, 2))
+        return _table(_("Reasons for failure"), (), rows, note=_("No run failed."))
+    return _table(_("Reasons for failure"), (_("Reason"), _("Number"), _("Cumulative")), rows, (1, 2))
 
 
 def _runs(report: ShiftReport) -> str:

@@ -27,7 +27,8 @@ class Styled:
         if self.disabled:
             quiet = self.style in ("outlined", "plain", "danger")
             self.back = CLEAR if quiet else tk.neutral_bg
-            self.front, self.edge = tk.disabled, CLEAR if self.style == "plain" else tk.line
+            faint = (*tk.disabled[:3], .45) if tk.strong else tk.line      # a strong line would say that it can be pressed
+            self.front, self.edge = tk.disabled, CLEAR if self.style == "plain" else faint
             return
         self.back, self.front, self.edge = {
             "filled": (tk.accent, tk.accent_ink, tk.accent),
@@ -35,8 +36,15 @@ class Styled:
             "outlined": (tk.surface, tk.ink, tk.outline),
             "plain": (CLEAR, tk.ink2, CLEAR),
             "danger": (tk.surface, tk.fault, tk.fault),
-            "onsolid": (tk.surface, tk.ink if tk.theme == "dark" else getattr(tk, self.tone), tk.surface),
+            "onsolid": (tk.surface, tk.ink if tk.theme == "dark" else getattr(tk, self.tone), self._edge_on_solid()),
         }[self.style]
+
+
+    def _edge_on_solid(self):
+        """3:1 against the ground where the button's own fill is not: white on amber, dark on a dark red."""
+        if tk.theme == "dark":
+            return tk.ink
+        return tk.amber_ink if self.tone == "attention" else tk.surface
 
 
 class CommandButton(Styled, TonedTap):

@@ -46,4 +46,6 @@ class StackedBars(Chart):
             gap = 1 if k else 0
             corners = (dp(4), dp(4), 0, 0) if k == len(parts) - 1 else 0
             self.box(x, y + gap, width, height - gap, getattr(tk, token), corners)
+            if tk.strong:                # amber on white has no edge of its own
+                self.box(x, y + gap, width, height - gap, tk.ink, corners, ring=dp(1))
             y += height

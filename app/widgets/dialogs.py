@@ -33,6 +33,15 @@ class Overlay(ModalView):
     """A modal view that Esc closes even where a tap beside it does not (``auto_dismiss`` False, as forms have it)."""
     dims = BooleanProperty(True)             # what lies behind it
 
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("pos", self._on_whole_pixels)
+
+    def _on_whole_pixels(self, *_):
+        """Half a pixel beside the grid, where a centred odd height would put it, text is soft and lines are of two greys."""
+        if self.pos != [round(self.x), round(self.y)]:
+            self.pos = round(self.x), round(self.y)
+
     def _handle_keyboard(self, _window, key, *_):
         if key == ESCAPE:
             self.dismiss()

@@ -43,6 +43,7 @@ class LongList(CalmScroll):
     spacing = NumericProperty("8dp")
     row_height = NumericProperty("64dp")     # a guess for rows that were never seen
     empty_text = StringProperty()
+    content_height = NumericProperty(0)      # of all rows, as far as they were seen; guessed for the others
 
     __events__ = ("on_action", "on_end")
 
@@ -61,6 +62,7 @@ class LongList(CalmScroll):
         self._rest = Clock.create_trigger(self._come_to_rest, .2)
         self._arrange = Clock.create_trigger(self._place_rows, -1)
         self._content = RelativeLayout(size_hint_y=None, height=0)
+        self._content.bind(height=self.setter("content_height"))
         super().__init__(do_scroll_x=False, **kwargs)
         self.add_widget(self._content)
         for name in ("size", "empty_text"):

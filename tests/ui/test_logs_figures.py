@@ -33,7 +33,7 @@ def test_the_figures_take_the_place_of_the_runs_and_the_cards_stay(screen, ui):
     assert not ui.find_all(RunsPart)
     assert len(ui.find_all(FigureCard)) == 5
     assert {card.title for card in ui.find_all(MoreCard)} == {
-        "Reasons of failure", "Schedule adherence", "Starting and waiting", "Duration of missions"}
+        "Reasons for failure", "Schedule adherence", "Starting and waiting", "Duration of missions"}
     tap(screen, ui, ui.find(Segment, text="Runs"))
     assert ui.find_all(RunsCard)
     assert not ui.find_all(FiguresPart)
@@ -43,7 +43,7 @@ def test_failures_are_ranked_and_their_shares_add_up(screen, container, ui):
     tap(screen, ui, ui.find(Segment, text="30 days"))
     start = next(day.day for day in screen.logs._figures.days)
     assert screen.logs._figures.first_day == start
-    card = ui.find(MoreCard, title="Reasons of failure")
+    card = ui.find(MoreCard, title="Reasons for failure")
     rows = ui.find_all(RankRow, root=card)
     causes = screen.logs._more.causes
     assert sorted((row.value for row in rows), key=int) == sorted((str(cause.number) for cause in causes), key=int)
@@ -68,7 +68,7 @@ def test_a_mission_is_shown_with_what_is_usual(screen, container, ui):
 
 
 @pytest.mark.parametrize(("title", "beginning"), [
-    ("Reasons of failure", "Failed runs, however"), ("Schedule adherence", "Planned starts that ran"),
+    ("Reasons for failure", "Failed runs, however"), ("Schedule adherence", "Planned starts that ran"),
     ("Starting and waiting", "Of the newest 5,000"), ("Duration of missions", "The median duration")])
 def test_what_a_figure_means_is_one_tap_away(screen, ui, title, beginning):
     card = ui.find(MoreCard, title=title)

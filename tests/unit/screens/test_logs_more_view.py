@@ -29,7 +29,7 @@ def test_an_interval_stands_behind_few_cases_only():
 def test_reasons_of_not_running_with_their_share_of_what_was_planned():
     rows = view.adherence_rows(Adherence(50, 47, {ReasonCode.BATTERY_LOW: 2, ReasonCode.APP_DOWN: 1}))
     assert [(row["label"], row["value"], row["note"]) for row in rows] == [
-        ("Battery stayed under the minimum all its start window long", "2", "4.0 %"), ("The app was off or asleep", "1", "2.0 %")]
+        ("Battery stayed under the minimum for its whole start window", "2", "4.0 %"), ("The app was off or asleep", "1", "2.0 %")]
 
 
 def test_bars_of_causes_form_one_line():

@@ -35,7 +35,7 @@ def test_the_night_of_a_clock_change_has_a_tick_for_each_midnight():
 
 def test_the_share_on_missions_leaves_out_what_was_not_seen():
     [lane] = states.lanes(facts(8, ("executing", 0, 1), ("idle", 1, 4), ("offline", 4, 6), (NO_DATA, 6, 8)))
-    assert lane["note"] == "25 % on missions"
+    assert lane["note"] == "seen on missions 25 %"
     assert lane["spans"][0] == (0, .125, "executing")
     [lane] = states.lanes(facts(8, (NO_DATA, 0, 8)))
     assert lane["note"] == "never seen"

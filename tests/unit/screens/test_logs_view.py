@@ -216,7 +216,7 @@ def test_every_figure_can_be_explained(key):
 def test_adherence_names_the_reasons_and_few_cases_how_far_they_can_be_trusted():
     rows = {row["label"]: row["value"] for row in figures_view.explanation("adherence", FIGURES)[2]}
     assert rows["Planned"] == "380"
-    assert rows["Battery stayed under the minimum all its start window long"] == "6"
+    assert rows["Battery stayed under the minimum for its whole start window"] == "6"
     assert rows["Start delay, median and 90 %"] == "4 s, 1 min 05 s"
     few = replace(FIGURES, thesis=replace(THESIS, completed=9, failed=1))
     assert {"label": "Few cases: probably between", "value": "60 % and 98 %"} in figures_view.explanation("success", few)[2]
