@@ -228,6 +228,19 @@ def test_nothing_is_clipped_or_too_small(site, app, alarms, ui, gloves):
     assert checks.problems(ui.find(NoteDialog)) == []
 
 
+# ---------------------------------------------------------------------- its place
+def test_the_tabs_stay_where_the_finger_is(app, alarms, ui):
+    for number in range(4):
+        alarms.raise_("unreachable", f"robot:{number}", robot=f"Robot {number}", problem="no answer")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "4")
+    open_list(ui)
+    wait_for_rows(ui, 4)
+    place = tab(ui, "past").to_window(*tab(ui, "past").pos)
+    ui.tap(tab(ui, "past"))
+    wait_for_rows(ui, 0)
+    assert tab(ui, "past").to_window(*tab(ui, "past").pos) == place
+
+
 # ---------------------------------------------------------------------- fingers
 def test_an_alarm_does_not_move_what_a_finger_is_on(app, alarms, ui, monkeypatch):
     monkeypatch.setattr(finger, "LONGEST", 1e6)

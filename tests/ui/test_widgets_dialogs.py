@@ -86,6 +86,23 @@ def test_what_lies_behind_a_dialog_cannot_be_pressed(ui, dialogs):
 MISSIONS = [{"key": n, "text": f"Mission {n}", "note": "on Aino only" if n == 7 else ""} for n in range(30)]
 
 
+@pytest.mark.parametrize("body", [100, 101, 102.5])
+def test_a_dialog_stands_on_whole_pixels(ui, dialogs, body):
+    dialog = Dialog(title="Odd", body_height=body)
+    dialogs.open(dialog)
+    ui.advance(.3)
+    assert dialog.pos == [round(dialog.x), round(dialog.y)]
+    assert abs(dialog.center_y - Window.height / 2) <= 1
+
+
+def test_a_short_list_shows_all_options_also_with_long_notes(ui, dialogs):
+    options = [{"key": n, "text": f"Mission {n}", "note": "Another mission of this name is here already " * 3} for n in range(4)]
+    dialogs.choose("Missions", options, lambda key: None)
+    ui.advance(.5)
+    last = ui.find(OptionRow, text="Mission 3")
+    assert last.to_window(*last.pos)[1] >= ui.find(ChoiceDialog).y
+
+
 def test_choosing_hands_over_the_key_and_closes(ui, dialogs):
     chosen: list[int] = []
     dialogs.choose("Mission", MISSIONS, chosen.append, selected=2)
