@@ -12,6 +12,7 @@ from kivy.lang import Builder
 from app.screens.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog, FormDialog, Menu
+from app.widgets.long_list import LongList
 from app.widgets.pickers import DateDialog, DayCell, TimeDialog, TimeEntry, TimePart
 from app.widgets.rows import OptionRow
 from app.widgets.text import Txt
@@ -99,8 +100,8 @@ def test_a_short_list_shows_all_options_also_with_long_notes(ui, dialogs):
     options = [{"key": n, "text": f"Mission {n}", "note": "Another mission of this name is here already " * 3} for n in range(4)]
     dialogs.choose("Missions", options, lambda key: None)
     ui.advance(.5)
-    last = ui.find(OptionRow, text="Mission 3")
-    assert last.to_window(*last.pos)[1] >= ui.find(ChoiceDialog).y
+    last, around = ui.find(OptionRow, text="Mission 3"), ui.find(LongList)
+    assert last.to_window(*last.pos)[1] >= around.to_window(*around.pos)[1]
 
 
 def test_choosing_hands_over_the_key_and_closes(ui, dialogs):
