@@ -176,9 +176,9 @@ PAGES = """
                     spacing: S8
                     options: [("once", "Once"), ("daily", "Daily"), ("weekly", "Weekly"), ("every", "Every …")]
                     selected: "weekly"
-                BoxLayout:
+                StackLayout:
                     size_hint_y: None
-                    height: tk.h_touch
+                    height: self.minimum_height
                     spacing: S8
                     ChoiceChip:
                         icon: "star"
