@@ -2,9 +2,9 @@
 
     uv run python -m tests.ui.walk [picture …]
 
-walks the full product by hand (sizes × languages × themes × sizes of text) and prints what ``checks.problems`` finds; CI walks the covering
-subset of ``test_every_screen``. Each picture of tests/screenshots is built once per language and size of texts and then
-resized and recoloured live.
+walks the full product by hand (sizes × languages × themes × sizes of text), about a minute a picture, and prints what ``checks.problems``
+finds; ``--part 1/2`` and ``--part 2/2`` share the pictures between two cores. CI walks the covering subset of ``test_every_screen``.
+Each picture of tests/screenshots is built once per language and size of texts and then resized and recoloured live.
 """
 from __future__ import annotations
 
@@ -134,19 +134,29 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.ui.walk", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="pictures (default: all)")
     parser.add_argument("--covering", action="store_true", help="only the subset that CI walks")
+    parser.add_argument("--part", type=part, default=(1, 1), metavar="K/N", help="every N-th picture from the K-th on")
     options = parser.parse_args()
     walk, found = Walk(), 0
     gc.freeze()                              # looking through all that stays would be more than half the time
     gc.disable()
-    for number, picture in enumerate(walk.pictures):
-        if options.names and picture.name not in options.names:
-            continue
+    first, step = options.part
+    wanted = [(number, picture) for number, picture in enumerate(walk.pictures) if not options.names or picture.name in options.names]
+    for number, picture in wanted[first - 1::step]:
         for way, problem in walk.look(picture, covering_ways(number, picture.name) if options.covering else every_way()):
             found += 1
             print(f"{picture.name} {way}: {problem}", flush=True)
         gc.collect()
+        print(f"{picture.name} seen", file=sys.stderr, flush=True)
     print(f"{found} findings")
     return bool(found)
+
+
+def part(text: str) -> tuple[int, int]:
+    """(K, N) of "K/N"."""
+    first, step = map(int, text.split("/"))
+    if not 1 <= first <= step:
+        raise ValueError(text)
+    return first, step
 
 
 if __name__ == "__main__":
