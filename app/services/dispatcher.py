@@ -115,6 +115,7 @@ class Dispatcher:
             return False
         if self.ready() is None or self._clock.now() >= intent.closes_at:
             self._ledger.make([self._ledger.not_tried(intent)])
+            self._memory.not_before.pop(intent.id, None)         # it need not be waited for any more
             return False
         return self._send(intent, self._settings())
 

@@ -85,6 +85,18 @@ def test_one_that_comes_a_moment_later_is_sent_at_once(site, held_up):
     assert sent(site) == [intent.token]
 
 
+def test_nor_does_it_wait_when_the_robot_has_to_be_read_again(site, held_up):
+    site.kick()
+    site.run(0.2)                                 # the lane meets it in the ledger, and gives it two seconds
+    site.clock.advance(1.0)                       # until then the status is too old
+    [lane] = site._lanes.values()
+    assert lane.ready() is None
+    [intent] = held_up
+    site._hand_over(intent)
+    site.run(0.2)
+    assert sent(site) == [intent.token]
+
+
 @pytest.mark.parametrize("obstacle", ["held", "low battery", "not read", "one before"])
 def test_whatever_needs_a_second_look_is_written_as_waiting(site, plan, obstacle):
     if obstacle == "one before":
