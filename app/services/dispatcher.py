@@ -56,6 +56,7 @@ class _Memory:
     lost with the process, which then waits the full quiet time again."""
     not_before: dict[int, float] = field(default_factory=dict)
     unknown_since: dict[int, float] = field(default_factory=dict)
+    looked_for: set[int] = field(default_factory=set)    # ever: an intent may be handed over after all that is over
 
     def forget_all_but(self, open_ids: set[int]) -> None:
         for memory in (self.not_before, self.unknown_since):
@@ -111,7 +112,7 @@ class Dispatcher:
         If the ledger was looked at before this came, it is being looked for on the robot already, and whoever has begun that never sends.
         If the robot is not what it was then (the one sent before it got no answer, or somebody holds it), it waits like any other.
         """
-        if intent.id in self._memory.unknown_since:
+        if intent.id in self._memory.looked_for:
             return False
         if self.ready() is None or self._clock.now() >= intent.closes_at:
             self._ledger.make([self._ledger.not_tried(intent)])
@@ -295,6 +296,7 @@ class Dispatcher:
         if self._may_be_on_its_way(intent):
             self._later(intent, HANDED_OVER_WITHIN)
             return
+        self._memory.looked_for.add(intent.id)
         now = self._clock.monotonic()
         since = self._memory.unknown_since.setdefault(intent.id, now)    # a restart begins the quiet time anew
         if self._memory.not_before.get(intent.id, -math.inf) > now:

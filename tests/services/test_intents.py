@@ -76,6 +76,16 @@ def test_one_that_the_lane_has_begun_to_look_for_is_not_sent_beside_that(site, h
     assert sent(site) == [intent.token]
 
 
+def test_one_that_comes_when_all_is_over_is_not_sent_again(site, held_up):
+    """However long the scheduler's thread stood still: it was looked for meanwhile, not found, and sent as a second attempt."""
+    site.run(2 * QUIET)
+    [intent] = held_up
+    assert sent(site) == [intent.token]
+    site._hand_over(intent)
+    site.run(10.0)
+    assert sent(site) == [intent.token]
+
+
 def test_one_that_comes_a_moment_later_is_sent_at_once(site, held_up):
     site.kick()
     site.run(0.5)                                 # the lane meets it in the ledger
