@@ -81,6 +81,9 @@ def test_one_that_comes_when_all_is_over_is_not_sent_again(site, held_up):
     site.run(2 * QUIET)
     [intent] = held_up
     assert sent(site) == [intent.token]
+    [lane] = site._lanes.values()
+    lane.step(False, due_soon=True)               # the robot is read: something else is due
+    assert lane.ready() is not None
     site._hand_over(intent)
     site.run(10.0)
     assert sent(site) == [intent.token]
