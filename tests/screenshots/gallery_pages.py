@@ -190,7 +190,6 @@ PAGES = """
                     Toggle:
                     Toggle:
                         active: True
-                    Widget:
                 Notice:
                     tone: "done"
                     icon: "check-circle"
