@@ -90,15 +90,15 @@ class Database:
             raise DatabaseRefused("{path} was written by an older version: start the app once so that it is brought up to date", path=path)
         return db
 
-    def write(self, work: Callable[[sqlite3.Connection], T]) -> T:
-        """Run ``work`` inside one transaction and return its result after the commit.
+    def write(self, work: Callable[[sqlite3.Connection], T], patient: bool = False) -> T:
+        """Run ``work`` inside one transaction and return its result after the commit; a ``patient`` one may wait some ms to share one.
 
         When it raises, everything it did is undone and the exception is raised here; disk full, read-only and I/O errors as
         DatabaseUnavailable. Never call ``write`` from inside a work: RuntimeError.
         """
         if self._writer is None:
             raise DatabaseUnavailable("{path} is open for reading only", path=self.path)
-        return self._writer.run(work)
+        return self._writer.run(work, patient)
 
     def read(self) -> sqlite3.Connection:
         """This thread's read-only connection. It sees everything that was committed before each statement began."""
@@ -167,6 +167,9 @@ def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str
             raise _damage(problem)
         migrate(connection, path, migrations, clock.now())
         connection.execute("PRAGMA foreign_keys = ON")
+        # What a statement with a trigger would have to undo is otherwise kept in a temporary file, made anew for each transaction: that was
+        # half of the time of a write. After the migrations, which may have to sort a million rows.
+        connection.execute("PRAGMA temp_store = MEMORY")
     except BaseException:
         connection.close()
         raise

@@ -18,7 +18,7 @@ _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
 _USUAL_OF = 20               # newest completed runs that tell the usual duration
-PRUNED_AT_ONCE = 500         # so that a lowered limit never holds the writer for long
+PRUNED_AT_ONCE = 100         # of each kind, so that what falls due never waits long for the writer
 
 _INSTANTS = ("hold_until", "planned_at", "closes_at", "created_at", "submitted_at", "started_at", "ended_at")
 _OBJECTS = ("parameters", "wait_details")
@@ -56,6 +56,12 @@ class Unsent(NamedTuple):
     state: State
     closes_at: datetime
     is_cancelled: bool
+
+
+class Surplus(NamedTuple):
+    """How many ended rows are beyond the history limit: of those that ran, and of those that did not."""
+    ran: int
+    not_ran: int
 
 
 class ExecutionRepository:
@@ -107,20 +113,24 @@ class ExecutionRepository:
         assignments = ", ".join(f"{name} = ?" for name in columns)
         return c.execute(f"UPDATE executions SET {assignments} WHERE {where}", (*columns.values(), value)).rowcount
 
-    def prune(self, c: sqlite3.Connection, history_limit: int) -> int:
-        """Drop what is beyond the newest N that ran (completed, failed, cancelled) and, counted apart, the newest N that did not (skipped,
-        missed). Open rows are never dropped. At most 500 of each kind per call, oldest first; returns how many."""
-        return sum(self._prune(c, kind, history_limit) for kind in (_RUN, _NOT_RUN))
+    def surplus(self, c: sqlite3.Connection, history_limit: int) -> Surplus:
+        """What is beyond the newest N that ran (completed, failed, cancelled) and, counted apart, the newest N that did not (skipped,
+        missed). Counted from the days, not from the rows."""
+        ran, not_ran = c.execute(f"""SELECT coalesce(sum(number) FILTER (WHERE {_RUN}), 0), coalesce(sum(number) FILTER (WHERE {_NOT_RUN}), 0)
+                                     FROM ended_days""").fetchone()
+        return Surplus(max(0, ran - history_limit), max(0, not_ran - history_limit))
+
+    def drop_oldest(self, c: sqlite3.Connection, surplus: Surplus) -> Surplus:
+        """Drop the oldest of that many ended rows of each kind, 100 at most; returns how many are left to drop. Open rows are never
+        dropped."""
+        return Surplus(*(number - self._drop_oldest(c, kind, number) for kind, number in zip((_RUN, _NOT_RUN), surplus, strict=True)))
 
     @staticmethod
-    def _prune(c: sqlite3.Connection, kind: str, limit: int) -> int:
-        ended = f"ended_at IS NOT NULL AND {kind}"
-        oldest_kept = c.execute(f"SELECT ended_at, id FROM executions WHERE {ended} ORDER BY ended_at DESC, id DESC LIMIT 1 OFFSET ?",
-                                (limit - 1,)).fetchone()
-        if oldest_kept is None:
+    def _drop_oldest(c: sqlite3.Connection, kind: str, number: int) -> int:
+        if not number:
             return 0
-        return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE {ended} AND (ended_at, id) < (?, ?)
-                             ORDER BY ended_at, id LIMIT ?)""", (*oldest_kept, PRUNED_AT_ONCE)).rowcount
+        return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE ended_at IS NOT NULL AND {kind}
+                             ORDER BY ended_at, id LIMIT ?)""", (min(number, PRUNED_AT_ONCE),)).rowcount
 
     # ------------------------------------------------------------------ reading
     def get(self, c: sqlite3.Connection, execution_id: int) -> Execution | None:

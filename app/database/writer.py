@@ -2,7 +2,7 @@
 
 Several threads writing or checkpointing one WAL database can lose pages on SQLite before 3.51.3, so exactly one does both
 (https://sqlite.org/wal.html, "WAL-reset bug"). Works that wait together share one transaction, each inside its own savepoint: a burst costs
-one flush of the disk instead of one per work.
+one flush of the disk instead of one per work. Who is patient waits a moment for company.
 """
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import logging
 import queue
 import sqlite3
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
@@ -24,12 +25,15 @@ T = TypeVar("T")
 Work = Callable[[sqlite3.Connection], T]
 
 AT_ONCE = 256                # works in one transaction at most
-CHECKPOINT_BYTES = 4 << 20   # of WAL after which it is written back
+PATIENCE = 0.005             # s that a patient work waits for another to share its transaction
+WRITE_BACK_EVERY = 250       # transactions after which the WAL is written back
+WAL_AT_MOST = 16 << 20       # bytes; a longer one is written back at once, and then cut to this
 
 
 class Writer(Protocol):
-    def run(self, work: Work[T]) -> T:
-        """Do the work in a transaction; returns after the commit. What the work raises is raised here, after a rollback."""
+    def run(self, work: Work[T], patient: bool = False) -> T:
+        """Do the work in a transaction; returns after the commit. What the work raises is raised here, after a rollback. A ``patient`` one
+        may be held back for some ms until there is another."""
 
     def close(self) -> None: ...
 
@@ -40,7 +44,8 @@ class _WritingConnection:
     def __init__(self, connection: sqlite3.Connection, path: Path) -> None:
         self.connection, self._path = connection, path
         self._wal = beside_of(path, "-wal")
-        self._checkpoint_at = CHECKPOINT_BYTES
+        self._transactions = 0               # since the WAL was written back
+        connection.execute(f"PRAGMA journal_size_limit = {WAL_AT_MOST}")
 
     def one(self, work: Work[T]) -> T:
         c = self.connection
@@ -48,6 +53,7 @@ class _WritingConnection:
             c.execute("BEGIN IMMEDIATE")
             result = work(c)
             c.execute("COMMIT")
+            self._transactions += 1
         except BaseException as error:
             self._roll_back()
             if (known := translated(error, self._path)) is error:
@@ -63,6 +69,7 @@ class _WritingConnection:
             for work in works:
                 outcomes.append(self._in_savepoint(work))
             c.execute("COMMIT")
+            self._transactions += 1
         except BaseException as error:
             self._roll_back()
             return [_failed(translated(error, self._path)) for _ in works]
@@ -86,16 +93,17 @@ class _WritingConnection:
             self.connection.execute("ROLLBACK")
 
     def checkpoint_when_due(self) -> None:
-        """Write the WAL back and empty it once it has grown. A reader in the way is not waited for: the next round tries again."""
+        """Write the WAL back once there is enough of it. The next write begins at its head again, over blocks that the file has already:
+        that is a quarter faster than into a file that was emptied. A reader in the way is not waited for, the next time gets the rest."""
         try:
-            size = size_of(self._wal)
-            if size >= self._checkpoint_at:
-                self._checkpoint_at = CHECKPOINT_BYTES if self.checkpoint() else size + CHECKPOINT_BYTES
+            if self._transactions >= WRITE_BACK_EVERY or size_of(self._wal) > WAL_AT_MOST:
+                self._transactions = 0
+                self.connection.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
         except (OSError, sqlite3.Error):      # no room to write back: the WAL keeps everything until there is
             log.warning("The write-ahead log of %s can't be written back yet", self._path, exc_info=True)
 
     def checkpoint(self) -> bool:
-        """Whether the whole WAL went back into the database file."""
+        """Write it back and empty it; whether all of it went into the database file."""
         timeout = self.connection.execute("PRAGMA busy_timeout").fetchone()[0]
         self.connection.execute("PRAGMA busy_timeout = 0")
         try:
@@ -127,7 +135,7 @@ class InlineWriter:
         self._path = path
         self._writing: _WritingConnection | None = _WritingConnection(connect(), path)
 
-    def run(self, work: Work[T]) -> T:
+    def run(self, work: Work[T], patient: bool = False) -> T:
         if self._writing is None:
             raise DatabaseUnavailable("{path} is closed", path=self._path)
         if self._writing.connection.in_transaction:
@@ -142,7 +150,7 @@ class InlineWriter:
             writing.close()
 
 
-_Task = tuple[Work[Any], Future[Any]]
+_Task = tuple[Work[Any], Future[Any], bool]            # the last: whether it is patient
 
 
 class ThreadedWriter:
@@ -158,14 +166,14 @@ class ThreadedWriter:
         self._thread.start()
         opened.result()
 
-    def run(self, work: Work[T]) -> T:
+    def run(self, work: Work[T], patient: bool = False) -> T:
         if threading.current_thread() is self._thread:
             raise RuntimeError("write() inside a write: use the connection at hand")
         outcome: Future[T] = Future()
         with self._closing:                   # so that nothing is queued behind the end
             if self._closed:
                 raise DatabaseUnavailable("{path} is closed", path=self._path)
-            self._tasks.put((work, outcome))
+            self._tasks.put((work, outcome, patient))
         return outcome.result()
 
     def close(self) -> None:
@@ -204,11 +212,16 @@ class ThreadedWriter:
         """Wait for one and take along what else waits; empty at the end."""
         task = self._tasks.get()
         tasks: list[_Task] = []
+        held_until = time.monotonic() + PATIENCE
         while task is not None:
             tasks.append(task)
-            if len(tasks) == AT_ONCE or self._tasks.empty():
+            if len(tasks) == AT_ONCE:
                 return tasks
-            task = self._tasks.get()
+            try:
+                are_patient = all(patient for _work, _outcome, patient in tasks)
+                task = self._tasks.get(timeout=max(0.0, held_until - time.monotonic()) if are_patient else 0.0)
+            except queue.Empty:
+                return tasks
         if tasks:
             self._tasks.put(None)             # the end again, after these
         return tasks
@@ -216,7 +229,7 @@ class ThreadedWriter:
     @staticmethod
     def _do(writing: _WritingConnection, tasks: list[_Task]) -> None:
         if len(tasks) == 1:
-            work, outcome = tasks[0]
+            work, outcome, _patient = tasks[0]
             try:
                 result = writing.one(work)
             except BaseException as error:
@@ -224,7 +237,7 @@ class ThreadedWriter:
             else:
                 outcome.set_result(result)
             return
-        for (_, outcome), done in zip(tasks, writing.group([work for work, _ in tasks]), strict=True):
+        for (_, outcome, _), done in zip(tasks, writing.group([work for work, _, _ in tasks]), strict=True):
             if problem := done.exception():
                 outcome.set_exception(problem)
             else:

@@ -6,7 +6,7 @@ was changed and the caller must not act on it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -39,7 +39,7 @@ class Ledger:
                  alarms: Alarms) -> None:
         self._db, self._executions, self._settings = db, executions, settings
         self._clock, self._changes, self._alarms = clock, changes, alarms
-        self._grew = True                    # rows ended since the history was last held to its limit
+        self.grew = True                     # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading
     def get(self, execution_id: int) -> Execution | None:
@@ -98,7 +98,9 @@ class Ledger:
                             queue_floor=floor)
 
     def accepted(self, execution: Execution, queue_id: int) -> Execution | None:
-        return self._change(execution, (State.SUBMITTING,), state=State.QUEUED, queue_id=queue_id, submitted_at=self._clock.now())
+        """The robot has it. Written as soon as something else is, or within some ms: were it lost, the intent would be found on the robot."""
+        return self._change(execution, (State.SUBMITTING,), patient=True, state=State.QUEUED, queue_id=queue_id,
+                            submitted_at=self._clock.now())
 
     def end(self, execution: Execution, reason: Reason) -> Execution | None:
         """End an open execution with a reason, whose code tells the state."""
@@ -114,7 +116,7 @@ class Ledger:
         for row in changed:
             log.info("%s", describe(row))
             if row.ended_at is not None:
-                self._grew = True
+                self.grew = True
                 self.alarm_for(row)
         for robot_id in {row.robot_id for row in changed}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
@@ -152,18 +154,21 @@ class Ledger:
         self._db.write(work)
         self._changes.publish(Topic.EXECUTIONS)
 
-    def prune(self) -> None:
-        """Hold the history to the newest N ended rows (the setting; None keeps all). Costs nothing while nothing ended."""
-        if not self._grew:
+    def prune(self, has_time: Callable[[], bool]) -> None:
+        """Hold the history to the newest N ended rows (the setting; None keeps all), in small pieces as long as there ``has_time``; the
+        next call goes on. Costs nothing while nothing ended."""
+        if not self.grew:
             return
-        self._grew = False
+        self.grew = False
         limit = self._settings.load(self._db.read()).history_limit
-        while limit is not None and self._db.write(lambda c: self._executions.prune(c, limit)):
-            pass                             # some hundred rows a time, so that nobody waits long for the writer
-
-    def has_grown(self) -> None:
-        """Rows ended that did not pass through here, or the limit changed."""
-        self._grew = True
+        if limit is None:
+            return
+        surplus = self._executions.surplus(self._db.read(), limit)
+        while any(surplus):
+            surplus = self._db.write(lambda c, surplus=surplus: self._executions.drop_oldest(c, surplus))  # type: ignore[misc]
+            if any(surplus) and not has_time():
+                self.grew = True
+                return
 
     # ------------------------------------------------------------------ inside
     def alarm_for(self, ended: Execution) -> None:
@@ -174,8 +179,9 @@ class Ledger:
             self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, reason=to_store(ended.reason),
                                 timezone=ended.timezone)
 
-    def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
-        changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))
+    def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, patient: bool = False,
+                **columns: Any) -> Execution | None:
+        changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns), patient)
         if changed:
             self._tell(changed, quietly)
         return changed

@@ -64,11 +64,13 @@ class Planner:
     def fall_due(self) -> Fallen:
         """Make a row of every occurrence up to now. Costs one indexed look when nothing is due."""
         fallen = Fallen()
-        while (due := self.next_due()) is not None and due <= (now := self._clock.now()):
-            self._db.write(lambda c, now=now: self._take_due(c, now, fallen))  # type: ignore[misc]
+        while (due := self.next_due()) is not None and due <= self._clock.now():
+            self._db.write(lambda c: self._take_due(c, fallen))
             for intent in decisions.in_dispatch_order(fallen.intents):       # before anybody hears of it and looks
                 self._hand_over(intent)
             fallen.intents.clear()
+        if fallen.missed or fallen.skipped:
+            self._ledger.grew = True
         if fallen.missed:
             self._alarms.raise_("executions_missed", "plan", count=fallen.missed)
         for execution in fallen.skipped:
@@ -80,7 +82,9 @@ class Planner:
             self._changes.publish(Topic.SCHEDULES)
         return fallen
 
-    def _take_due(self, c: sqlite3.Connection, now: datetime, fallen: Fallen) -> None:
+    def _take_due(self, c: sqlite3.Connection, fallen: Fallen) -> None:
+        """What is due by now, when the writer has come to it, and not only what was due when it was asked for."""
+        now = self._clock.now()
         settings = self._settings.load(c)
         install_id = self._settings.install_id(c)
         calendar = working_calendar(c, settings)

@@ -211,12 +211,12 @@ class PollLoop:
             self._wake.notify()
 
     def _on_change(self, topic: Topic, about: int | None) -> None:
+        if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._in_tick and threading.current_thread() is self._thread:
+            return                            # the tick itself tells what is to be sent, and looks at the plan after it
         if topic is Topic.ROBOTS:
             self._robots_changed = True
         if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
             self.wake()
-        elif topic is Topic.EXECUTIONS and self._in_tick and threading.current_thread() is self._thread:
-            return                            # the tick itself tells what is to be sent
         elif topic in (Topic.EXECUTIONS, Topic.HOLDS):
             with self._lock:
                 threads = list(self._lanes.values()) if about is None else [self._lanes[about]] if about in self._lanes else []
@@ -262,6 +262,7 @@ class PollLoop:
             self.kick(robot_id)
         for robot_id in self._scheduler.due_soon():
             self.kick(robot_id, due_soon=True)
+        self._scheduler.tidy()
         if database_failed:
             self._alarms.database_works()
         for chore in self._chores:

@@ -25,6 +25,8 @@ STEP_WORTH_TELLING = 5.0    # s
 AHEAD = timedelta(seconds=1.2)         # before an instant is due its robot is told; more than LONGEST_WAIT, or some would be passed over
 AHEAD_AT_ONCE = timedelta(seconds=0.5) # of due instants that are told together
 PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
+TIDIES_WITHIN = 60.0        # s that housekeeping gives way to what falls due
+IN_A_MOMENT = 0.02          # s
 
 
 class Scheduler:
@@ -34,7 +36,7 @@ class Scheduler:
         self._planner, self._ledger, self._holds, self._alarms, self._downtime = planner, ledger, holds, alarms, downtime
         self._clock_offsets = clock_offsets
         self._last: tuple[datetime, float] | None = None      # wall and monotonic time of the last tick
-        self._beat_at = self._pruned_at = -1e9
+        self._beat_at = self._pruned_at = self._tidied_at = -1e9
         self._last_heartbeat: datetime | None = None          # of the previous run
         self._clock_doubted_since: datetime | None = None
         self._clock_trusted = False
@@ -57,13 +59,7 @@ class Scheduler:
         if mono - self._beat_at >= HEARTBEAT_EVERY:
             self._beat_at = mono
             self._db.write(lambda c: self._settings.set_heartbeat(c, now))
-        fallen = self._planner.fall_due()
-        if fallen.missed or fallen.skipped or mono - self._pruned_at >= PRUNE_EVERY:
-            self._pruned_at = mono
-            self._ledger.has_grown()
-            self._alarms.prune()
-        self._ledger.prune()
-        return fallen
+        return self._planner.fall_due()
 
     def due_soon(self) -> set[int]:
         """Robots with something due in a moment, told once for each instant."""
@@ -73,6 +69,21 @@ class Scheduler:
             return set()
         self._told_until = until
         return self._planner.robots_due(told if told is not None and now < told < until else now, until)
+
+    def tidy(self) -> None:
+        """Hold history and alarms to their limits, once what fell due is on its way. Gives way while more is due in a moment, but no longer
+        than a minute without a piece of it."""
+        mono = self._clock.monotonic()
+        if mono - self._pruned_at >= PRUNE_EVERY:
+            self._pruned_at = mono
+            self._ledger.grew = True             # the limit may be lower now
+            self._alarms.prune()
+        if self._ledger.grew and (self._has_time() or mono - self._tidied_at >= TIDIES_WITHIN):
+            self._tidied_at = mono
+            self._ledger.prune(self._has_time)
+
+    def _has_time(self) -> bool:
+        return self.seconds_to_next() > IN_A_MOMENT
 
     def probe(self) -> None:
         """Write something of no meaning. Raises DatabaseUnavailable as long as nothing can be written."""

@@ -79,7 +79,7 @@ def measure(number: int, directory: Path) -> None:
     print(f"  plain scan         all {best_ms(lambda: c.execute(SCAN, ('', '~')).fetchall(), 2):8.1f}")
     print(f"  page of 100        {best_ms(lambda: executions.page(c, ExecutionFilter(), None, 100), 5):.1f},"
           f" usual duration {best_ms(lambda: executions.usual_duration(c, 1, 'guid-0'), 5):.2f},"
-          f" prune at the limit {best_ms(lambda: db.write(lambda w: executions.prune(w, number)), 3):.1f}")
+          f" prune at the limit {best_ms(lambda: db.write(lambda w: executions.drop_oldest(w, executions.surplus(w, number))), 3):.1f}")
     db.close()
 
 

@@ -66,6 +66,7 @@ def main() -> None:
             def beat(scheduler=scheduler) -> None:
                 scheduler.tick()
                 scheduler.due_soon()
+                scheduler.tidy()
                 scheduler.seconds_to_next()
             ways = {"tick": (beat, TICKS), "reading all (thesis)": (lambda container=container: by_reading_all(container), 3)}
             for name, (way, times) in ways.items():

@@ -182,3 +182,21 @@ def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):
     assert (run.state, run.reason.code) == (State.CANCELLED, ReasonCode.USER_CANCELLED)
     assert len(sent(site)) == 1
     assert not any(item.state in ("Pending", "Executing") for item in site.machines["R1"].queue)
+
+
+def test_what_falls_due_while_the_writer_is_waited_for_goes_along(site, plan, monkeypatch):
+    plan("2026-11-23T06:05")
+    plan("2026-11-23T06:06", name="second")
+    site.run(DUE - 1.0)
+    write, rows_after = site.container.db.write, []
+
+    def late(work, patient=False):
+        if not rows_after:
+            site.clock.advance(62.0)
+        result = write(work, patient)
+        rows_after.append(len(site.executions()))
+        return result
+    site.clock.advance(1.05)
+    monkeypatch.setattr(site.container.db, "write", late)
+    site.container.planner.fall_due()
+    assert rows_after[0] == 2

@@ -70,7 +70,7 @@ def _with_writer(app: Container, writer: Writer) -> Callable[[], None]:
 
 
 class _Broken:
-    def run(self, work: object) -> Any:
+    def run(self, work: object, patient: bool = False) -> Any:
         raise DatabaseUnavailable("The storage reports an error: check the disk")
 
     def close(self) -> None: ...
@@ -128,11 +128,11 @@ class _FailsOnce:
     def has_failed(self) -> bool:
         return self.left <= 0
 
-    def run(self, work):
+    def run(self, work, patient=False):
         self.left -= 1
         if self.left == 0:
             raise DatabaseUnavailable("The disk is full: free some space")
-        return self._writer.run(work)
+        return self._writer.run(work, patient)
 
     def close(self) -> None:
         self._writer.close()

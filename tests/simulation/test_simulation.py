@@ -84,13 +84,13 @@ def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr(planner.ScheduleRepository, "advance", lambda self, c, *args: pending.append(args))
     fall_due = planner.Planner._take_due
 
-    def split(self, c, now, fallen):
+    def split(self, c, fallen):
         pending.clear()
-        fall_due(self, c, now, fallen)
+        fall_due(self, c, fallen)
     write = planner.Database.write
 
-    def write_then_advance(self, work):
-        result = write(self, work)
+    def write_then_advance(self, work, patient=False):
+        result = write(self, work, patient)
         while pending:
             args = pending.pop()
             write(self, lambda c, args=args: advance(planner.ScheduleRepository(), c, *args))

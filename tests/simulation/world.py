@@ -34,9 +34,9 @@ class ShakyWriter:
     def __init__(self, writer: Any, interrupt: Callable[[str], None]) -> None:
         self._writer, self._interrupt = writer, interrupt
 
-    def run(self, work: Callable[[Any], Any]) -> Any:
+    def run(self, work: Callable[[Any], Any], patient: bool = False) -> Any:
         self._interrupt("before commit")
-        result = self._writer.run(work)
+        result = self._writer.run(work, patient)
         self._interrupt("after commit")
         return result
 

@@ -139,6 +139,7 @@ class Site:
         self._match_lanes()
         kicked = self.container.scheduler.tick().robot_ids
         soon = self.container.scheduler.due_soon() & self._lanes.keys()
+        self.container.scheduler.tidy()
         self._soon |= soon
         self._changed |= kicked
         for key in kicked | soon:

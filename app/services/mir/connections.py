@@ -224,6 +224,23 @@ class RobotConnection(http.client.HTTPConnection):
         self.default_port = DEFAULT_PORTS[address.scheme]         # which the Host header leaves out
         super().__init__(address.host, address.port)
         self._exchange, self._tls = exchange, tls
+        self._held: list[bytes] | None = None        # what is not to go out yet
+
+    def request(self, *args: Any, **options: Any) -> None:
+        """Head and body in one piece: they leave with one call of the system, mostly in one packet."""
+        self._held = []
+        try:
+            super().request(*args, **options)
+            request = b"".join(self._held)
+        finally:
+            self._held = None
+        super().send(request)
+
+    def send(self, data: Any) -> None:
+        if self._held is None:
+            super().send(data)
+        else:
+            self._held.append(data)
 
     def connect(self) -> None:
         plain = dial(self._exchange)

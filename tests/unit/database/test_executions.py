@@ -212,7 +212,7 @@ def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
 def test_the_newest_of_each_kind_stay_and_open_ones_always(db, row, rows, limit):
     db.write(lambda c: c.execute("DELETE FROM executions"))
     stored = [add(db, row(state=state, ended_at=None if state.is_open else NOON + timedelta(minutes=minutes))) for state, minutes in rows]
-    db.write(lambda c: EXECUTIONS.prune(c, limit))
+    db.write(lambda c: EXECUTIONS.drop_oldest(c, EXECUTIONS.surplus(c, limit)))
     kept = {execution.id for execution in EXECUTIONS.stream(db.read())}
     for kind in ((State.COMPLETED, State.FAILED, State.CANCELLED), (State.SKIPPED, State.MISSED)):
         newest = sorted((e for e in stored if e.state in kind), key=lambda e: (e.ended_at, e.id), reverse=True)[:limit]
@@ -223,7 +223,11 @@ def test_the_newest_of_each_kind_stay_and_open_ones_always(db, row, rows, limit)
 def test_a_long_history_is_pruned_in_pieces_oldest_first(db, row):
     rows = [ended(row, minutes=number) for number in range(PRUNED_AT_ONCE + 120)]
     db.write(lambda c: EXECUTIONS.add_many(c, rows))
-    assert [db.write(lambda c: EXECUTIONS.prune(c, 20)) for _ in range(3)] == [PRUNED_AT_ONCE, 100, 0]
+    surplus = EXECUTIONS.surplus(db.read(), 20)
+    assert surplus == (PRUNED_AT_ONCE + 100, 0)
+    for left in ((100, 0), (0, 0), (0, 0)):
+        surplus = db.write(lambda c, surplus=surplus: EXECUTIONS.drop_oldest(c, surplus))
+        assert surplus == left
     assert [e.ended_at for e in EXECUTIONS.stream(db.read())] == [e.ended_at for e in rows[-20:]]
 
 
@@ -235,7 +239,7 @@ SMALL = ("executions_open", "executions_open_of_schedule", "executions_idle")   
     lambda c: EXECUTIONS.get(c, 1), lambda c: EXECUTIONS.by_token(c, "t"), lambda c: EXECUTIONS.open_for(c, 1), EXECUTIONS.open_all,
     lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
     lambda c: EXECUTIONS.open_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1), lambda c: EXECUTIONS.last_idle(c, 1),
-    lambda c: EXECUTIONS.usual_duration(c, 1, "guid"), lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.prune(c, 5),
+    lambda c: EXECUTIONS.usual_duration(c, 1, "guid"), lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     lambda c: EXECUTIONS.end_waiting_of_schedule(c, 1, Reason(ReasonCode.SCHEDULE_CHANGED), NOON),
     lambda c: EXECUTIONS.end_waiting_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON),

@@ -27,7 +27,7 @@ def pragma(c: sqlite3.Connection, name: str) -> object:
 def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(path, clock):
     db = Database.open(path, clock=clock)
     wanted = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "busy_timeout": 5000, "trusted_schema": 0, "cell_size_check": 1,
-              "wal_autocheckpoint": 0, "application_id": APPLICATION_ID, "user_version": len(MIGRATIONS)}
+              "wal_autocheckpoint": 0, "temp_store": 2, "application_id": APPLICATION_ID, "user_version": len(MIGRATIONS)}
     assert db.write(lambda c: {name: pragma(c, name) for name in wanted}) == wanted
     db.close()
 

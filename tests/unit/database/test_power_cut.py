@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.database.connection import Database
+from app.database.writer import WRITE_BACK_EVERY
 
 COMMITS = 40
 NOISE = 300
@@ -84,3 +85,28 @@ def test_a_cut_while_the_log_is_written_back_loses_nothing(written, tmp_path):
             mixed[at:ends] = new[at:ends]
         copy.write_bytes(mixed)
         assert _intents(copy) == list(range(COMMITS))
+
+
+def test_a_cut_while_the_log_begins_anew_over_itself_loses_nothing(tmp_path):
+    """Once it is in the file, the log is written over from its head: a cut leaves new frames before old ones."""
+    path = tmp_path / "running" / "amr-scheduler.db"
+    path.parent.mkdir()
+    db = Database.open(path, threaded=False)
+    db.write(lambda c: c.execute("CREATE TABLE intents (number INTEGER PRIMARY KEY, text TEXT)"))
+    for number in range(WRITE_BACK_EVERY):
+        db.write(lambda c, number=number: c.execute("INSERT INTO intents VALUES (?, ?)", (number, f"{number}" * 300)))
+    chance, logs, file = random.Random(9), [_log(path).read_bytes()], path.read_bytes()
+    for number in range(WRITE_BACK_EVERY, WRITE_BACK_EVERY + COMMITS):
+        db.write(lambda c, number=number: c.execute("INSERT INTO intents VALUES (?, ?)", (number, f"{number}" * 300)))
+        logs.append(_log(path).read_bytes())
+    db.close()
+    assert len(logs[0]) == len(logs[-1]), "it grew instead"
+    for number in range(60):
+        commit = chance.randrange(COMMITS)
+        cut = chance.randrange(len(logs[0]))
+        copy = tmp_path / str(number) / path.name
+        copy.parent.mkdir()
+        copy.write_bytes(file)
+        _log(copy).write_bytes(logs[commit + 1][:cut] + logs[commit][cut:])
+        committed = len(_intents(copy))
+        assert WRITE_BACK_EVERY + commit <= committed <= WRITE_BACK_EVERY + commit + 1

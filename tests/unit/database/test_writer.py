@@ -6,8 +6,10 @@ import threading
 
 import pytest
 
+from app.database import writer
 from app.database.connection import Database, DatabaseUnavailable
 from app.database.settings import SettingsRepository
+from app.database.writer import WAL_AT_MOST, WRITE_BACK_EVERY
 
 SETTINGS = SettingsRepository()
 
@@ -103,13 +105,24 @@ def test_a_closed_database_says_so(db):
         db.read()
 
 
-def test_the_write_ahead_log_is_written_back_when_it_has_grown(db):
+def test_the_write_ahead_log_is_written_back_and_begun_anew(db):
     wal = db.path.with_name(db.path.name + "-wal")
-    for number in range(12):
-        db.write(put(f"name {number}", "x" * 500_000))
+    sizes = []
+    for number in range(2 * WRITE_BACK_EVERY):
+        db.write(put("name", number))
+        sizes.append(wal.stat().st_size)
+    db.write(put("name", "last"))
+    assert sizes[WRITE_BACK_EVERY - 1] == sizes[-1] == wal.stat().st_size > sizes[0]
+    assert stored(db, "name") == "last"
+
+
+def test_a_write_ahead_log_that_one_work_made_long_is_cut_at_the_next(db):
+    wal = db.path.with_name(db.path.name + "-wal")
+    db.write(put("name", "x" * (WAL_AT_MOST + 500_000)))
+    assert wal.stat().st_size > WAL_AT_MOST
     db.write(put("last", 1))
-    assert wal.stat().st_size < 5 << 20
-    assert stored(db, "name 0") == "x" * 500_000
+    assert wal.stat().st_size == WAL_AT_MOST
+    assert len(stored(db, "name")) == WAL_AT_MOST + 500_000
 
 
 def test_a_reader_in_the_middle_keeps_what_it_reads_while_the_log_is_written_back(db):
@@ -201,6 +214,25 @@ def test_closing_finishes_what_waits(busy, path, clock):
     again = Database.open(path, clock=clock, threaded=False)
     assert (outcomes, stored(again, "a")) == ([None], 1)
     again.close()
+
+
+def test_a_patient_work_goes_with_the_next_one_in_its_transaction(busy, monkeypatch):
+    monkeypatch.setattr(writer, "PATIENCE", 30.0)
+    seen: list[tuple[object, object]] = []
+    patient = threading.Thread(target=busy.write, args=(put("patient", 1), True))
+    patient.start()
+    while busy._writer._tasks.qsize():
+        threading.Event().wait(0.001)
+    assert stored(busy, "patient") is None
+    busy.write(lambda c: seen.append((SETTINGS.get(c, "patient"), stored(busy, "patient"))))
+    patient.join(10)
+    assert seen == [(1, None)]                # done before it, and nobody else sees it yet
+    assert stored(busy, "patient") == 1
+
+
+def test_a_patient_work_that_stays_alone_is_done_all_the_same(busy):
+    busy.write(put("patient", 1), patient=True)
+    assert stored(busy, "patient") == 1
 
 
 def test_two_hundred_threads_at_once_all_get_through(busy):

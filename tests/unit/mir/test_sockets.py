@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+from app.services.mir import connections
 from app.services.mir.address import Address
 from app.services.mir.client import RobotClient
 from app.services.mir.connections import AddressInfo, Resolver, look_up
@@ -99,6 +100,15 @@ def test_reads_share_a_connection_and_writes_get_their_own(serve: Serve, connect
     assert lines[2] == b"POST /api/v2.0.0/mission_queue HTTP/1.1"
     assert b"\r\nConnection: close\r\n" in server.requests[2]
     assert b"\r\nAuthorization: " + TOKEN.header.encode() + b"\r\n" in server.requests[0]
+
+
+def test_a_mission_leaves_in_one_piece(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch) -> None:
+    pieces: list[bytes] = []
+    sendall = connections._PlainSocket.sendall
+    monkeypatch.setattr(connections._PlainSocket, "sendall", lambda sock, data: (pieces.append(data), sendall(sock, data))[1])
+    server = serve(every_request)
+    assert connect(server).enqueue(MISSION) == 7
+    assert pieces == server.requests
 
 
 def test_every_request_says_who_asks_and_what_it_wants(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch,

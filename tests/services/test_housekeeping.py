@@ -1,0 +1,55 @@
+"""Housekeeping: the history is held to its limit, but what falls due goes first."""
+from __future__ import annotations
+
+from datetime import timedelta
+
+import pytest
+
+from app.database.executions import PRUNED_AT_ONCE
+from app.models import Execution, State, Trigger
+from app.services.scheduler import TIDIES_WITHIN
+
+LIMIT = 20
+
+
+@pytest.fixture
+def long_history(site) -> None:
+    """Three pieces more than the limit."""
+    site.container.catalogue.change_settings(history_limit=LIMIT)
+    now = site.clock.now()
+    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC", token=str(number),
+                      planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED, ended_at=now + timedelta(seconds=number))
+            for number in range(LIMIT + 3 * PRUNED_AT_ONCE)]
+    site.container.db.write(lambda c: site.container.repositories.executions.add_many(c, rows))
+    site.container.ledger.grew = True
+
+
+def kept(site) -> int:
+    return len(site.executions())
+
+
+def test_the_history_is_held_to_its_limit_when_nothing_else_is_to_be_done(site, long_history):
+    site.container.scheduler.tidy()
+    assert kept(site) == LIMIT
+    assert {run.token for run in site.executions()} == {str(3 * PRUNED_AT_ONCE + number) for number in range(LIMIT)}
+
+
+def test_it_waits_while_something_is_due_in_a_moment_but_not_for_ever(site, long_history, monkeypatch):
+    scheduler = site.container.scheduler
+    scheduler._tidied_at = site.clock.monotonic()
+    monkeypatch.setattr(scheduler, "seconds_to_next", lambda: 0.01)
+    scheduler.tidy()
+    assert kept(site) == LIMIT + 3 * PRUNED_AT_ONCE
+    site.clock.advance(TIDIES_WITHIN)
+    scheduler.tidy()
+    scheduler.tidy()
+    assert kept(site) == LIMIT + 2 * PRUNED_AT_ONCE             # one piece a minute
+    monkeypatch.setattr(scheduler, "seconds_to_next", lambda: 1.0)
+    scheduler.tidy()
+    assert kept(site) == LIMIT
+
+
+def test_nothing_is_counted_while_nothing_ended(site, monkeypatch):
+    site.container.scheduler.tidy()
+    monkeypatch.setattr(site.container.repositories.executions, "surplus", lambda *_: pytest.fail("counted for nothing"))
+    site.container.scheduler.tidy()
