@@ -116,8 +116,8 @@ class ExecutionRepository:
     def surplus(self, c: sqlite3.Connection, history_limit: int) -> Surplus:
         """What is beyond the newest N that ran (completed, failed, cancelled) and, counted apart, the newest N that did not (skipped,
         missed). Counted from the days, not from the rows."""
-        ran, not_ran = c.execute(f"""SELECT coalesce(sum(number) FILTER (WHERE {_RUN}), 0), coalesce(sum(number) FILTER (WHERE {_NOT_RUN}), 0)
-                                     FROM ended_days""").fetchone()
+        ran, not_ran = c.execute(f"""SELECT coalesce(sum(number) FILTER (WHERE {_RUN}), 0),
+                                            coalesce(sum(number) FILTER (WHERE {_NOT_RUN}), 0) FROM ended_days""").fetchone()
         return Surplus(max(0, ran - history_limit), max(0, not_ran - history_limit))
 
     def drop_oldest(self, c: sqlite3.Connection, surplus: Surplus) -> Surplus:

@@ -17,8 +17,9 @@ def long_history(site) -> None:
     """Three pieces more than the limit."""
     site.container.catalogue.change_settings(history_limit=LIMIT)
     now = site.clock.now()
-    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC", token=str(number),
-                      planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED, ended_at=now + timedelta(seconds=number))
+    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC",
+                      token=str(number), planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED,
+                      ended_at=now + timedelta(seconds=number))
             for number in range(LIMIT + 3 * PRUNED_AT_ONCE)]
     site.container.db.write(lambda c: site.container.repositories.executions.add_many(c, rows))
     site.container.ledger.grew = True
