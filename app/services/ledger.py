@@ -98,7 +98,7 @@ class Ledger:
                             queue_floor=floor)
 
     def accepted(self, execution: Execution, queue_id: int) -> Execution | None:
-        """The robot has it. Written together with what comes next, or after some ms: were it lost, the intent would be found on the robot."""
+        """The robot has it. Written together with what comes next, or after some ms; were it lost, the robot would be asked."""
         return self._change(execution, (State.SUBMITTING,), patient=True, state=State.QUEUED, queue_id=queue_id,
                             submitted_at=self._clock.now())
 

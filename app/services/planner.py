@@ -64,8 +64,10 @@ class Planner:
     def fall_due(self) -> Fallen:
         """Make a row of every occurrence up to now. Costs one indexed look when nothing is due."""
         fallen = Fallen()
-        while (due := self.next_due()) is not None and due <= self._clock.now():
-            self._db.write(lambda c: self._take_due(c, fallen))
+        due = self.next_due()
+        is_more = due is not None and due <= self._clock.now()
+        while is_more:
+            is_more = self._db.write(lambda c: self._take_due(c, fallen))
             for intent in decisions.in_dispatch_order(fallen.intents):       # before anybody hears of it and looks
                 self._hand_over(intent)
             fallen.intents.clear()
@@ -82,14 +84,16 @@ class Planner:
             self._changes.publish(Topic.SCHEDULES)
         return fallen
 
-    def _take_due(self, c: sqlite3.Connection, fallen: Fallen) -> None:
-        """What is due by now, when the writer has come to it, and not only what was due when it was asked for."""
+    def _take_due(self, c: sqlite3.Connection, fallen: Fallen) -> bool:
+        """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
+        more of it."""
         now = self._clock.now()
         settings = self._settings.load(c)
         install_id = self._settings.install_id(c)
         calendar = working_calendar(c, settings)
         robot_of, mission_of = cache(lambda key: self._robots.get(c, key)), cache(lambda key: self._missions.get(c, key))
-        for schedule in self._schedules.due(c, now, AT_ONCE):
+        schedules = self._schedules.due(c, now, AT_ONCE)
+        for schedule in schedules:
             robot, mission = robot_of(schedule.robot_id), mission_of(schedule.mission_id)
             if robot is None or mission is None:           # foreign keys don't let that happen
                 self._schedules.advance(c, schedule.id, None)
@@ -97,6 +101,7 @@ class Planner:
             maker = _RowMaker(schedule, robot, mission, settings, install_id, now)
             ready = None if self._executions.has_waiting(c, robot.id) else self._ready(robot.id)     # what waits may have to go first
             self._take_schedule(c, schedule, maker, calendar, ready, fallen)
+        return len(schedules) == AT_ONCE
 
     def _take_schedule(self, c: sqlite3.Connection, schedule: Schedule, make: _RowMaker, calendar: WorkingCalendar, ready: Ready | None,
                        fallen: Fallen) -> None:

@@ -25,6 +25,7 @@ STEP_WORTH_TELLING = 5.0    # s
 AHEAD = timedelta(seconds=1.2)         # before an instant is due its robot is told; more than LONGEST_WAIT, or some would be passed over
 AHEAD_AT_ONCE = timedelta(seconds=0.5) # of due instants that are told together
 PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
+TIDY_EVERY = 0.5            # s
 TIDIES_WITHIN = 60.0        # s that housekeeping gives way to what falls due
 IN_A_MOMENT = 0.02          # s
 
@@ -36,7 +37,7 @@ class Scheduler:
         self._planner, self._ledger, self._holds, self._alarms, self._downtime = planner, ledger, holds, alarms, downtime
         self._clock_offsets = clock_offsets
         self._last: tuple[datetime, float] | None = None      # wall and monotonic time of the last tick
-        self._beat_at = self._pruned_at = self._tidied_at = -1e9
+        self._beat_at = self._pruned_at = self._looked_at = self._tidied_at = -1e9
         self._last_heartbeat: datetime | None = None          # of the previous run
         self._clock_doubted_since: datetime | None = None
         self._clock_trusted = False
@@ -78,7 +79,10 @@ class Scheduler:
             self._pruned_at = mono
             self._ledger.grew = True             # the limit may be lower now
             self._alarms.prune()
-        if self._ledger.grew and (self._has_time() or mono - self._tidied_at >= TIDIES_WITHIN):
+        if not self._ledger.grew or mono - self._looked_at < TIDY_EVERY:
+            return
+        self._looked_at = mono
+        if self._has_time() or mono - self._tidied_at >= TIDIES_WITHIN:
             self._tidied_at = mono
             self._ledger.prune(self._has_time)
 

@@ -12,7 +12,7 @@ from kivy.factory import Factory
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.models import Connection, Mission, Robot, Schedule
 from app.screens.base import Background, Navigator, Snackbars, UiBus
 from app.screens.pin_dialog import PinDialog
@@ -183,7 +183,8 @@ def dialog(name: str):
 
 @dialog("pin-dialog")
 def pin_dialog(desk: Desk):
-    return PinDialog(title="Settings", text="Enter the PIN", pin="471", problem="Wrong PIN; 4 tries left")
+    problem = ngettext("Wrong PIN; {n} try left", "Wrong PIN; {n} tries left", 4).format(n=4)
+    return PinDialog(title=_("Settings"), text=_("Enter the PIN"), pin="471", problem=problem)
 
 
 @dialog("robot-dialog-new")

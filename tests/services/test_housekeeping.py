@@ -7,7 +7,7 @@ import pytest
 
 from app.database.executions import PRUNED_AT_ONCE
 from app.models import Execution, State, Trigger
-from app.services.scheduler import TIDIES_WITHIN
+from app.services.scheduler import TIDIES_WITHIN, TIDY_EVERY
 
 LIMIT = 20
 
@@ -43,9 +43,11 @@ def test_it_waits_while_something_is_due_in_a_moment_but_not_for_ever(site, long
     assert kept(site) == LIMIT + 3 * PRUNED_AT_ONCE
     site.clock.advance(TIDIES_WITHIN)
     scheduler.tidy()
+    site.clock.advance(TIDY_EVERY)
     scheduler.tidy()
     assert kept(site) == LIMIT + 2 * PRUNED_AT_ONCE             # one piece a minute
     monkeypatch.setattr(scheduler, "seconds_to_next", lambda: 1.0)
+    site.clock.advance(TIDY_EVERY)
     scheduler.tidy()
     assert kept(site) == LIMIT
 

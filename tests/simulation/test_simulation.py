@@ -86,7 +86,7 @@ def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
 
     def split(self, c, fallen):
         pending.clear()
-        fall_due(self, c, fallen)
+        return fall_due(self, c, fallen)
     write = planner.Database.write
 
     def write_then_advance(self, work, patient=False):

@@ -44,12 +44,15 @@ class Resolver:
 
     def __init__(self, lookup: Lookup = look_up) -> None:
         self._lookup = lookup
+        self._of_numbers: dict[tuple[str, int], Sequence[AddressInfo]] = {}      # they never change
         self._running: threading.Thread | None = None
 
     def resolve(self, host: str, port: int, seconds: float) -> Sequence[AddressInfo]:
         """Raises TimeoutError when it takes longer, OSError (gaierror) when there is no such name."""
+        if found := self._of_numbers.get((host, port)):
+            return found
         if _is_ip(host):
-            return self._lookup(host, port)
+            return self._of_numbers.setdefault((host, port), self._lookup(host, port))
         ends = time.monotonic() + seconds
         if self._running is not None:
             self._running.join(max(0.0, seconds))
