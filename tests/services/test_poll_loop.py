@@ -9,7 +9,7 @@ import pytest
 from app.models import Execution, Robot
 from app.services import poll_loop
 from app.services.alarms import Alarms
-from app.services.changes import Changes
+from app.services.changes import Changes, Topic
 from app.services.clock import SystemClock
 from app.services.planner import Fallen
 from app.services.poll_loop import POLLED_AT_ONCE, PollLoop
@@ -62,15 +62,15 @@ def start(site, polls) -> Iterator[Callable[..., PollLoop]]:
     """A loop over so many robots; those whose number is given hang."""
     loops, free = [], poll_loop.threading.Event()
 
-    def make(count: int, *, hanging: int | None = None, every: float = 0.2, scheduler: QuietScheduler | None = None,
+    def make(count: int, *, hanging: int | None = None, every: float = 0.2, scheduler: QuietScheduler | None = None, changes: Changes | None = None,
              trouble: Callable[[Robot], None] = lambda robot: None) -> PollLoop:
         def lane_of(robot: Robot) -> CountingLane:
             lane = CountingLane(robot, polls)
             lane.hangs = free.wait if robot.id == hanging else lambda: trouble(robot)
             return lane
         alarms = Alarms(site.container.db, site.container.repositories.alarms, SystemClock(), Changes())
-        loop = PollLoop(site.container.db, scheduler=scheduler or QuietScheduler(), clock=SystemClock(), alarms=alarms, changes=Changes(),  # type: ignore[arg-type]
-                        robots=lambda: [Robot(f"R{n}", "http://r", id=n) for n in range(count)], make_lane=lane_of,  # type: ignore[arg-type]
+        loop = PollLoop(site.container.db, scheduler=scheduler or QuietScheduler(), clock=SystemClock(), alarms=alarms,  # type: ignore[arg-type]
+                        changes=changes or Changes(), robots=lambda: [Robot(f"R{n}", "http://r", id=n) for n in range(count)], make_lane=lane_of,  # type: ignore[arg-type]
                         poll_interval=lambda: every)
         loops.append(loop)
         loop.start()
@@ -137,6 +137,36 @@ def test_the_heart_goes_on_beating_after_an_unexpected_error(start, polls, monke
     start(2, scheduler=scheduler)
     wait_for(lambda: scheduler.beats >= 2 and len(polls) == 2)
     assert [record.exc_info is not None for record in caplog.records] == [True] * 3
+
+
+class PlanningScheduler(QuietScheduler):
+    """Each of its ticks plans something and tells so."""
+
+    def __init__(self, changes: Changes) -> None:
+        self.changes, self.beats, self.loop = changes, 0, None
+        self.woken: list[bool] = []
+
+    def tick(self) -> Fallen:
+        before = self.loop and self.loop._woken
+        self.changes.publish(Topic.SCHEDULES)
+        if self.loop and not before:
+            self.woken.append(self.loop._woken)
+        self.beats += 1
+        return Fallen()
+
+
+def test_what_the_scheduler_plans_does_not_wake_itself_but_what_others_plan_does(start, polls, monkeypatch):
+    monkeypatch.setattr(poll_loop, "LONGEST_WAIT", 60.0)
+    changes = Changes()
+    scheduler = PlanningScheduler(changes)
+    scheduler.loop = start(1, every=60.0, scheduler=scheduler, changes=changes)
+    wait_for(lambda: scheduler.beats >= 1 and len(polls) == 1)
+    for _ in range(3):
+        seen = scheduler.beats
+        changes.publish(Topic.SCHEDULES)
+        wait_for(lambda seen=seen: scheduler.beats > seen)
+    assert scheduler.woken
+    assert not any(scheduler.woken)
 
 
 def test_when_the_window_stops_asking_robots_are_polled_all_the_same(start, polls):
