@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from app.database.errors import DatabaseUnavailable, translated
-from app.database.files import beside_of, size_of
 
 log = logging.getLogger(__name__)
 
@@ -26,8 +25,8 @@ Work = Callable[[sqlite3.Connection], T]
 
 AT_ONCE = 256                # works in one transaction at most
 PATIENCE = 0.005             # s that a patient work waits for another to share its transaction
-WRITE_BACK_EVERY = 250       # transactions after which the WAL is written back
-WAL_AT_MOST = 16 << 20       # bytes; a longer one is written back at once, and then cut to this
+WRITE_BACK_EVERY = 100       # transactions after which the WAL is written back
+WAL_KEPT = 16 << 20          # bytes to which a longer one is cut when it begins anew
 
 
 class Writer(Protocol):
@@ -43,9 +42,8 @@ class _WritingConnection:
 
     def __init__(self, connection: sqlite3.Connection, path: Path) -> None:
         self.connection, self._path = connection, path
-        self._wal = beside_of(path, "-wal")
         self._transactions = 0               # since the WAL was written back
-        connection.execute(f"PRAGMA journal_size_limit = {WAL_AT_MOST}")
+        connection.execute(f"PRAGMA journal_size_limit = {WAL_KEPT}")
 
     def one(self, work: Work[T]) -> T:
         c = self.connection
@@ -96,10 +94,10 @@ class _WritingConnection:
         """Write the WAL back once there is enough of it. The next write begins at its head again, over blocks that the file has already:
         that is a quarter faster than into a file that was emptied. A reader in the way is not waited for, the next time gets the rest."""
         try:
-            if self._transactions >= WRITE_BACK_EVERY or size_of(self._wal) > WAL_AT_MOST:
+            if self._transactions >= WRITE_BACK_EVERY:
                 self._transactions = 0
                 self.connection.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
-        except (OSError, sqlite3.Error):      # no room to write back: the WAL keeps everything until there is
+        except sqlite3.Error:                 # no room to write back: the WAL keeps everything until there is
             log.warning("The write-ahead log of %s can't be written back yet", self._path, exc_info=True)
 
     def checkpoint(self) -> bool:

@@ -135,9 +135,9 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
     look = facts.calendar.look(draft.day)
     if draft.kind is Kind.ONCE and draft.respect_working_days and not look.is_working:
         if look.name:
-            return "day", _("Not a working day: {name}. Choose another day, or under More any day").format(name=look.name)
+            return "day", _("Not a working day: {name}. Choose another day, or any day under More").format(name=look.name)
         weekday = formats.current().weekdays[draft.day.weekday()]
-        return "day", _("{weekday} is not a working day: choose another day, or under More any day").format(
+        return "day", _("{weekday} is not a working day: choose another day, or any day under More").format(
             weekday=weekday[:1].upper() + weekday[1:])
     if preview.problem is not None:
         return form_field(preview.problem), sentence_of(preview.problem)
@@ -362,7 +362,7 @@ def _likely(share: float | None) -> str:
 def _overlap_text(concern: Concern, times: int) -> str:
     begins = concern.details["start"]
     if times > 1:
-        return _("At {n} of these starts {mission} is under way on {robot} too: first {day}, {start}–{end}")
+        return _("{n} of these runs overlap with {mission} on {robot}: first {day}, {start}–{end}")
     if concern.at is None or begins < concern.at:
         return _("{day}: still running then on {robot} is {mission}, {start}–{end}")
     if begins == concern.at:

@@ -82,8 +82,8 @@ def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
 def what_follows(until: datetime | None, zone: str, now: datetime) -> str:
     """What will happen to the starts meanwhile."""
     if until is None:
-        return _("Starts wait until somebody releases it; one whose start window closes meanwhile is skipped. What runs goes on.")
-    return _("Starts wait until {time}; one whose start window closes before is skipped. What runs goes on.").format(
+        return _("Starts wait until somebody releases it; those that get too late meanwhile are skipped. Running missions go on.")
+    return _("Starts wait until {time}; those that are too late by then are skipped. Running missions go on.").format(
         time=moment(until, zone, now))
 
 

@@ -121,14 +121,14 @@ def moment(at: datetime, zone: str, now: datetime) -> str:
 
 
 def pause_options(schedule: Schedule, now: datetime) -> list[Row]:
-    """For how long a schedule can be paused: keys are the first day with starts, PICK asks for one."""
+    """For how long a schedule can be paused: keys are starts go on from that day, PICK asks for one."""
     today = now.astimezone(ZoneInfo(schedule.timezone)).date()
     monday = today + timedelta(days=7 - today.weekday())
     words = {today + timedelta(days=1): _("For today"), today + timedelta(days=2): _("Today and tomorrow")}
     words.setdefault(monday, _("Until Monday"))
     rows: list[Row] = [{"key": day, "text": text, "icon": "pause-circle-outline",
                         "note": _("no start before {day}").format(day=formats.wall_day(day))} for day, text in words.items()]
-    return [*rows, {"key": PICK, "text": _("Until a day of your choice"), "icon": "calendar-month", "note": _("the first day with starts")}]
+    return [*rows, {"key": PICK, "text": _("Until a day of your choice"), "icon": "calendar-month", "note": _("starts go on from that day")}]
 
 
 def day_begins(day: date, zone: ZoneInfo) -> datetime:

@@ -87,7 +87,7 @@ def year_note(facts: SettingsFacts, year: int) -> str:
     closed = sum(weekly(day) and not look.is_working for day, look in found)
     extra = sum(look.is_working and not weekly(day) for day, look in found)
     if not found:
-        return _("{year}: as the week's rule says").format(year=year)
+        return _("{year}: no special days").format(year=year)
     words = [ngettext("{n} working day closed", "{n} working days closed", closed).format(n=closed)]
     if extra:
         words.append(ngettext("{n} extra", "{n} extra", extra).format(n=extra))
@@ -96,7 +96,7 @@ def year_note(facts: SettingsFacts, year: int) -> str:
 
 # ---------------------------------------------------------------------- public holidays
 def country_phrase(facts: SettingsFacts) -> str:
-    return translations().get(facts.settings.holiday_country, facts.country) or _("Of no country")
+    return translations().get(facts.settings.holiday_country, facts.country) or _("No country")
 
 
 def region_phrase(facts: SettingsFacts) -> str:
@@ -106,7 +106,7 @@ def region_phrase(facts: SettingsFacts) -> str:
 
 
 def country_options(names: Mapping[str, str]) -> list[Row]:
-    return [{"key": NONE, "text": _("Of no country"), "note": ""},
+    return [{"key": NONE, "text": _("No country"), "note": ""},
             *({"key": code, "text": name, "note": code} for code, name in in_language(names).items())]
 
 
@@ -120,7 +120,7 @@ def import_result(result: Imported) -> NoticeView:
     """How many days were taken, and what was left."""
     notes = []
     if result.added:
-        text = ngettext("{n} closed day taken over", "{n} closed days taken over", result.days).format(n=result.days)
+        text = ngettext("{n} closed day imported", "{n} closed days imported", result.days).format(n=result.days)
         names = [f"{entry.name}: {span(entry.first_day, entry.last_day)}" for entry in result.added[:3]]
         more = len(result.added) - len(names)
         notes.append(", ".join(names) + (ngettext(" and {n} more", " and {n} more", more).format(n=more) if more else ""))

@@ -107,7 +107,7 @@ def theme_names() -> dict[str, str]:
 
 def keyboard_words() -> dict[str, str]:
     """When the keyboard on the screen comes up."""
-    return {"auto": _("When there is none"), "on": _("Always"), "off": _("Never")}
+    return {"auto": _("When needed"), "on": _("Always"), "off": _("Never")}
 
 
 def language_name(language: str) -> str:
@@ -238,5 +238,5 @@ def import_result(lines: Sequence[Told], most: int = 12) -> NoticeView:
     shown = [words_of(line) for line in lines[:most]]
     if len(lines) > most:
         shown.append(ngettext("and {n} more", "and {n} more", len(lines) - most).format(n=len(lines) - most))
-    text = ngettext("{n} change taken over", "{n} changes taken over", len(lines)).format(n=len(lines))
+    text = ngettext("{n} change imported", "{n} changes imported", len(lines)).format(n=len(lines))
     return NoticeView(text, "\n".join(shown), "done", "check-circle")

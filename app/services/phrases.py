@@ -51,7 +51,7 @@ class _Words:
             head = self._say("{every} at {times}", every=head, times=self._times())
         elif between := self._schedule.between:
             head = self._say("{every} from {start} to {end}", every=head, start=self._time(between.start), end=self._time(between.end))
-        working_days = [self._say("not on non-working days")] if self._schedule.respect_working_days else []
+        working_days = [self._say("on working days only")] if self._schedule.respect_working_days else []
         return ", ".join([head, *self._limits(), *self._end(), *working_days])
 
     def _every(self) -> str:

@@ -42,7 +42,7 @@ def calendar(studio):
 def december(studio):
     _plant, screen = opened(studio, 1)
     screen._page.calendar.outcome.tell(NoticeView(
-        "14 closed days taken over", "Summer break: Mon 6 Jul – Sun 19 Jul", "done", "check-circle"))
+        "14 closed days imported", "Summer break: Mon 6 Jul – Sun 19 Jul", "done", "check-circle"))
     page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
     studio.driver.advance(.2)
     page.scroll_y = 0

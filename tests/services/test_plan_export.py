@@ -58,7 +58,7 @@ def test_every_start_of_thirty_days_is_an_event(container, files, tmp_path):
     assert first["DTSTART"].value == "20261123T043000Z"                # 06:30 in Helsinki
     assert first["DTEND"].value == "20261123T043500Z"                  # never ran: five minutes are assumed
     assert (first["SUMMARY"].text, first["DESCRIPTION"].text) == (
-        "Deliver; kits, 2 · Aino", "Morning: Every day at 06:30, not on non-working days")
+        "Deliver; kits, 2 · Aino", "Morning: Every day at 06:30, on working days only")
     assert first["DTSTAMP"].value == "20261120T123800Z"
     assert first["UID"].value.endswith("@amr-scheduler")
     assert len({event["UID"].value for event in found}) == 20

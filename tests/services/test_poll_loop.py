@@ -62,15 +62,16 @@ def start(site, polls) -> Iterator[Callable[..., PollLoop]]:
     """A loop over so many robots; those whose number is given hang."""
     loops, free = [], poll_loop.threading.Event()
 
-    def make(count: int, *, hanging: int | None = None, every: float = 0.2, scheduler: QuietScheduler | None = None, changes: Changes | None = None,
-             trouble: Callable[[Robot], None] = lambda robot: None) -> PollLoop:
+    def make(count: int, *, hanging: int | None = None, every: float = 0.2, scheduler: QuietScheduler | None = None,
+             changes: Changes | None = None, trouble: Callable[[Robot], None] = lambda robot: None) -> PollLoop:
         def lane_of(robot: Robot) -> CountingLane:
             lane = CountingLane(robot, polls)
             lane.hangs = free.wait if robot.id == hanging else lambda: trouble(robot)
             return lane
         alarms = Alarms(site.container.db, site.container.repositories.alarms, SystemClock(), Changes())
+        robots = [Robot(f"R{n}", "http://r", id=n) for n in range(count)]
         loop = PollLoop(site.container.db, scheduler=scheduler or QuietScheduler(), clock=SystemClock(), alarms=alarms,  # type: ignore[arg-type]
-                        changes=changes or Changes(), robots=lambda: [Robot(f"R{n}", "http://r", id=n) for n in range(count)], make_lane=lane_of,  # type: ignore[arg-type]
+                        changes=changes or Changes(), robots=lambda: robots, make_lane=lane_of,  # type: ignore[arg-type]
                         poll_interval=lambda: every)
         loops.append(loop)
         loop.start()

@@ -51,7 +51,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
         ui.tap(ui.find(Segment, text=day))
     choose(screen, ui, "Battery ≥", "40 %")
     view = ui.find(FormCard).view
-    assert view.sentence == "Every Tue, Thu, Fri at 06:30, not on non-working days, if battery ≥\N{NO-BREAK SPACE}40\N{NO-BREAK SPACE}%"
+    assert view.sentence == "Every Tue, Thu, Fri at 06:30, on working days only, if battery ≥\N{NO-BREAK SPACE}40\N{NO-BREAK SPACE}%"
     assert [(start.day, start.time) for start in ui.find_all(NextStart)] == [
         ("Tue 24 Nov", "06:30"), ("Thu 26 Nov", "06:30"), ("Fri 27 Nov", "06:30"), ("Tue 1 Dec", "06:30"), ("Thu 3 Dec", "06:30")]
     save(screen, ui)

@@ -168,7 +168,7 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
     assert not [words for *_hours, words in ui.find(Timeline).closed if words.startswith("Saturday")]
     choose(screen, ui, "Mission", KITS)
     pick_day(screen, ui, "Day", date(2026, 11, 23))
-    assert ui.find(PickField, label="Day").problem == "Not a working day: Stocktaking. Choose another day, or under More any day"
+    assert ui.find(PickField, label="Day").problem == "Not a working day: Stocktaking. Choose another day, or any day under More"
     pick_day(screen, ui, "Day", date(2026, 11, 21))
     save(screen, ui)
     assert any(schedule.start.date() == date(2026, 11, 21) and schedule.respect_working_days

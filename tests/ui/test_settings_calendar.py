@@ -147,7 +147,7 @@ def test_a_calendar_file_is_imported_and_says_how_many_days_it_brought(site, app
     reveal(ui, row)
     enter(ui, ui.find(FormField, root=row), "plant.ics")
     press(ui, "Import", row)
-    ui.wait(lambda: says(ui, "2 closed days taken over"))
+    ui.wait(lambda: says(ui, "2 closed days imported"))
     assert [(entry.name, entry.source) for entry in entries(site)] == [("Audit", "plant.ics")]
     press(ui, "Import", row)
     ui.wait(lambda: says(ui, "Everything in the file is here already"))

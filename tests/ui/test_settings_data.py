@@ -53,7 +53,7 @@ def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):
     row = file_row(ui, "Import from")
     ui.wait(lambda: row.model.path == str(file))              # the newest configuration there is suggested
     press(ui, "Import", row)
-    ui.wait(lambda: outcome(app, "configuration").text == "2 changes taken over")
+    ui.wait(lambda: outcome(app, "configuration").text == "2 changes imported")
     assert settings(site).retry_limit == 3
     assert [mission.name for mission in missions(site)] == ["Deliver"]
     press(ui, "Import", row)

@@ -71,7 +71,7 @@ def test_a_schedule_in_words(rule, expected):
 
 def test_the_part_of_the_day_and_days_off_are_said():
     rule = schedule("FREQ=MINUTELY;INTERVAL=30;BYDAY=MO", between=Between(time(8, 30), time(16, 45)), respect_working_days=True)
-    assert sentence(rule) == "Every 30 minutes from 08:30 to 16:45, on Mon, not on non-working days"
+    assert sentence(rule) == "Every 30 minutes from 08:30 to 16:45, on Mon, on working days only"
 
 
 def test_words_are_translated_piece_by_piece():

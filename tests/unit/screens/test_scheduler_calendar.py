@@ -54,7 +54,7 @@ def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
 
 def test_a_one_time_start_on_a_closed_day_is_told_at_the_day_with_its_name():
     shown = form.present(FACTS, draft(day=FRIDAY), Preview(Forecast()), NOW)
-    assert shown.problems == {"day": "Not a working day: Audit. Choose another day, or under More any day"}
+    assert shown.problems == {"day": "Not a working day: Audit. Choose another day, or any day under More"}
     assert shown.save_off
 
 
@@ -62,7 +62,7 @@ def test_the_sentence_speaks_of_holidays_when_there_is_a_calendar():
     with_calendar = form.present(FACTS, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence
     assert with_calendar.endswith(", not on holidays or other days off")
     assert form.present(replace(FACTS, exceptions=()), draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence.endswith(
-        ", not on non-working days")
+        ", on working days only")
     any_day = form.present(FACTS, draft(kind=Kind.DAILY, respect_working_days=False), Preview(Forecast()), NOW).sentence
     assert "days off" not in any_day
 

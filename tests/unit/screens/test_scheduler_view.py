@@ -248,7 +248,7 @@ def test_saving_waits_for_the_answer_of_the_services():
 def test_a_one_time_start_on_a_day_without_work_is_refused_at_the_day():
     saturday = shown(draft(day=date(2026, 11, 21)))
     assert saturday.save_off
-    assert saturday.problems == {"day": "Saturday is not a working day: choose another day, or under More any day"}
+    assert saturday.problems == {"day": "Saturday is not a working day: choose another day, or any day under More"}
     assert not shown(draft(day=date(2026, 11, 21), respect_working_days=False)).save_off
 
 

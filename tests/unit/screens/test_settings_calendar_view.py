@@ -45,7 +45,7 @@ def test_entries_of_a_month_stand_in_order_with_their_span():
 def test_the_year_is_told_by_what_differs_from_the_week():
     assert view.year_note(SettingsFacts(exceptions=(FAIR,)), 2026) == "2026: 0 working days closed, 1 extra"
     assert view.year_note(SettingsFacts(exceptions=(SHUTDOWN,)), 2027) == "2027: 7 working days closed"
-    assert view.year_note(SettingsFacts(), 2026) == "2026: as the week's rule says"
+    assert view.year_note(SettingsFacts(), 2026) == "2026: no special days"
 
 
 def test_months_turn_within_the_years_that_a_calendar_has():
@@ -58,14 +58,14 @@ def test_months_turn_within_the_years_that_a_calendar_has():
 def test_country_and_region_are_said_or_that_there_is_none():
     assert (view.country_phrase(FACTS), view.region_phrase(FACTS)) == ("Finland", "–")
     none = SettingsFacts(has_regions=True)
-    assert (view.country_phrase(none), view.region_phrase(none)) == ("Of no country", "All of the country")
+    assert (view.country_phrase(none), view.region_phrase(none)) == ("No country", "All of the country")
     assert [row["key"] for row in view.country_options({"FI": "Finland"})] == [view.NONE, "FI"]
     assert [row["text"] for row in view.region_options({"BY": "Bayern"})] == ["All of the country", "Bayern"]
 
 
 def test_an_import_says_days_and_what_was_left():
     result = view.import_result(Imported(Path("/x/plant.ics"), (SHUTDOWN, FAIR), known=1, left_out=2, past=3))
-    assert (result.text, result.tone) == ("12 closed days taken over", "attention")
+    assert (result.text, result.tone) == ("12 closed days imported", "attention")
     assert result.note.split("\n") == [
         "Shutdown: Thu 24 Dec – Sun 3 Jan, Fair: Sat 5 Dec", "1 entry was here already", "3 entries are past",
         "2 events can't be taken: they have no date, or repeat otherwise than yearly"]
