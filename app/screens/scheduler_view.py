@@ -12,6 +12,7 @@ from app.models import Robot, Schedule
 from app.screens import formats, logs_looks
 from app.screens.scheduler_facts import DAYS, SchedulerFacts
 from app.screens.scheduler_words import rule_line
+from app.services import decisions
 from app.services.plan import PlannedRun
 from app.services.plan_export import PlanExport
 
@@ -66,7 +67,7 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
             continue
         for run in same:
             yield run.at, {**common, "key": ("schedule", run.schedule.id, run.at), "time": formats.wall_time(run.at.astimezone(zone)),
-                           "note": held_note(facts, run.robot.id, run.at, now) or formats.ahead((run.at - now).total_seconds())}
+                           "note": held_note(facts, run.schedule, run.at, now) or formats.ahead((run.at - now).total_seconds())}
 
 
 # ---------------------------------------------------------------------- the schedules
@@ -99,17 +100,19 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
         return _("the robot is switched off")
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(time=moment(schedule.paused_until, facts.settings.timezone, now))
-    return held_note(facts, schedule.robot_id, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)
+    return held_note(facts, schedule, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)
 
 
-def held_note(facts: SchedulerFacts, robot_id: int, at: datetime, now: datetime) -> str:
-    """That a start at that instant is held, and until when; empty when it is not."""
-    hold = facts.hold(robot_id, at)
+def held_note(facts: SchedulerFacts, schedule: Schedule, at: datetime, now: datetime) -> str:
+    """That a start at that instant is held, until when, and whether it is too late by then; empty when it is not held."""
+    hold = facts.hold(schedule.robot_id, at)
     if hold is None:
         return ""
     if hold.until is None:
         return _("held until released")
-    return _("held until {time}").format(time=moment(hold.until, facts.settings.timezone, now))
+    is_too_late = decisions.closes_at(at, schedule.start_window_minutes, facts.settings) <= hold.until
+    text = _("skipped: held until {time}") if is_too_late else _("held until {time}")
+    return text.format(time=moment(hold.until, facts.settings.timezone, now))
 
 
 def moment(at: datetime, zone: str, now: datetime) -> str:
@@ -121,7 +124,7 @@ def moment(at: datetime, zone: str, now: datetime) -> str:
 
 
 def pause_options(schedule: Schedule, now: datetime) -> list[Row]:
-    """For how long a schedule can be paused: keys are starts go on from that day, PICK asks for one."""
+    """For how long a schedule can be paused: keys are the first day with starts, PICK asks for one."""
     today = now.astimezone(ZoneInfo(schedule.timezone)).date()
     monday = today + timedelta(days=7 - today.weekday())
     words = {today + timedelta(days=1): _("For today"), today + timedelta(days=2): _("Today and tomorrow")}
