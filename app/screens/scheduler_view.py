@@ -131,7 +131,8 @@ def pause_options(schedule: Schedule, now: datetime) -> list[Row]:
     words.setdefault(monday, _("Until Monday"))
     rows: list[Row] = [{"key": day, "text": text, "icon": "pause-circle-outline",
                         "note": _("no start before {day}").format(day=formats.wall_day(day))} for day, text in words.items()]
-    return [*rows, {"key": PICK, "text": _("Until a day of your choice"), "icon": "calendar-month", "note": _("starts go on from that day")}]
+    return [*rows, {"key": PICK, "text": _("Until a day of your choice"), "icon": "calendar-month",
+                    "note": _("starts go on from that day")}]
 
 
 def day_begins(day: date, zone: ZoneInfo) -> datetime:
