@@ -1,7 +1,6 @@
 """Cards of figures that can be asked what they mean."""
-from kivy.properties import ListProperty, StringProperty
+from kivy.properties import ListProperty, NumericProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.gridlayout import GridLayout
 
 from app.widgets.dialogs import FormDialog
 from app.widgets.display import KpiCard
@@ -16,35 +15,43 @@ class FigureCard(Row, Tap, KpiCard):
         self.act("explain")
 
 
-class FigureGrid(GridLayout):
-    """One FigureCard per dict of ``data``; a tap fires ``on_action(key, "explain")``. The cards of each row share its whole width."""
+class FigureGrid(BoxLayout):
+    """One FigureCard per dict of ``data``, ``cols`` in a row; a tap fires ``on_action(key, "explain")``. The cards of each row share its
+    whole width, those of the last one too."""
     data = ListProperty()
+    cols = NumericProperty(1)
 
     __events__ = ("on_action",)
 
     def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("data", self._build)
-        self._build()
+        self._cards: list[FigureCard] = []
+        super().__init__(orientation="vertical", **kwargs)
+        self.fbind("data", self._fill)
+        self.fbind("cols", self._arrange)
+        self.fbind("spacing", self._arrange)
+        self._fill()
 
     def on_action(self, key, action):
         """A card was tapped."""
 
-    def _build(self, *_):
-        while len(self.children) > len(self.data):
-            self.remove_widget(self.children[0])
-        while len(self.children) < len(self.data):
-            self.add_widget(FigureCard(host=self))
-        for card, data in zip(reversed(self.children), self.data, strict=True):
+    def _fill(self, *_):
+        if len(self._cards) != len(self.data):
+            kept = self._cards[:len(self.data)]
+            self._cards = kept + [FigureCard(host=self, pos_hint={"top": 1}) for _ in self.data[len(kept):]]
+            self._arrange()
+        for card, data in zip(self._cards, self.data, strict=True):
             card.take(data)
 
-    def do_layout(self, *args):
-        super().do_layout(*args)
-        last = list(reversed(self.children[:len(self.children) % self.cols]))
-        gap = self.spacing[0]
-        wide = (self.width + gap) / max(1, len(last)) - gap
-        for n, card in enumerate(last):
-            card.x, card.width = self.x + n * (wide + gap), wide
+    def _arrange(self, *_):
+        for row in self.children:
+            row.clear_widgets()
+        self.clear_widgets()
+        for first in range(0, len(self._cards), self.cols):
+            row = BoxLayout(size_hint_y=None, spacing=self.spacing)
+            row.bind(minimum_height=row.setter("height"))
+            self.add_widget(row)
+            for card in self._cards[first:first + self.cols]:
+                row.add_widget(card)
 
 
 class FactRow(Row, BoxLayout):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import gc
 import itertools
+import logging
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from tests.ui import headless
 headless.install()
 
 from kivy.core.window import Window  # noqa: E402
+from kivy.logger import Logger  # noqa: E402
 from kivy.metrics import Metrics  # noqa: E402
 from kivy.uix.label import Label  # noqa: E402
 
@@ -66,6 +68,8 @@ class Walk:
 
     def __init__(self) -> None:
         self._size = Window.size
+        self._unsettled = _Unsettled()
+        Logger.addHandler(self._unsettled)
         self._studio = Studio(LANDSCAPE)
         broken = find_pictures()
         if broken:
@@ -99,7 +103,7 @@ class Walk:
                 self._look(way)
                 self._studio.driver.advance(.2)
                 root = widget if widget is not None else self._studio.shown
-                for problem in checks.problems(root):
+                for problem in (*self._restless(), *checks.problems(root)):
                     yield way, problem
                 if not picture.name.startswith(SAMPLES):
                     for problem in untranslated(root, way.language):
@@ -107,6 +111,13 @@ class Walk:
         finally:
             self._studio.clear()
             self._look(Way("en", self._size, "light", 1.0))
+
+    def _restless(self) -> Iterator[str]:
+        """Layouts that move each other for ever keep the processor busy, and once they grow, nothing stays in its place."""
+        self._unsettled.times = 0
+        self._studio.driver.advance()
+        if self._unsettled.times:
+            yield "never settles"
 
     def _look(self, way: Way) -> None:
         if translator.language != way.language:
@@ -118,7 +129,16 @@ class Walk:
             self._studio.use(way.theme)
 
     def close(self) -> None:
+        Logger.removeHandler(self._unsettled)
         self._look(Way("en", self._size, "light", 1.0))
+
+
+class _Unsettled(logging.Handler):
+    """Counts the frames in which kivy gave up before everything was laid out."""
+    times = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.times += "too much iteration" in record.getMessage()
 
 
 def untranslated(root, language: str) -> Iterator[str]:
