@@ -1,8 +1,8 @@
 """Every widget of every screen and dialog keeps the numbers of the house: targets, gaps, contrast, text inside its box, nothing that
 overlaps, icons that exist, texts from the catalogues.
 
-Walked are the four screens in all four sizes and some pictures of states and dialogs in one each (``walk.IN_CI``); languages, themes and
-sizes of text in turn. Every picture in every size, language, theme and size of text: ``python -m tests.ui.walk``.
+Walked are the four screens in all four sizes and every other picture in one; languages, themes and sizes of text in turn. Every picture in
+every size, language, theme and size of text: ``python -m tests.ui.walk``.
 """
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ import pytest
 from kivymd.icon_definitions import md_icons
 
 from tests.ui import checks
-from tests.ui.walk import IN_CI, Walk, covering_ways
+from tests.ui.walk import SCREENS, Walk, covering_ways
 
 ROOT = Path(__file__).parents[2]
 ICON = re.compile(r"""\bicon["']?\s*[:=]\s*"([a-z0-9-]+)\"""")
+PARTS = 6
 NAMES = {"Python", "SQLite", "Kivy", "KivyMD"}       # the same in every language
 
 
@@ -28,10 +29,19 @@ def walk(stage) -> Iterator[Walk]:
     walk.close()
 
 
-@pytest.mark.parametrize("name", IN_CI)
+@pytest.mark.parametrize("name", SCREENS)
 def test_every_widget_keeps_its_place_its_size_and_its_language(ui, walk, name):
     number, picture = next((n, picture) for n, picture in enumerate(walk.pictures) if picture.name == name)
     found = [f"{way}: {problem}" for way, problem in walk.look(picture, covering_ways(number, name))]
+    assert not found, "\n".join(["", *found])
+
+
+@pytest.mark.parametrize("part", range(PARTS))
+def test_so_does_that_of_every_state_and_dialog(ui, walk, part):
+    pictures = [(number, picture) for number, picture in enumerate(walk.pictures) if picture.name not in SCREENS][part::PARTS]
+    assert len(pictures) > 10
+    found = [f"{picture.name} {way}: {problem}" for number, picture in pictures
+             for way, problem in walk.look(picture, covering_ways(number, picture.name))]
     assert not found, "\n".join(["", *found])
 
 

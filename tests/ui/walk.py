@@ -33,7 +33,6 @@ from tests.ui import checks  # noqa: E402
 SIZES = ((1280, 800), (1920, 1200), (800, 1280), (1024, 600))
 FONT_SCALES = (1.0, 1.3)
 SCREENS = ("home", "scheduler", "logs", "settings-robots")
-IN_CI = (*SCREENS, "home-no-map", "alarms", "clear-queue", "mission-picker")
 SAME_LETTERS = {"Yes", "No", "To"}       # a robot's own answers, and Thursday in Finnish
 SAMPLES = "gallery-"                     # pictures of components with words of their own
 
@@ -74,6 +73,8 @@ class Walk:
         broken = find_pictures()
         if broken:
             raise ExceptionGroup("pictures that can't be imported", broken)
+        gc.freeze()                          # looking through all that stays would be more than half the time
+        gc.disable()
 
     @property
     def pictures(self) -> list[Picture]:
@@ -86,6 +87,8 @@ class Walk:
             yield from self.over(picture, ways)
         except Exception as problem:
             yield ways[0], f"can't be built: {type(problem).__name__}: {problem}"
+        finally:
+            gc.collect()
 
     def over(self, picture: Picture, ways: Iterable[Way]) -> Iterator[tuple[Way, str]]:
         """What is wrong with ``picture``, way by way."""
@@ -130,6 +133,8 @@ class Walk:
 
     def close(self) -> None:
         Logger.removeHandler(self._unsettled)
+        gc.enable()
+        gc.unfreeze()
         self._look(Way("en", self._size, "light", 1.0))
 
 
@@ -153,19 +158,16 @@ def untranslated(root, language: str) -> Iterator[str]:
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.ui.walk", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="pictures (default: all)")
-    parser.add_argument("--covering", action="store_true", help="only the subset that CI walks")
+    parser.add_argument("--covering", action="store_true", help="only the ways that CI walks")
     parser.add_argument("--part", type=part, default=(1, 1), metavar="K/N", help="every N-th picture from the K-th on")
     options = parser.parse_args()
     walk, found = Walk(), 0
-    gc.freeze()                              # looking through all that stays would be more than half the time
-    gc.disable()
     first, step = options.part
     wanted = [(number, picture) for number, picture in enumerate(walk.pictures) if not options.names or picture.name in options.names]
     for number, picture in wanted[first - 1::step]:
         for way, problem in walk.look(picture, covering_ways(number, picture.name) if options.covering else every_way()):
             found += 1
             print(f"{picture.name} {way}: {problem}", flush=True)
-        gc.collect()
         print(f"{picture.name} seen", file=sys.stderr, flush=True)
     print(f"{found} findings")
     return bool(found)
