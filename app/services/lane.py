@@ -42,6 +42,7 @@ log = logging.getLogger(__name__)
 
 LIVE_EVERY = 2.0                # s between status reads while somebody looks or something of ours runs
 GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
+PREPARES_WITHIN = 0.4           # s in which all robots that are told of something due soon are read, one after the other
 SLOW_ANSWER = 2.0               # s; slower is told, but it is an answer
 LOOK_AROUND_EVERY = 60.0        # s between writes of the observed time
 PRUNE_EVERY = 200               # such writes, between dropping what is too old
@@ -67,6 +68,11 @@ class Services:
     activities: ActivityRepository = field(default_factory=ActivityRepository)
 
 
+def phase_of(robot_id: int) -> float:
+    """From 0 to 1, another for each robot and all of them far apart: by it is spread what many would do in one moment."""
+    return robot_id * GOLDEN_RATIO % 1
+
+
 class Lane:
     def __init__(self, robot: Robot, client: RobotClient, services: Services) -> None:
         self.robot, self.client, self._s = robot, client, services
@@ -87,6 +93,7 @@ class Lane:
         self._standing: set[str] = set()        # codes of this robot's conditions that are alarmed now
         self._has_sent = False                  # something of ours is with the robot, or may be: as the last step left it
         self._next_live = self._dispatch_at = -math.inf
+        self._prepare_at = math.inf
         self._observed: dict[tuple[str, str], float] = {}
         self._observed_at: float | None = None
         self._observed_written = services.clock.monotonic()
@@ -110,6 +117,9 @@ class Lane:
         elif looks:
             self._look(whole=False)
         if due_soon and self.robot.enabled:
+            self._prepare_at = now() + PREPARES_WITHIN * phase_of(self.robot.id)
+        if now() >= self._prepare_at:
+            self._prepare_at = math.inf
             self._dispatcher.prepare()
         if dispatches:
             self._dispatch()
@@ -118,7 +128,7 @@ class Lane:
             self._has_sent = True
         if self._is_live and not was_live:      # just sent: a look at once would only hold up what others have to send
             self._next_live = max(self._next_live, now() + self._apart(LIVE_EVERY))
-        return max(0.0, min(self._dispatch_at, self._next_live if self._is_live else math.inf) - now())
+        return max(0.0, min(self._dispatch_at, self._prepare_at, self._next_live if self._is_live else math.inf) - now())
 
     def _dispatch(self) -> None:
         wait = self._dispatcher.run()
@@ -176,7 +186,7 @@ class Lane:
     def _apart(self, pause: float) -> float:
         """About ``pause``, another time for each robot: many that were polled or sent to in one moment are not looked at in one moment
         again and again, which would hold up what falls due then. Exactly ``pause`` for the one on screen."""
-        return pause if self.watched else pause * (0.5 + self.robot.id * GOLDEN_RATIO % 1)
+        return pause if self.watched else pause * (0.5 + phase_of(self.robot.id))
 
     # ------------------------------------------------------------------ reading
     def read_status(self) -> RobotStatus:

@@ -25,9 +25,10 @@ log = logging.getLogger(__name__)
 
 STOP_WITHIN = 4.0           # s: the contract gives a stop 5 s; a request under way is left to its time-out
 FIRST_POLL_WITHIN = 5.0     # s until "ready" whatever the robots do
-CYCLE_TAKES = 1.0           # s within which every robot has its turn
+CYCLE_TAKES = 2.0           # s within which every robot has its turn
 TURN_EVERY = 0.08           # s between turns
-POLLED_AT_ONCE = 4          # robots in a turn at least
+POLLED_AT_ONCE = 2          # robots in a turn at least
+CHORES_EVERY = 0.1          # s at least between chores
 AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes on
 
 
@@ -117,12 +118,14 @@ class PollLoop:
         self._window_drives = False
         self._thread: threading.Thread | None = None
         self._chores: list[Callable[[], None]] = []
+        self._chores_at = -math.inf
         self._robots_changed = True
         self._unsubscribe = changes.subscribe(self._on_change)
 
     # ------------------------------------------------------------------ life
     def add_chore(self, chore: Callable[[], None]) -> None:
-        """Something small to do at every tick (the inbox of one-shot commands)."""
+        """Something small to do every second or when something falls due, not more often than ten times a second (the inbox of one-shot
+        commands)."""
         self._chores.append(chore)
 
     def start(self) -> None:
@@ -265,8 +268,10 @@ class PollLoop:
         self._scheduler.tidy()
         if database_failed:
             self._alarms.database_works()
-        for chore in self._chores:
-            chore()
+        if self._clock.monotonic() - self._chores_at >= CHORES_EVERY:
+            self._chores_at = self._clock.monotonic()
+            for chore in self._chores:
+                chore()
         due = self._poll_interval() * (2 if self._window_drives else 1)
         if self._clock.monotonic() - self._cycle_at >= due:
             self.request_cycle()

@@ -1,9 +1,13 @@
 """A second before something is due its robot's status is read, so that at the instant only the intent and the POST remain."""
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from app.models import State
+from app.services.lane import PREPARES_WITHIN, phase_of
+from app.services.scheduler import AHEAD, AHEAD_AT_ONCE
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05
@@ -36,7 +40,7 @@ def test_each_instant_is_told_once_and_only_shortly_before(site, plan):
 
 def test_at_the_instant_only_the_post_remains(site, requests):
     [lane] = site._lanes.values()
-    lane.step(False, due_soon=True)
+    site.read_ahead(lane)
     assert requests == ["GET /status"]
     requests.clear()
     site.run(1.05)
@@ -47,7 +51,7 @@ def test_at_the_instant_only_the_post_remains(site, requests):
 def test_a_look_ahead_that_fails_is_no_attempt(site, requests):
     [lane] = site._lanes.values()
     site.network.next("GET", "/status", Fate.REFUSED)
-    lane.step(False, due_soon=True)
+    site.read_ahead(lane)
     site.run(1.05)
     assert requests[:3] == ["GET /status", "GET /status", "POST /mission_queue"]
     [run] = site.executions()
@@ -58,3 +62,20 @@ def test_what_is_due_does_not_wait_for_a_poll(site, requests):
     """The poll of 06:05:00 comes together with the schedule."""
     site.run(1.05)
     assert requests[:2] == ["GET /status", "POST /mission_queue"]
+
+
+def test_a_robot_is_read_ahead_when_its_turn_comes(site, requests):
+    [lane] = site._lanes.values()
+    wait = lane.step(False, due_soon=True, changed=False)
+    assert requests == []
+    assert 0 < wait < PREPARES_WITHIN
+    site.clock.advance(wait)
+    lane.step(False, changed=False)
+    assert requests == ["GET /status"]
+
+
+def test_many_robots_take_turns_and_all_are_read_before_the_instant():
+    """What else falls due in the second before must not wait for two hundred reads in one moment."""
+    assert (AHEAD - AHEAD_AT_ONCE).total_seconds() - 0.2 > PREPARES_WITHIN
+    turns = sorted(PREPARES_WITHIN * phase_of(number) for number in range(1, 201))
+    assert max(later - earlier for earlier, later in pairwise(turns)) <= 2.5 * PREPARES_WITHIN / 200

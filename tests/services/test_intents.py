@@ -19,7 +19,7 @@ def fall_due(site) -> list[State]:
     """Let the instant come, but no lane; returns where the rows stand."""
     site.container.scheduler.due_soon()
     [lane] = site._lanes.values()
-    lane.step(False, due_soon=True)
+    site.read_ahead(lane)
     site.clock.advance(1.05)
     site.container.scheduler.tick()
     return [run.state for run in site.executions()]
@@ -82,7 +82,7 @@ def test_one_that_comes_when_all_is_over_is_not_sent_again(site, held_up):
     [intent] = held_up
     assert sent(site) == [intent.token]
     [lane] = site._lanes.values()
-    lane.step(False, due_soon=True)               # the robot is read: something else is due
+    site.read_ahead(lane)                         # something else is due
     assert lane.ready() is not None
     site._hand_over(intent)
     site.run(10.0)

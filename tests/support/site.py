@@ -14,7 +14,7 @@ from pathlib import Path
 from app.container import Container
 from app.database.connection import Database
 from app.models import Execution, Mission, Robot, State
-from app.services.lane import Lane
+from app.services.lane import PREPARES_WITHIN, Lane
 from app.services.mir.address import Address
 from app.services.mir.client import RobotClient
 from app.services.mir.credentials import Token
@@ -121,6 +121,12 @@ class Site:
             if self.clock.monotonic() > end:
                 raise AssertionError(f"not within {within} s: {condition}")
             self.run(0.5)
+
+    def read_ahead(self, lane: Lane) -> None:
+        """Something is due at that robot in a moment, and its turn to be read has come."""
+        lane.step(False, due_soon=True, changed=False)
+        self.clock.advance(PREPARES_WITHIN)
+        lane.step(False, changed=False)
 
     def _go_to(self, instant: float) -> None:
         self.clock.advance(max(0.0, instant - self.clock.monotonic()))
