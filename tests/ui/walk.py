@@ -73,8 +73,8 @@ class Walk:
         broken = find_pictures()
         if broken:
             raise ExceptionGroup("pictures that can't be imported", broken)
+        gc.collect()
         gc.freeze()                          # looking through all that stays would be more than half the time
-        gc.disable()
 
     @property
     def pictures(self) -> list[Picture]:
@@ -133,8 +133,6 @@ class Walk:
 
     def close(self) -> None:
         Logger.removeHandler(self._unsettled)
-        gc.enable()
-        gc.unfreeze()
         self._look(Way("en", self._size, "light", 1.0))
 
 
@@ -161,6 +159,7 @@ def main() -> int:
     parser.add_argument("--covering", action="store_true", help="only the ways that CI walks")
     parser.add_argument("--part", type=part, default=(1, 1), metavar="K/N", help="every N-th picture from the K-th on")
     options = parser.parse_args()
+    gc.disable()                             # each picture's garbage is fetched when it has been seen
     walk, found = Walk(), 0
     first, step = options.part
     wanted = [(number, picture) for number, picture in enumerate(walk.pictures) if not options.names or picture.name in options.names]

@@ -265,9 +265,9 @@ def test_backups_are_offered_newest_first_with_their_time():
 
 def test_an_import_lists_its_changes_and_cuts_a_long_list():
     assert view.import_result([]).text == "Everything in the file is here already"
-    assert view.import_result(["robot R1 added"]) == view.NoticeView("1 change taken over", "robot R1 added", "done", "check-circle")
+    assert view.import_result(["robot R1 added"]) == view.NoticeView("1 change imported", "robot R1 added", "done", "check-circle")
     assert view.import_result([told("robot {name} added", name="R1")]).note == "Robot R1 added"
     long = view.import_result([f"mission {n} added" for n in range(40)])
-    assert long.text == "40 changes taken over"
+    assert long.text == "40 changes imported"
     assert long.note.splitlines()[-1] == "and 28 more"
     assert len(long.note.splitlines()) == 13
