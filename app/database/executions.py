@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from datetime import datetime
 from math import ceil
@@ -18,6 +18,7 @@ _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
 _USUAL_OF = 20               # newest completed runs that tell the usual duration
+_ADDED_AT_ONCE = 100         # rows in one statement
 PRUNED_AT_ONCE = 100         # of each kind, so that what falls due never waits long for the writer
 
 _INSTANTS = ("hold_until", "planned_at", "closes_at", "created_at", "submitted_at", "started_at", "ended_at")
@@ -73,8 +74,18 @@ class ExecutionRepository:
 
     def add_once(self, c: sqlite3.Connection, execution: Execution) -> Execution | None:
         """The same, but None when the occurrence or the token is in the ledger already."""
-        cursor = c.execute(f"{_INSERT} ON CONFLICT DO NOTHING", _row_of(execution))
-        return replace(execution, id=cursor.lastrowid or 0) if cursor.rowcount else None
+        return next(iter(self.add_each_once(c, [execution])), None)
+
+    def add_each_once(self, c: sqlite3.Connection, executions: Sequence[Execution]) -> list[Execution]:
+        """Those that were not in the ledger yet, with their ids."""
+        added: list[Execution] = []
+        for start in range(0, len(executions), _ADDED_AT_ONCE):
+            batch = executions[start:start + _ADDED_AT_ONCE]
+            values = [value for execution in batch for value in _row_of(execution)]
+            new = c.execute(f"{_INSERT}{f', {_PLACES}' * (len(batch) - 1)} ON CONFLICT DO NOTHING RETURNING token, id", values)
+            ids = dict(map(tuple, new))
+            added += [replace(execution, id=ids[execution.token]) for execution in batch if execution.token in ids]
+        return added
 
     def add_many(self, c: sqlite3.Connection, executions: Iterable[Execution]) -> int:
         """Thousands at once, those in the ledger already passed over; returns how many were new."""
@@ -160,19 +171,38 @@ class ExecutionRepository:
         found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
         return found is not None
 
-    def has_waiting(self, c: sqlite3.Connection, robot_id: int) -> bool:
-        """Whether anything waits for a robot."""
-        found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state = 'waiting' LIMIT 1", (robot_id,)).fetchone()
-        return found is not None
+    def waited_for(self, c: sqlite3.Connection, robot_ids: Collection[int]) -> set[int]:
+        """Those of these robots for which something waits."""
+        rows = c.execute(f"""SELECT DISTINCT robot_id FROM executions
+                             WHERE robot_id IN ({marks(robot_ids)}) AND {_OPEN} AND state = 'waiting'""", (*robot_ids,))
+        return {row[0] for row in rows}
+
+    def taken_back(self, c: sqlite3.Connection, intent: Execution) -> Reason | None:
+        """Whether somebody has cancelled an intent since it was written, or switched off, changed, removed or paused what it comes from."""
+        row = c.execute("""SELECT cancel_code, r.enabled AS robot_enabled, s.enabled, s.changed_at, s.paused_until FROM executions
+                           LEFT JOIN robots r ON r.id = executions.robot_id LEFT JOIN schedules s ON s.id = executions.schedule_id
+                           WHERE executions.id = ?""", (intent.id,)).fetchone()
+        if row is None or not row["robot_enabled"]:
+            return Reason(ReasonCode.ROBOT_REMOVED, {"robot": intent.robot})
+        if row["cancel_code"]:
+            return Reason(ReasonCode(row["cancel_code"]))
+        if not row["enabled"] or row["changed_at"] > to_text(intent.created_at):
+            return Reason(ReasonCode.SCHEDULE_CHANGED)
+        if row["paused_until"] and row["paused_until"] > to_text(intent.planned_at):
+            return Reason(ReasonCode.HOLD, {"paused_until": to_instant(row["paused_until"]).isoformat()})
+        return None
 
     def open_all(self, c: sqlite3.Connection) -> list[Execution]:
         """Open ones of all robots, oldest first."""
         return self._list(c, f"INDEXED BY executions_open WHERE {_OPEN} ORDER BY planned_at, id")
 
-    def open_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
-        """Open ones of a schedule, oldest first."""
-        where = f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {_OPEN}"
-        return self._list(c, f"{where} ORDER BY planned_at, id", schedule_id)
+    def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int]) -> dict[int, datetime]:
+        """For which instant the newest open one of each of these schedules was planned; nothing for those that have none."""
+        if not schedule_ids:
+            return {}                        # SQLite finds no way to look up nothing in that index
+        rows = c.execute(f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
+                             WHERE schedule_id IN ({marks(schedule_ids)}) AND {_OPEN} GROUP BY schedule_id""", (*schedule_ids,))
+        return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
 
     def has_row(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
         """Whether that occurrence is in the ledger already, whatever became of it."""
@@ -273,7 +303,8 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
     return " AND ".join(parts), values
 
 
-_INSERT = f"INSERT INTO executions (id, {', '.join(_COLUMNS)}) VALUES (?, {', '.join('?' for _ in _COLUMNS)})"
+_PLACES = f"(?, {', '.join('?' for _ in _COLUMNS)})"
+_INSERT = f"INSERT INTO executions (id, {', '.join(_COLUMNS)}) VALUES {_PLACES}"
 
 _TO_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType({
     **dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json)})

@@ -2,8 +2,10 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Collection
 from dataclasses import replace
 
+from app.database.values import marks
 from app.models import Mission
 
 
@@ -15,6 +17,10 @@ class MissionRepository:
     def get(self, c: sqlite3.Connection, mission_id: int) -> Mission | None:
         row = c.execute("SELECT * FROM missions WHERE id = ?", (mission_id,)).fetchone()
         return row and _mission(row)
+
+    def those(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Mission]:
+        """By id."""
+        return {row["id"]: _mission(row) for row in c.execute(f"SELECT * FROM missions WHERE id IN ({marks(ids)})", (*ids,))}
 
     def by_name(self, c: sqlite3.Connection, name: str, robot_id: int | None = None) -> Mission | None:
         """Exactly that one: of the robot, or (None) the one for all robots."""

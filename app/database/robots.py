@@ -2,8 +2,10 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Collection
 from dataclasses import replace
 
+from app.database.values import marks
 from app.models import IdleRule, Robot
 
 _COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", "serial_number", "model", "software")
@@ -20,6 +22,10 @@ class RobotRepository:
     def get(self, c: sqlite3.Connection, robot_id: int) -> Robot | None:
         row = c.execute(f"{_SELECT} WHERE r.id = ?", (robot_id,)).fetchone()
         return row and _robot(row)
+
+    def those(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Robot]:
+        """By id."""
+        return {row["id"]: _robot(row) for row in c.execute(f"{_SELECT} WHERE r.id IN ({marks(ids)})", (*ids,))}
 
     def by_name(self, c: sqlite3.Connection, name: str) -> Robot | None:
         row = c.execute(f"{_SELECT} WHERE r.name = ?", (name,)).fetchone()

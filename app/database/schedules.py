@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime, time
 
@@ -63,6 +64,14 @@ class ScheduleRepository:
     def advance(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None) -> None:
         """Note the next occurrence; None: there is none left."""
         c.execute("UPDATE schedules SET next_at = ? WHERE id = ?", (to_optional_text(next_at), schedule_id))
+
+    def advance_all(self, c: sqlite3.Connection, following: Mapping[int, datetime | None]) -> None:
+        """The same of many, by id."""
+        if following:
+            places = ", ".join("(?, ?)" for _ in following)
+            c.execute(f"""WITH given (id, next_at) AS (VALUES {places})
+                          UPDATE schedules SET next_at = given.next_at FROM given WHERE schedules.id = given.id""",
+                      [value for key, instant in following.items() for value in (key, to_optional_text(instant))])
 
     def pause(self, c: sqlite3.Connection, schedule_id: int, until: datetime | None) -> None:
         """Until when occurrences are skipped; None: they are not."""

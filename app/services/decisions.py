@@ -4,12 +4,14 @@ from __future__ import annotations
 import uuid
 from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta
+from functools import cache
 
 from app.models import Execution, Reason, ReasonCode, Schedule, Settings, Wait
 from app.told import Told
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
+EARLY = timedelta(milliseconds=100)      # before its instant an intent is on disk, so that then only the POST remains
 
 
 def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settings) -> datetime:
@@ -26,7 +28,10 @@ def minimum_battery(schedule: Schedule | None, settings: Settings) -> float | No
 
 def token_of(install_id: str, schedule_id: int, planned_at: datetime) -> str:
     """The identity of an occurrence on the robot. Deterministic, so that even a restored backup mints the same one."""
-    return str(uuid.uuid5(uuid.UUID(install_id), f"{schedule_id}|{planned_at.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"))
+    return str(uuid.uuid5(_namespace(install_id), f"{schedule_id}|{planned_at.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"))
+
+
+_namespace = cache(uuid.UUID)         # parsed once: there is one of them
 
 
 def in_dispatch_order(executions: Iterable[Execution]) -> list[Execution]:

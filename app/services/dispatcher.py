@@ -8,9 +8,9 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from app.database.executions import Unsent
 from app.models import Execution, Reason, ReasonCode, Robot, Settings, State, Wait
@@ -75,10 +75,12 @@ class Dispatcher:
         self._tokens_come_back: bool | None = None        # not known yet
         self._memory = _Memory()
         self._handed_over: set[int] = set()               # in this call: executions that the robot has now
+        self._taken: list[Move] = []                      # what the robot has, but the ledger does not say yet
         self._status_read = (-math.inf, None, None)  # type: tuple[float, RobotStatus | None, Exception | None]
 
     def run(self, only: int | None = None) -> float:
         """Do what can be done now; returns the seconds until it wants to be called again (inf: when something changes)."""
+        self.note()
         unsent = self._unsent(only)
         open_ids = {each.id for each in unsent}
         self._memory.forget_all_but(open_ids)
@@ -106,19 +108,40 @@ class Dispatcher:
             return None
         return Ready(status.battery_percentage, floor)
 
-    def send(self, intent: Execution) -> bool:
-        """The first attempt of one whose intent was written when it fell due; returns whether the robot has it now.
+    def send(self, intent: Execution, is_doubtful: bool = True) -> bool:
+        """The first attempt of one whose intent was written for its instant; returns whether the robot has it now. It stands in the
+        ledger after the next ``note``.
 
         If the ledger was looked at before this came, it is being looked for on the robot already, and whoever has begun that never sends.
-        If the robot is not what it was then (the one sent before it got no answer, or somebody holds it), it waits like any other.
+        If the robot is not what it was then (the one sent before it got no answer, or somebody holds it), it waits like any other; if
+        somebody has cancelled it or changed its schedule, which is looked for when it ``is_doubtful``, it ends.
         """
         if intent.id in self._memory.looked_for:
             return False
-        if self.ready() is None or self._clock.now() >= intent.closes_at:
-            self._ledger.make([self._ledger.not_tried(intent)])
+        is_taken_back = is_doubtful and self._ledger.taken_back(intent) is not None
+        if is_taken_back or self.ready() is None or self._clock.now() >= intent.closes_at:
+            self.give_back([intent])
             self._memory.not_before.pop(intent.id, None)         # it need not be waited for any more
             return False
         return self._send(intent, self._settings())
+
+    def note(self) -> None:
+        """Write what the robot has taken; in its own time, because were it lost, the robot would be asked."""
+        if not self._taken:
+            return
+        for accepted in self._ledger.make(self._taken, patient=True):
+            if accepted.cancel_code and accepted.queue_id is not None:        # cancelled while it was on its way
+                self._cancel_item(accepted.queue_id)
+        self._taken.clear()
+
+    def give_back(self, intents: Sequence[Execution]) -> None:
+        """Intents that were not sent wait again, or end where somebody has taken them back."""
+        moves: list[Move] = []
+        for intent in intents:
+            moves.append(self._ledger.not_tried(intent))
+            if reason := self._ledger.taken_back(intent):
+                moves.append(self._ledger.ended(intent, reason, (State.WAITING,)))
+        self._ledger.make(moves)
 
     def prepare(self) -> None:
         """Something falls due in about a second: the status is read ahead, so that then only the intent and the POST remain."""
@@ -160,6 +183,8 @@ class Dispatcher:
         elif hold := self._holds.active(self._robot.id):
             self._ledger.waits(execution, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
             self._later(execution, RECHECK)
+        elif timedelta() < (early := execution.planned_at - now) <= decisions.EARLY:     # given back by a lane that was closed
+            self._later(execution, early.total_seconds())
         elif not self._is_held_for_late_start(execution):
             return self._memory.not_before.get(execution.id, -math.inf) <= self._clock.monotonic()
         return False
@@ -196,6 +221,7 @@ class Dispatcher:
                 self._found(intent, already_there)
             else:
                 self._send(intent, settings)
+                self.note()
 
     def _from_before_restore(self, execution: Execution, floor: int) -> list[QueueItem]:
         """A restored backup may not know that this occurrence was sent already; its token, minted anew, is the same and tells."""
@@ -279,10 +305,8 @@ class Dispatcher:
         return Reason(ReasonCode.REFUSED, {"problem": error.told})
 
     def _adopt(self, intent: Execution, queue_id: int) -> None:
-        accepted = self._ledger.accepted(intent, queue_id)
+        self._taken.append(self._ledger.accepted(intent, queue_id))
         self._handed_over.add(intent.id)
-        if accepted and accepted.cancel_code:         # cancelled while it was on its way
-            self._cancel_item(queue_id)
 
     def _cancel_item(self, queue_id: int) -> None:
         try:
@@ -360,6 +384,7 @@ class Dispatcher:
         self._memory.unknown_since.pop(intent.id, None)
         first, *copies = items
         self._adopt(intent, first.id)
+        self.note()
         for copy in copies:
             self.heal_duplicate(copy, intent)
 

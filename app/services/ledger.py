@@ -60,6 +60,10 @@ class Ledger:
         """Whether anything of ours is with this robot, or may be."""
         return self._executions.has_sent(self._db.read(), robot_id)
 
+    def taken_back(self, intent: Execution) -> Reason | None:
+        """Why an intent must not be sent any more, although its row stands; None: nobody has changed anything since it was written."""
+        return self._executions.taken_back(self._db.read(), intent)
+
     def by_token(self, token: str) -> Execution | None:
         return self._executions.by_token(self._db.read(), token)
 
@@ -97,21 +101,17 @@ class Ledger:
         return self._change(execution, (State.WAITING,), quietly=True, state=State.SUBMITTING, attempts=execution.attempts + 1,
                             queue_floor=floor)
 
-    def accepted(self, execution: Execution, queue_id: int) -> Execution | None:
-        """The robot has it. Written together with what comes next, or after some ms; were it lost, the robot would be asked."""
-        return self._change(execution, (State.SUBMITTING,), patient=True, state=State.QUEUED, queue_id=queue_id,
-                            submitted_at=self._clock.now())
-
     def end(self, execution: Execution, reason: Reason) -> Execution | None:
         """End an open execution with a reason, whose code tells the state."""
         return next(iter(self.make([self.ended(execution, reason, (execution.state,))])), None)
 
-    def make(self, moves: Sequence[Move]) -> list[Execution]:
+    def make(self, moves: Sequence[Move], patient: bool = False) -> list[Execution]:
         """Moves that one look at a robot brought, in one transaction; the rows after those that could be made. Several moves of one
-        execution are made in their order."""
+        execution are made in their order. ``patient`` ones may wait some ms to share a transaction."""
         if not moves:
             return []
-        made = self._db.write(lambda c: [self._executions.change(c, move.execution.id, move.expected, **move.columns) for move in moves])
+        made = self._db.write(
+            lambda c: [self._executions.change(c, move.execution.id, move.expected, **move.columns) for move in moves], patient)
         changed = [row for row in made if row]
         for row in changed:
             log.info("%s", describe(row))
@@ -121,6 +121,10 @@ class Ledger:
         for robot_id in {row.robot_id for row in changed}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         return changed
+
+    def accepted(self, execution: Execution, queue_id: int) -> Move:
+        """The robot has it since now. If this were never written, the robot would be asked."""
+        return Move(execution, (State.SUBMITTING,), {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": self._clock.now()})
 
     def not_tried(self, intent: Execution) -> Move:
         """An intent whose POST was not even begun."""
@@ -179,9 +183,8 @@ class Ledger:
             self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, reason=to_store(ended.reason),
                                 timezone=ended.timezone)
 
-    def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, patient: bool = False,
-                **columns: Any) -> Execution | None:
-        changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns), patient)
+    def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
+        changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))
         if changed:
             self._tell(changed, quietly)
         return changed

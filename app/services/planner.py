@@ -3,11 +3,11 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from functools import cache
 from itertools import takewhile
+from typing import NamedTuple
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
@@ -39,7 +39,18 @@ class Fallen:
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
     late_starts: int = 0
-    intents: list[Execution] = field(default_factory=list)   # to be sent at once
+    intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
+
+    def note(self, added: Iterable[Execution]) -> None:
+        """These stand in the ledger now."""
+        for row in added:
+            match row.state:
+                case State.SKIPPED:
+                    self.skipped.append(row)
+                case State.SUBMITTING:
+                    self.intents.append(row)
+                case State.WAITING if row.robot_id is not None:
+                    self.robot_ids.add(row.robot_id)
 
 
 class Planner:
@@ -62,10 +73,11 @@ class Planner:
         return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
 
     def fall_due(self) -> Fallen:
-        """Make a row of every occurrence up to now. Costs one indexed look when nothing is due."""
+        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing stands in its way: its lane waits for
+        the instant. Costs one indexed look when nothing is due."""
         fallen = Fallen()
         due = self.next_due()
-        is_more = due is not None and due <= self._clock.now()
+        is_more = due is not None and due <= self._clock.now() + decisions.EARLY
         while is_more:
             is_more = self._db.write(lambda c: self._take_due(c, fallen))
             for intent in decisions.in_dispatch_order(fallen.intents):       # before anybody hears of it and looks
@@ -88,53 +100,76 @@ class Planner:
         """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
         more of it."""
         now = self._clock.now()
-        settings = self._settings.load(c)
-        install_id = self._settings.install_id(c)
-        calendar = working_calendar(c, settings)
-        robot_of, mission_of = cache(lambda key: self._robots.get(c, key)), cache(lambda key: self._missions.get(c, key))
-        schedules = self._schedules.due(c, now, AT_ONCE)
+        schedules = self._schedules.due(c, now + decisions.EARLY, AT_ONCE)
+        site = self._look_around(c, schedules, now)
+        rows: list[Execution] = []
+        following: dict[int, datetime | None] = {}
         for schedule in schedules:
-            robot, mission = robot_of(schedule.robot_id), mission_of(schedule.mission_id)
-            if robot is None or mission is None:           # foreign keys don't let that happen
-                self._schedules.advance(c, schedule.id, None)
-                continue
-            maker = _RowMaker(schedule, robot, mission, settings, install_id, now)
-            ready = None if self._executions.has_waiting(c, robot.id) else self._ready(robot.id)     # what waits may have to go first
-            self._take_schedule(c, schedule, maker, calendar, ready, fallen)
-        return len(schedules) == AT_ONCE
+            if taken := self._take(schedule, site, fallen):
+                rows += taken.rows
+                following[schedule.id] = taken.following
+        added = self._executions.add_each_once(c, rows)
+        self._schedules.advance_all(c, following)
+        if len(added) < len(rows):
+            log.info("%d occurrences are in the ledger already", len(rows) - len(added))
+        fallen.note(added)
+        return len(schedules) == AT_ONCE and schedules[-1].id in following
 
-    def _take_schedule(self, c: sqlite3.Connection, schedule: Schedule, make: _RowMaker, calendar: WorkingCalendar, ready: Ready | None,
-                       fallen: Fallen) -> None:
-        """The latest instant runs if it is still within its start window; the earlier ones were missed. With the intent of its first
-        attempt where the robot is ``ready`` for it: the row that a POST needs before it is then on disk with one write."""
-        now, settings = make.now, make.settings
-        (*earlier, latest), following = _instants(schedule, now, calendar)
-        newest = earlier if settings.history_limit is None else earlier[-settings.history_limit:]     # more would be pruned at once
+    def _look_around(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime) -> _Site:
+        """All that the rows of these schedules depend on. Few statements for however many of them: each lets go of the interpreter, and
+        has to wait until it gets it back."""
+        settings = self._settings.load(c)
+        robot_ids = {schedule.robot_id for schedule in schedules}
+        no_overlap = [schedule.id for schedule in schedules if schedule.overlap is Overlap.SKIP]
+        return _Site(
+            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.those(c, robot_ids),
+            self._missions.those(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
+            self._executions.open_of_schedules(c, no_overlap))
+
+    def _take(self, schedule: Schedule, site: _Site, fallen: Fallen) -> _Taken | None:
+        """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
+        and something stands in the way of a start, which only then can be judged."""
+        robot, mission = site.robots.get(schedule.robot_id), site.missions.get(schedule.mission_id)
+        if robot is None or mission is None:               # foreign keys don't let that happen
+            return _Taken([], None)
+        make = _RowMaker(schedule, robot, mission, site)
+        (*earlier, latest), following = _instants(schedule, site.now, site.calendar)
+        row = self._row(latest, make)
+        if latest > site.now and row.state is not State.SUBMITTING:
+            return None
+        limit = site.settings.history_limit
+        newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
         rows = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant))
                 for instant in newest]
-        fallen.missed += sum(not schedule.is_paused(instant) for instant in earlier)
-        if schedule.is_paused(latest):
-            rows.append(make.paused(latest))
-        elif now >= decisions.closes_at(latest, schedule.start_window_minutes, settings):
-            rows.append(make.missed(latest, self._downtime.at(latest)))
-            fallen.missed += 1
-        elif not make.robot.enabled:
-            rows.append(make.ended(latest, Reason(ReasonCode.ROBOT_REMOVED, {"robot": make.robot.name})))
-        elif schedule.overlap is Overlap.SKIP and (previous := self._executions.open_of_schedule(c, schedule.id)):
-            rows.append(make.ended(latest, Reason(ReasonCode.OVERLAP, {"planned_at": previous[-1].planned_at.isoformat()})))
-        else:
-            late = self._hold_late_starts and self._downtime.at(latest) is not None
-            rows.append(make.waiting(latest, late) if late or ready is None else make.submitting(latest, ready))
-            fallen.late_starts += late
-        for row in rows:
-            if added := self._executions.add_once(c, row):
-                fallen.skipped += [added] if added.state is State.SKIPPED else []
-                fallen.intents += [added] if added.state is State.SUBMITTING else []
-                fallen.robot_ids |= {schedule.robot_id} if added.state is State.WAITING else set()
-            else:
-                log.info("The occurrence %s of %r is in the ledger already", row.planned_at, schedule.name)
-        fallen.touched.add(schedule.robot_id)
-        self._schedules.advance(c, schedule.id, following)
+        fallen.missed += sum(not schedule.is_paused(instant) for instant in earlier) + (row.state is State.MISSED)
+        fallen.late_starts += row.wait is Wait.LATE_START
+        fallen.touched.add(robot.id)
+        if row.state is State.WAITING:
+            site.waited_for.add(robot.id)
+        return _Taken([*rows, row], following)
+
+    def _row(self, instant: datetime, make: _RowMaker) -> Execution:
+        """With the intent of its first attempt where the robot is ready for it: the row that a POST needs before it is then on disk with
+        one write."""
+        schedule, site = make.schedule, make.site
+        if schedule.is_paused(instant):
+            return make.paused(instant)
+        if site.now >= decisions.closes_at(instant, schedule.start_window_minutes, site.settings):
+            return make.missed(instant, self._downtime.at(instant))
+        if not make.robot.enabled:
+            return make.ended(instant, Reason(ReasonCode.ROBOT_REMOVED, {"robot": make.robot.name}))
+        if previous := site.open_of_schedule.get(schedule.id):
+            return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
+        if self._hold_late_starts and self._downtime.at(instant) is not None:
+            return make.waiting(instant, late=True)
+        ready = None if make.robot.id in site.waited_for else self._ready(make.robot.id)     # what waits may have to go first
+        return make.waiting(instant) if ready is None else make.submitting(instant, ready)
+
+
+class _Taken(NamedTuple):
+    """What became of a schedule: rows to be written, and when it is due next."""
+    rows: list[Execution]
+    following: datetime | None
 
 
 def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> tuple[list[datetime], datetime | None]:
@@ -151,33 +186,44 @@ def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> t
 
 
 @dataclass(frozen=True)
+class _Site:
+    """What everything that falls due at ``now`` depends on, as the database has it."""
+    now: datetime
+    settings: Settings
+    install_id: str
+    calendar: WorkingCalendar
+    robots: Mapping[int, Robot]
+    missions: Mapping[int, Mission]
+    waited_for: set[int]                         # robots for which something waits
+    open_of_schedule: Mapping[int, datetime]     # by schedules that don't overlap: when what still runs was planned
+
+
+@dataclass(frozen=True)
 class _RowMaker:
-    """Rows of one schedule as it stands at ``now``."""
+    """Rows of one schedule as it stands now."""
     schedule: Schedule
     robot: Robot
     mission: Mission
-    settings: Settings
-    install_id: str
-    now: datetime
+    site: _Site
 
-    def waiting(self, planned_at: datetime, late: bool) -> Execution:
-        schedule, settings = self.schedule, self.settings
+    def waiting(self, planned_at: datetime, late: bool = False) -> Execution:
+        schedule, settings, now = self.schedule, self.site.settings, self.site.now
         row = Execution(
             trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=self.robot.id, robot=self.robot.name,
             mission=self.mission.name, mission_guid=self.mission.guid, parameters=schedule.parameters, priority=schedule.priority,
             minimum_battery_percent=decisions.minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,
-            closes_at=decisions.closes_at(planned_at, schedule.start_window_minutes, settings), created_at=self.now,
-            token=decisions.token_of(self.install_id, schedule.id, planned_at))
-        return replace(row, wait=Wait.LATE_START, hold_until=self.now + decisions.LATE_START_HOLD) if late else row
+            closes_at=decisions.closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
+            token=decisions.token_of(self.site.install_id, schedule.id, planned_at))
+        return replace(row, wait=Wait.LATE_START, hold_until=now + decisions.LATE_START_HOLD) if late else row
 
     def submitting(self, planned_at: datetime, ready: Ready) -> Execution:
-        row = self.waiting(planned_at, late=False)
+        row = self.waiting(planned_at)
         if not decisions.battery_allows(ready.battery, row.minimum_battery_percent):
             return row
         return replace(row, state=State.SUBMITTING, attempts=1, queue_floor=ready.queue_floor)
 
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
-        return replace(self.waiting(planned_at, late=False), state=reason.state, reason=reason, ended_at=self.now)
+        return replace(self.waiting(planned_at), state=reason.state, reason=reason, ended_at=self.site.now)
 
     def paused(self, planned_at: datetime) -> Execution:
         until = self.schedule.paused_until

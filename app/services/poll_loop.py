@@ -93,7 +93,7 @@ class _LaneThread:
                 if not (self._stopping or self._something_new):
                     self._wake.wait(None if math.isinf(wait) else wait)
         with contextlib.suppress(DatabaseUnavailable):        # a request outlived the stop: at most a minute of observed time is lost
-            self.lane.close()
+            self.lane.close(self._intents)
 
     def _begin_anew(self) -> float:
         """Whatever the round was to do is found in the ledger by the next one, in so many seconds."""
@@ -220,7 +220,7 @@ class PollLoop:
             self._robots_changed = True
         if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
             self.wake()
-        elif topic in (Topic.EXECUTIONS, Topic.HOLDS):
+        if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS):
             with self._lock:
                 threads = list(self._lanes.values()) if about is None else [self._lanes[about]] if about in self._lanes else []
             for thread in threads:

@@ -12,6 +12,7 @@ from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.services.alarms import Alarms
 from app.services.clock import Clock
+from app.services.decisions import EARLY
 from app.services.downtime import HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
 from app.services.holds import Holds
 from app.services.ledger import Ledger
@@ -24,6 +25,7 @@ LONGEST_WAIT = 1.0          # s: bounds what a clock step or a sleep can delay
 STEP_WORTH_TELLING = 5.0    # s
 AHEAD = timedelta(seconds=1.2)         # before an instant is due its robot is told; more than LONGEST_WAIT, or some would be passed over
 AHEAD_AT_ONCE = timedelta(seconds=0.5) # of due instants that are told together
+EARLY_EVERY = 0.025         # s between looks at what falls due in a moment: some of it shares a transaction
 PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
 TIDY_EVERY = 0.5            # s
 TIDIES_WITHIN = 60.0        # s that housekeeping gives way to what falls due
@@ -98,7 +100,8 @@ class Scheduler:
         due = self._planner.next_due()
         if due is None or self._clock_doubted_since is not None:
             return longest
-        return min(max((due - self._clock.now()).total_seconds(), 0.0), longest)
+        left = (due - self._clock.now()).total_seconds()
+        return min(max(left, 0.0), max(left - EARLY.total_seconds(), EARLY_EVERY), longest)
 
     def stop(self) -> None:
         now = self._clock.now()

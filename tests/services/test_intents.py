@@ -21,7 +21,7 @@ def fall_due(site) -> list[State]:
     [lane] = site._lanes.values()
     site.read_ahead(lane)
     site.clock.advance(1.05)
-    site.container.scheduler.tick()
+    site.tick()
     return [run.state for run in site.executions()]
 
 
@@ -67,6 +67,7 @@ def test_a_power_cut_before_the_post_loses_nothing_and_doubles_nothing(site, pla
 
 def test_one_that_the_lane_has_begun_to_look_for_is_not_sent_beside_that(site, held_up):
     """The row is seen in the ledger before it is handed over: the wait is longer, nothing is doubled."""
+    site.kick()
     site.run(10.0)
     [intent] = held_up
     site._hand_over(intent)
@@ -123,7 +124,7 @@ def test_whatever_needs_a_second_look_is_written_as_waiting(site, plan, obstacle
         site.machines["R1"].set_battery(20.0)
     elif obstacle == "not read":
         site.clock.advance(1.05)
-        site.container.scheduler.tick()
+        site.tick()
         assert [run.state for run in site.executions()] == [State.WAITING]
         return
     assert set(fall_due(site)) == {State.WAITING}
@@ -176,7 +177,13 @@ def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):
     site.run(DUE - 1.0)
     assert fall_due(site) == [State.SUBMITTING]
     [run] = site.executions()
-    site.container.operator.cancel_execution(run.id)
+
+    def cancel(where: str) -> None:
+        if where == "before POST /mission_queue":
+            site.network.interrupt = lambda where: None
+            site.container.operator.cancel_execution(run.id)
+
+    site.network.interrupt = cancel
     site.run(30.0)
     [run] = site.executions()
     assert (run.state, run.reason.code) == (State.CANCELLED, ReasonCode.USER_CANCELLED)

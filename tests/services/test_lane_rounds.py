@@ -24,9 +24,9 @@ def ledger(site, monkeypatch) -> SimpleNamespace:
         seen.looks += 1
         return unsent_of(robot_id)
 
-    def write(moves):
+    def write(moves, patient=False):
         seen.writes += [len(moves)] if moves else []
-        return make(moves)
+        return make(moves, patient)
 
     monkeypatch.setattr(real, "unsent_of", look)
     monkeypatch.setattr(real, "make", write)
@@ -39,7 +39,7 @@ def test_what_was_handed_over_is_sent_without_opening_the_ledger(site, plan, led
     [lane] = site._lanes.values()
     site.read_ahead(lane)
     site.clock.advance(1.05)
-    site.container.scheduler.tick()
+    site.tick()
     [intent] = site._intents.pop(lane.robot.id)
     ledger.looks = 0
     wait = lane.step(False, intents=[intent], changed=False)
@@ -54,7 +54,7 @@ def test_what_could_not_be_handed_over_is_taken_up_again(site, plan, ledger):
     [lane] = site._lanes.values()
     site.read_ahead(lane)
     site.clock.advance(1.05)
-    site.container.scheduler.tick()
+    site.tick()
     [intent] = site._intents.pop(lane.robot.id)
     site.network.down.add("R1")
     wait = lane.step(False, intents=[intent], changed=False)

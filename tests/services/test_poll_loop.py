@@ -32,7 +32,7 @@ class CountingLane:
         self.polled = True
         return 60.0
 
-    def close(self) -> None: ...
+    def close(self, untaken: Sequence[Execution] = ()) -> None: ...
 
 
 class QuietScheduler:
@@ -116,6 +116,18 @@ def test_a_lane_that_meets_an_unexpected_error_goes_on(start, polls, monkeypatch
     assert left == {1: 0}
     assert loop._lanes[1].lane.told[:5] == [False, True, True, True, False]       # what a round did not get to, the next one takes up
     assert [record.exc_info is not None for record in caplog.records] == [True] * 3
+
+
+@pytest.mark.parametrize("topic", [Topic.SCHEDULES, Topic.EXECUTIONS, Topic.HOLDS, Topic.ROBOTS])
+def test_every_lane_is_told_what_a_person_has_changed(start, polls, topic):
+    """It may have an intent in hand that must not be sent any more."""
+    changes = Changes()
+    loop = start(3, every=60.0, changes=changes)
+    wait_for(lambda: len(polls) == 3)
+    lanes = [thread.lane for thread in loop._lanes.values()]
+    before = [sum(lane.told) for lane in lanes]
+    changes.publish(topic)
+    wait_for(lambda: [sum(lane.told) for lane in lanes] == [count + 1 for count in before])
 
 
 class FailingScheduler(QuietScheduler):

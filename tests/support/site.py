@@ -14,6 +14,7 @@ from pathlib import Path
 from app.container import Container
 from app.database.connection import Database
 from app.models import Execution, Mission, Robot, State
+from app.services.changes import Topic
 from app.services.lane import PREPARES_WITHIN, Lane
 from app.services.mir.address import Address
 from app.services.mir.client import RobotClient
@@ -22,7 +23,7 @@ from mir_sim import MISSIONS, SimulatedRobot
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport
 
-AHEAD = 1.0              # s before something is due, at which the app's own second finds that out
+AHEAD = 0.95             # s before something due is written down, at which the app's own second finds that out
 TICK_EVERY = 60.0        # s between ticks when nothing is due; the app's own second would make a simulated week long
 USER, PASSWORD = "distributor", "distributor"
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
@@ -70,6 +71,8 @@ class Site:
         self._soon: set[int] = set()
         self._changed: set[int] = set()
         self._intents: dict[int, list[Execution]] = {}
+        self._in_tick = False
+        self.container.changes.subscribe(self._on_change)
         self.container.loop.ready = lambda key: self._lanes[key].ready() if key in self._lanes else None
         self.container.loop.hand_over = self._hand_over
         self._next_tick = self._next_cycle = -math.inf
@@ -140,10 +143,18 @@ class Site:
             if self._due.get(key, math.inf) <= self.clock.monotonic():
                 self._step_lane(key)
 
+    def tick(self) -> set[int]:
+        """One beat of the scheduler; returns the robots for which something waits since."""
+        self._in_tick = True
+        try:
+            return self.container.scheduler.tick().robot_ids
+        finally:
+            self._in_tick = False
+
     def _tick(self) -> None:
         """What the scheduler's thread does."""
         self._match_lanes()
-        kicked = self.container.scheduler.tick().robot_ids
+        kicked = self.tick()
         soon = self.container.scheduler.due_soon() & self._lanes.keys()
         self.container.scheduler.tidy()
         self._soon |= soon
@@ -156,13 +167,18 @@ class Site:
                 self._polls.add(key)
                 self._due[key] = self.clock.monotonic()
         wait = self.container.scheduler.seconds_to_next(longest=TICK_EVERY)
-        if AHEAD < wait < TICK_EVERY:
+        if AHEAD + 0.01 < wait < TICK_EVERY:
             wait -= AHEAD                # the robot is told that something falls due
         self._next_tick = self.clock.monotonic() + wait
 
     def _hand_over(self, intent: Execution) -> None:
         self._intents.setdefault(intent.robot_id, []).append(intent)
         self._due[intent.robot_id] = self.clock.monotonic()
+
+    def _on_change(self, topic: Topic, about: int | None) -> None:
+        """Somebody changed the plan or cancelled something: every lane is told, at its next step."""
+        if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS) and about is None and not self._in_tick:
+            self._changed |= self._lanes.keys()
 
     def _match_lanes(self) -> None:
         for robot in self.container.repositories.robots.all(self.container.db.read()):

@@ -50,7 +50,18 @@ def test_an_occurrence_is_in_the_ledger_once(db, row):
     with pytest.raises(sqlite3.IntegrityError):
         add(db, again)
     assert db.write(lambda c: EXECUTIONS.add_once(c, row(planned_at=NOON, schedule_id=2))) is not None
-    assert EXECUTIONS.open_of_schedule(db.read(), 1) == [first]
+    assert [found.id for found in EXECUTIONS.open_for(db.read(), 1) if found.schedule_id == 1] == [first.id]
+
+
+def test_of_many_those_that_are_new_are_added(db, row):
+    known = add(db, row(planned_at=NOON))
+    new = [row(planned_at=NOON + timedelta(minutes=minute)) for minute in range(1, 251)]
+    added = db.write(lambda c: EXECUTIONS.add_each_once(c, [new[0], row(planned_at=NOON), *new[1:]]))
+    assert [found.token for found in added] == [wanted.token for wanted in new]
+    assert added == [EXECUTIONS.get(db.read(), found.id) for found in added]
+    assert EXECUTIONS.get(db.read(), known.id) == known
+    assert db.write(lambda c: EXECUTIONS.add_each_once(c, new)) == []
+    assert db.write(lambda c: EXECUTIONS.add_each_once(c, [])) == []
 
 
 def test_a_token_is_in_the_ledger_once(db, row):
@@ -118,7 +129,11 @@ def test_open_ones_oldest_first(db, row):
     other = add(db, row(robot_id=2, schedule_id=2, state=State.EXECUTING, planned_at=NOON + timedelta(minutes=3)))
     add(db, ended(row))
     c = db.read()
-    assert EXECUTIONS.open_for(c, 1) == [first, second] == EXECUTIONS.open_of_schedule(c, 1)
+    assert EXECUTIONS.open_for(c, 1) == [first, second]
+    assert EXECUTIONS.open_of_schedules(c, [1, 2, 3]) == {1: second.planned_at, 2: other.planned_at}
+    assert EXECUTIONS.open_of_schedules(c, []) == {}
+    assert EXECUTIONS.waited_for(c, [1, 2]) == {1}
+    assert EXECUTIONS.waited_for(c, []) == set()
     assert EXECUTIONS.open_all(c) == [first, second, other]
     assert EXECUTIONS.open_for(c, 2, [State.EXECUTING, State.QUEUED]) == [other]
     assert EXECUTIONS.open_for(c, 2, [State.WAITING]) == []
@@ -238,12 +253,13 @@ SMALL = ("executions_open", "executions_open_of_schedule", "executions_idle")   
 @pytest.mark.parametrize("ask", [
     lambda c: EXECUTIONS.get(c, 1), lambda c: EXECUTIONS.by_token(c, "t"), lambda c: EXECUTIONS.open_for(c, 1), EXECUTIONS.open_all,
     lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
-    lambda c: EXECUTIONS.open_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1), lambda c: EXECUTIONS.last_idle(c, 1),
+    lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
+    lambda c: EXECUTIONS.taken_back(c, EXECUTIONS.get(c, 1)), lambda c: EXECUTIONS.last_of_schedule(c, 1), lambda c: EXECUTIONS.last_idle(c, 1),
     lambda c: EXECUTIONS.usual_duration(c, 1, "guid"), lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     lambda c: EXECUTIONS.end_waiting_of_schedule(c, 1, Reason(ReasonCode.SCHEDULE_CHANGED), NOON),
     lambda c: EXECUTIONS.end_waiting_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON),
-    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(17))
+    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(19))
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))
     asked = []
