@@ -71,8 +71,8 @@ def test_an_intent_that_is_not_committed_is_found(tmp_path, monkeypatch):
         return replace(execution, state=ledger.State.SUBMITTING, attempts=execution.attempts + 1, queue_floor=queue_floor)
 
     def accepted(self, execution, queue_id):
-        return self._change(execution, (ledger.State.WAITING,), state=ledger.State.QUEUED, queue_id=queue_id, attempts=execution.attempts,
-                            submitted_at=self._clock.now())
+        return ledger.Move(execution, ledger.NOT_WITH_THE_ROBOT, {"state": ledger.State.QUEUED, "queue_id": queue_id,
+                                                                  "attempts": execution.attempts, "submitted_at": self._clock.now()})
     monkeypatch.setattr(ledger.Ledger, "begin_attempt", begin)
     monkeypatch.setattr(ledger.Ledger, "accepted", accepted)
     assert is_found(tmp_path, ["items with one token"])
@@ -80,8 +80,8 @@ def test_an_intent_that_is_not_committed_is_found(tmp_path, monkeypatch):
 
 def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     """Row and advance in two transactions, which the unique key forgives: without it a crash in between makes two rows."""
-    advance, pending = planner.ScheduleRepository.advance, []
-    monkeypatch.setattr(planner.ScheduleRepository, "advance", lambda self, c, *args: pending.append(args))
+    advance, pending = planner.ScheduleRepository.advance_all, []
+    monkeypatch.setattr(planner.ScheduleRepository, "advance_all", lambda self, c, following: following and pending.append(following))
     fall_due = planner.Planner._take_due
 
     def split(self, c, fallen):
@@ -92,8 +92,8 @@ def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     def write_then_advance(self, work, patient=False):
         result = write(self, work, patient)
         while pending:
-            args = pending.pop()
-            write(self, lambda c, args=args: advance(planner.ScheduleRepository(), c, *args))
+            following = pending.pop()
+            write(self, lambda c, following=following: advance(planner.ScheduleRepository(), c, following))
         return result
     monkeypatch.setattr(planner.Planner, "_take_due", split)
     monkeypatch.setattr(planner.Database, "write", write_then_advance)
