@@ -67,7 +67,7 @@ def _pending(facts: HomeFacts, item: QueueItem, ours: Execution | None, number: 
 
 
 def _since(facts: HomeFacts, execution: Execution) -> str:
-    since = formats.clock_time(execution.submitted_at or execution.created_at, facts.settings.timezone)
+    since = formats.clock_time(execution.submitted_at or max(execution.created_at, execution.planned_at), facts.settings.timezone)
     return _("{source} · since {time}").format(source=trigger_words(execution), time=since)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
@@ -120,7 +120,7 @@ class Dispatcher:
             return False
         is_taken_back = is_doubtful and self._ledger.taken_back(intent) is not None
         if is_taken_back or self.ready() is None or self._clock.now() >= intent.closes_at:
-            self.give_back([intent])
+            self._ledger.give_back([intent])
             self._memory.not_before.pop(intent.id, None)         # it need not be waited for any more
             return False
         return self._send(intent, self._settings())
@@ -133,15 +133,6 @@ class Dispatcher:
             if accepted.cancel_code and accepted.queue_id is not None:        # cancelled while it was on its way
                 self._cancel_item(accepted.queue_id)
         self._taken.clear()
-
-    def give_back(self, intents: Sequence[Execution]) -> None:
-        """Intents that were not sent wait again, or end where somebody has taken them back."""
-        moves: list[Move] = []
-        for intent in intents:
-            moves.append(self._ledger.not_tried(intent))
-            if reason := self._ledger.taken_back(intent):
-                moves.append(self._ledger.ended(intent, reason, (State.WAITING,)))
-        self._ledger.make(moves)
 
     def prepare(self) -> None:
         """Something falls due in about a second: the status is read ahead, so that then only the intent and the POST remain."""

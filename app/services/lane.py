@@ -11,7 +11,7 @@ import sqlite3
 import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime, timedelta
+from datetime import datetime
 from zoneinfo import ZoneInfo
 
 from app.database.activities import ActivityRepository
@@ -25,11 +25,11 @@ from app.services.activity import SpanRecorder, activity_of
 from app.services.alarms import Alarms
 from app.services.calendar import WorkingCalendar
 from app.services.clock import Clock
-from app.services.decisions import EARLY, in_dispatch_order
 from app.services.dispatcher import Dispatcher, Ready, WrongRobot
 from app.services.downtime import Downtime
 from app.services.holds import Holds
 from app.services.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
+from app.services.intents import Intents
 from app.services.ledger import Ledger
 from app.services.mir.client import RobotClient
 from app.services.mir.errors import NotAMir, Rejected, RobotError, TimedOut, Unauthorized, Unreadable
@@ -44,8 +44,6 @@ log = logging.getLogger(__name__)
 LIVE_EVERY = 2.0                # s between status reads while somebody looks or something of ours runs
 GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
 PREPARES_WITHIN = 0.4           # s in which all robots that are told of something due soon are read, one after the other
-ROUND_TAKES = 0.04              # s for a look at a robot and what it brings; what is due sooner goes first
-PUT_OFF_AT_MOST = 0.5           # s that a round gives way to what is due
 SLOW_ANSWER = 2.0               # s; slower is told, but it is an answer
 LOOK_AROUND_EVERY = 60.0        # s between writes of the observed time
 PRUNE_EVERY = 200               # such writes, between dropping what is too old
@@ -95,9 +93,7 @@ class Lane:
         self._settled: set[str] = set()         # codes judged since the start
         self._standing: set[str] = set()        # codes of this robot's conditions that are alarmed now
         self._has_sent = False                  # something of ours is with the robot, or may be: as the last step left it
-        self._in_hand: dict[int, tuple[float, Execution]] = {}     # intents by id, and when, on the monotonic clock, each is to be sent
-        self._told_at: datetime | None = None   # when ledger or plan were changed last, other than by this lane
-        self._put_off_at = math.inf             # since when a round has been put off for intents
+        self._intents = Intents(services.clock)
         self._poll_asked = self._changed = False
         self._next_live = self._dispatch_at = -math.inf
         self._prepare_at = math.inf
@@ -114,18 +110,23 @@ class Lane:
         ledger is opened only when it was to be looked at again, and after a look at the robot. Returns the seconds until the next step is
         wanted."""
         now = self._s.clock.monotonic
-        self._take_in_hand(intents)
+        self._intents.take(intents)
         self._poll_asked |= poll or not self.polled
         if changed:
-            self._changed, self._told_at = True, self._s.clock.now()
+            self._changed = True
+            self._intents.doubt()
         if due_soon and self.robot.enabled:
             self._prepare_at = now() + PREPARES_WITHIN * phase_of(self.robot.id)
-        self._send_what_is_due()
-        if not self._has_time():
-            return max(0.0, self._next_in_hand() - now())
+        for intent in self._intents.pop_due():
+            if self._dispatcher.send(intent, self._intents.is_doubtful(intent)):
+                self._note_sent(True)
+            else:
+                self._changed = True
+        if not self._intents.leave_time():
+            return max(0.0, self._intents.next_at() - now())
         self._round()
         next_look = self._next_live if self._is_live else math.inf
-        return max(0.0, min(self._next_in_hand(), self._dispatch_at, self._prepare_at, next_look) - now())
+        return max(0.0, min(self._intents.next_at(), self._dispatch_at, self._prepare_at, next_look) - now())
 
     def _round(self) -> None:
         """Everything that can wait until nothing is due in a moment."""
@@ -146,38 +147,6 @@ class Lane:
         if changed or looks or now() >= self._dispatch_at:
             self._dispatch()
             self._note_sent(self.robot.enabled and self._s.ledger.has_sent(self.robot.id))
-
-    # ------------------------------------------------------------------ intents
-    def _take_in_hand(self, intents: Sequence[Execution]) -> None:
-        """Each until its instant, however the wall clock is set meanwhile."""
-        wall, mono = self._s.clock.now(), self._s.clock.monotonic()
-        for intent in intents:
-            self._in_hand[intent.id] = (mono + min(max(timedelta(), intent.planned_at - wall), EARLY).total_seconds(), intent)
-
-    def _send_what_is_due(self) -> None:
-        now = self._s.clock.monotonic()
-        for intent in in_dispatch_order(intent for at, intent in self._in_hand.values() if at <= now):
-            del self._in_hand[intent.id]
-            is_doubtful = self._told_at is not None and intent.created_at <= self._told_at
-            if self._dispatcher.send(intent, is_doubtful):
-                self._note_sent(True)
-            else:
-                self._changed = True
-
-    def _next_in_hand(self) -> float:
-        return min((at for at, _intent in self._in_hand.values()), default=math.inf)
-
-    def _has_time(self) -> bool:
-        """Whether a round would make no intent late, or has been put off for long enough."""
-        now = self._s.clock.monotonic()
-        if self._next_in_hand() - now > ROUND_TAKES:
-            self._put_off_at = math.inf
-            return True
-        self._put_off_at = min(self._put_off_at, now)
-        if now - self._put_off_at < PUT_OFF_AT_MOST:
-            return False
-        self._put_off_at = math.inf
-        return True
 
     def _note_sent(self, has_sent: bool) -> None:
         """Whether something of ours is with the robot. Just sent: a look at once would only hold up what others have to send."""
@@ -201,7 +170,7 @@ class Lane:
         """``untaken``: intents for this lane that no round was given."""
         try:
             self._dispatcher.note()
-            self._dispatcher.give_back([*(intent for _at, intent in self._in_hand.values()), *untaken])
+            self._s.ledger.give_back([*self._intents.held, *untaken])
             self._write_observed()
         finally:
             self.client.close()

@@ -150,6 +150,15 @@ class Ledger:
         """Ended with a reason, whose code tells the state."""
         return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
 
+    def give_back(self, intents: Sequence[Execution]) -> None:
+        """Intents of which nothing was sent wait again, or end where somebody has taken them back."""
+        moves: list[Move] = []
+        for intent in intents:
+            moves.append(self.not_tried(intent))
+            if reason := self.taken_back(intent):
+                moves.append(self.ended(intent, reason, (State.WAITING,)))
+        self.make(moves)
+
     def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
         """Note that the operator wants these gone (None takes that back); the robot's answer decides."""
         def work(c: Any) -> None:

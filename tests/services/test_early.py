@@ -9,7 +9,7 @@ import pytest
 
 from app.models import ReasonCode, State, Wait
 from app.services.decisions import EARLY
-from app.services.lane import PUT_OFF_AT_MOST, ROUND_TAKES
+from app.services.intents import PUT_OFF_AT_MOST, ROUND_TAKES
 from app.services.skipping import Skipping
 from tests.support.network import Fate
 
