@@ -14,8 +14,8 @@ from app import NAME, __version__
 from app.failures import BadInput, Failure
 
 if TYPE_CHECKING:                          # imported late, so that --help needs nothing
-    from app.data_directory import DataDirectory
-    from app.headless import DemoFleet
+    from app.process.data_directory import DataDirectory
+    from app.process.headless import DemoFleet
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
@@ -56,7 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _say("interrupted; what was begun may still be done", 1) if _one_shot(options) else 0
     except Exception as problem:           # the traceback goes to the log file
-        from app.logs import note_crash
+        from app.process.log_file import note_crash
         return _say(f"unexpected error: {type(problem).__name__}{note_crash(problem)}", 1)
 
 
@@ -80,22 +80,22 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _live(options: argparse.Namespace) -> int:
-    from app.data_directory import DataDirectory
+    from app.process.data_directory import DataDirectory
     if options.demo:
         with _demo_directory(options.data_dir) as path, _fleet() as robots:
             return _life(options, DataDirectory.prepare(path), robots)
     directory = DataDirectory.prepare(options.data_dir, only_to_read=bool(options.export_config or options.export_log))
     if _one_shot(options):
-        from app import commands
+        from app.process import commands
         return commands.run(options, directory)
     return _life(options, directory, None)
 
 
 def _life(options: argparse.Namespace, directory: DataDirectory, robots: DemoFleet | None) -> int:
     if options.headless:
-        from app.headless import live
+        from app.process.headless import live
         return live(directory, demo_robots=robots)
-    from app.window import live as live_with_window
+    from app.window.window import live as live_with_window
     return int(live_with_window(directory, demo_robots=robots, kiosk=options.kiosk))
 
 

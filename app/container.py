@@ -17,30 +17,30 @@ from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.models import Robot, Settings
-from app.services.access import Access
-from app.services.alarms import Alarms
-from app.services.calendar import WorkingCalendar, working_calendar
-from app.services.catalogue import Catalogue
-from app.services.changes import Changes, Topic
-from app.services.clock import Clock, SystemClock, local_timezone_name
-from app.services.downtime import Downtime
-from app.services.history import History
-from app.services.holds import Holds
-from app.services.kpi import Kpis
-from app.services.lane import Lane
-from app.services.lane import Services as LaneServices
-from app.services.ledger import Ledger
-from app.services.mir.address import Address
-from app.services.mir.client import RobotClient
-from app.services.mir.credentials import Token
-from app.services.operator import ClientFactory, Operator
-from app.services.plan import Plan
-from app.services.planner import Planner
-from app.services.poll_loop import PollLoop
-from app.services.robot_maps import RobotMaps
-from app.services.scheduler import Scheduler
-from app.services.snapshots import Snapshots
+from app.domain.clock import Clock, SystemClock, local_timezone_name
+from app.domain.models import Robot, Settings
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.services.catalogue.catalogue import Catalogue
+from app.services.dispatch.lane import Lane
+from app.services.dispatch.lane import Services as LaneServices
+from app.services.dispatch.ledger import Ledger
+from app.services.dispatch.planner import Planner
+from app.services.dispatch.poll_loop import PollLoop
+from app.services.dispatch.scheduler import Scheduler
+from app.services.history.kpi import Kpis
+from app.services.history.runs import History
+from app.services.live.access import Access
+from app.services.live.alarms import Alarms
+from app.services.live.changes import Changes, Topic
+from app.services.live.gaps import Downtime
+from app.services.live.holds import Holds
+from app.services.live.snapshots import Snapshots
+from app.services.planning.plan import Plan
+from app.services.planning.working_days import WorkingCalendar, working_calendar
+from app.services.robots.commands import ClientFactory, Operator
+from app.services.robots.maps import RobotMaps
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")

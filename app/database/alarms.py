@@ -5,7 +5,7 @@ import sqlite3
 from datetime import datetime
 
 from app.database.values import from_json, to_instant, to_json, to_optional_instant, to_optional_text, to_text
-from app.models import Alarm, Priority
+from app.domain.models import Alarm, Priority
 
 _STANDING = "(cleared_at IS NULL OR acknowledged_at IS NULL)"
 

@@ -14,8 +14,8 @@ from app.database.errors import DatabaseRefused, DatabaseUnavailable, translated
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.database.settings import SettingsRepository
 from app.database.values import to_json, to_text
-from app.models import Settings
-from app.told import Told, of_system, told
+from app.domain.message import Told, of_system, told
+from app.domain.models import Settings
 
 BACKUPS = "backups"          # the directory, in the data directory
 KEPT = 7                     # daily ones

@@ -5,7 +5,7 @@ import sqlite3
 from dataclasses import replace
 from datetime import date
 
-from app.models import DayException
+from app.domain.models import DayException
 
 
 class CalendarRepository:

@@ -17,8 +17,8 @@ from app.database.errors import DatabaseDamaged, DatabaseError, DatabaseRefused,
 from app.database.migrations import migrate
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.database.writer import InlineWriter, ThreadedWriter, Writer
-from app.services.clock import Clock, SystemClock
-from app.told import Told, of_system, told
+from app.domain.clock import Clock, SystemClock
+from app.domain.message import Told, of_system, told
 
 T = TypeVar("T")
 

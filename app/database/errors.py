@@ -5,7 +5,7 @@ import shlex
 import sqlite3
 from pathlib import Path
 
-from app.told import Told, tell, told
+from app.domain.message import Told, tell, told
 
 
 class DatabaseError(Exception):

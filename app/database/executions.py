@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from app.database.values import from_json, marks, to_instant, to_json, to_optional_instant, to_text
-from app.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Usual, Wait
+from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Usual, Wait
 
 _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 from app.database.errors import DatabaseUnavailable
-from app.told import of_system
+from app.domain.message import of_system
 
 DIRECTORY_MODE, FILE_MODE = 0o700, 0o600
 SIDES = ("", "-wal", "-shm")                  # the files that make up one SQLite database

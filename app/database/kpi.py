@@ -1,5 +1,5 @@
-"""The sums behind the KPIs, each from one index, over whole days from the table that keeps them; what they mean is ``app.services.kpi``'s
-part.
+"""The sums behind the KPIs, each from one index, over whole days from the table that keeps them;
+``app.services.history.kpi`` says what they mean.
 
 Instants are text as in the columns, so that a period is a range of an index. An empty robot list means none, None means all.
 """
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from app.database.executions import execution_of
 from app.database.values import marks
-from app.models import Execution
+from app.domain.models import Execution
 
 ENDED = ("completed", "failed", "cancelled", "skipped", "missed")
 EARLIEST, LATEST = "", "~"           # before and after every instant as text

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from app.database.values import marks
-from app.models import Mission
+from app.domain.models import Mission
 
 
 class MissionRepository:

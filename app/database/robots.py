@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from app.database.values import marks
-from app.models import IdleRule, Robot
+from app.domain.models import IdleRule, Robot
 
 _COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", "serial_number", "model", "software")
 _SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled

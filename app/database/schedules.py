@@ -7,7 +7,7 @@ from dataclasses import replace
 from datetime import datetime, time
 
 from app.database.values import from_json, to_instant, to_json, to_optional_instant, to_optional_text, to_text
-from app.models import Between, Overlap, Schedule
+from app.domain.models import Between, Overlap, Schedule
 
 _COLUMNS = ("name", "robot_id", "mission_id", "start", "timezone", "recurrence", "between_start", "between_end", "enabled",
             "minimum_battery_percent", "respect_working_days", "start_window_minutes", "overlap", "priority", "parameters",

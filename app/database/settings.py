@@ -8,7 +8,7 @@ from datetime import datetime
 from typing import Any
 
 from app.database.values import from_json, to_instant, to_json, to_text
-from app.models import Settings
+from app.domain.models import Settings
 
 _NAMES = frozenset(field.name for field in fields(Settings))
 

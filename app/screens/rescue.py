@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from kivy.properties import BooleanProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.domain.message import Told
 from app.i18n import SOURCE_LANGUAGE, _
-from app.screens.problems import sentence_of, words_of
-from app.screens.threads import Background, UiBus
-from app.told import Told
+from app.screens.common.problems import sentence_of, words_of
+from app.screens.common.threads import Background, UiBus
 from app.widgets import load_kv
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ Call ``load()`` once before the first widget; then all classes and the constants
     #:import tk app.widgets.tokens.tk
     #:import tr app.widgets.tr.tr
 
-and is loaded by its screen's module: ``load_kv("home")`` for kv/home.kv, once per process whoever asks.
+and is loaded by its screen's module: ``load_kv("home/screen")`` for kv/home/screen.kv, once per process whoever asks.
 
 Colours and sizes
     ``tk.<colour>``        tokens.py has them all: bg surface surface2 line outline, ink ink2 ink3 (text, ever quieter), accent…,
@@ -51,7 +51,7 @@ Drawings (chart.py, charts.py, timeline.py, robot_map.py)
     Meter Sparkline StackedBars RobotBars Timeline(on_bar(key), on_window(first, hours)) RobotMap Swatch AmrGlyph WorkingRing; a new one:
     subclass ``Chart``
 
-Dialogs (dialogs.py, pickers.py; screens open them through ``app.screens.overlays.Dialogs``)
+Dialogs (dialogs.py, pickers.py; screens open them through ``app.screens.common.overlays.Dialogs``)
     FormDialog ConfirmDialog ChoiceDialog Menu TimeDialog DateDialog; your own: see dialogs.py. ``Snackbars`` (snackbar.py): show, undo.
 
 The frame (frame.py): ``Frame`` holds top bar, banner, body and navigation; built once by the window.
@@ -67,7 +67,7 @@ Traps
 from pathlib import Path
 
 KV_DIR = Path(__file__).resolve().parents[2] / "kv"
-COMMON_KV = ("tokens", "components", "fields", "lists", "rows", "dialogs", "pickers", "snackbar", "frame")
+WIDGETS_KV = ("tokens", "components", "fields", "lists", "rows", "dialogs", "pickers", "snackbar", "frame")
 
 
 def load_kv(*names: str) -> None:
@@ -102,4 +102,4 @@ def load() -> None:
         timeline,
     )
 
-    load_kv(*(name for name in COMMON_KV if (KV_DIR / f"{name}.kv").exists()))
+    load_kv(*(f"widgets/{name}" for name in WIDGETS_KV))

@@ -46,7 +46,7 @@ class DockedKeyboard(Surface):
     page = StringProperty()
 
     def __init__(self, wanted, **kwargs):
-        load_kv("keyboard")
+        load_kv("widgets/keyboard")
         self._wanted = wanted
         self._pages = {}
         self._is_upper = False

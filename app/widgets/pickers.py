@@ -1,6 +1,6 @@
 """Pickers for gloved fingers: time of day (24 hours) and date. KivyMD's time picker knows only 12 hours.
 
-Their words come from the caller; ``app.screens.overlays.Dialogs`` fills them in.
+Their words come from the caller; ``app.screens.common.overlays.Dialogs`` fills them in.
 """
 from calendar import Calendar
 from datetime import date, time

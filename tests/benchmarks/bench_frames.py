@@ -124,14 +124,14 @@ def swing(view: Any, horizontal: bool = False) -> Callable[[int], None]:
 def main() -> None:
     seconds = next((float(word) for word in sys.argv[1:] if word[0].isdigit()), 8.0)
     open_window(LANDSCAPE)
-    from app import compat
-    from app.application import SchedulerApp
     from app.container import Container
-    from app.garbage import Garbage
-    from app.models import Robot
-    from app.services.mir.credentials import Token
+    from app.domain.models import Robot
+    from app.mir.credentials import Token
     from app.widgets.lists import ScrollRows
     from app.widgets.long_list import LongList
+    from app.window import compat
+    from app.window.application import SchedulerApp
+    from app.window.garbage import Garbage
     from tests.support import month
 
     compat.apply()
@@ -150,7 +150,7 @@ def main() -> None:
         app._run_prepare()
         frames, garbage = Frames(), Garbage(time.monotonic)
         if "--python-garbage" not in sys.argv:
-            garbage.begin()                  # as app/window.py does
+            garbage.begin()                  # as app/window/window.py does
 
         def show(screen: str) -> Any:
             app.shell.go(screen)

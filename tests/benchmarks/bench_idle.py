@@ -20,7 +20,7 @@ from datetime import timedelta
 from pathlib import Path
 from statistics import fmean
 
-from app.models import Schedule
+from app.domain.models import Schedule
 from mir_sim import SimulatedRobot
 from tests.support.process import configuration_of, environment, import_configuration, running
 from tests.support.site import Site

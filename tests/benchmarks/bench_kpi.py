@@ -17,8 +17,8 @@ from typing import Any
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.settings import SettingsRepository
-from app.models import Execution, Reason, ReasonCode, State, Trigger
-from app.services.kpi import KpiFilter, Kpis
+from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
+from app.services.history.kpi import KpiFilter, Kpis
 
 START, DAYS, ROBOTS = datetime(2024, 11, 21, tzinfo=UTC), 730, 10
 SCAN = """SELECT robot_id, count(*) FILTER (WHERE state = 'completed'), count(*) FILTER (WHERE state = 'failed'),

@@ -28,7 +28,7 @@ def main() -> None:
     logging.getLogger("kivy").addHandler(logging.NullHandler())      # which clipboards this machine lacks is no news here
     logging.getLogger("kivy").propagate = False
     headless.install()
-    from app import compat
+    from app.window import compat
     from tests.support import month
     from tests.ui.driver import Driver
     from tests.ui.wear import Wear, kinds, widgets

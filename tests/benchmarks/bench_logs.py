@@ -14,10 +14,12 @@ from app.container import DATABASE_NAME, Container
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.settings import SettingsRepository
-from app.models import Robot
-from app.screens import logs_facts, logs_figures, logs_states
-from app.screens.logs_view import Chosen, Period
-from app.services.shift_report import ReportPeriod, ShiftReports
+from app.domain.models import Robot
+from app.screens.logs import facts as logs_facts
+from app.screens.logs import figures as logs_figures
+from app.screens.logs import robot_states as logs_states
+from app.screens.logs.view import Chosen, Period
+from app.services.history.shift_report import ReportPeriod, ShiftReports
 from tests.benchmarks.bench_kpi import DAYS, ROBOTS, START, _Clock, best_ms, rows
 from tests.support.clock import VirtualClock
 

@@ -18,11 +18,11 @@ from statistics import median
 from typing import Any
 
 from app.container import Container
-from app.models import Mission, Robot, Schedule
-from app.screens.scheduler_facts import SchedulerFacts, Window, read
-from app.screens.scheduler_timeline import timeline
-from app.services.forecast import Forecasts
-from app.services.plan import PlannedRun
+from app.domain.models import Mission, Robot, Schedule
+from app.screens.scheduler.facts import SchedulerFacts, Window, read
+from app.screens.scheduler.timeline import timeline
+from app.services.catalogue.preview import Forecasts
+from app.services.planning.plan import PlannedRun
 from tests.benchmarks.bench_frames import Frames, headline, report
 from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
@@ -112,14 +112,15 @@ def preview() -> None:
 
 def main() -> None:
     open_window(LANDSCAPE)
-    from app import compat, widgets
-    from app.garbage import Garbage
+    from app import widgets
+    from app.window import compat
+    from app.window.garbage import Garbage
     compat.apply()
     from kivymd.app import MDApp
     app = type("Bench", (MDApp,), {})()
     app._run_prepare()
     widgets.load()
-    Garbage(time.monotonic).begin()          # as app/window.py does
+    Garbage(time.monotonic).begin()          # as app/window/window.py does
     frames, now = Frames(), datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
     facts = crowded(now)
     headline()

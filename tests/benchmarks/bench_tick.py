@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 
 from app.container import Container
-from app.models import Mission, Robot, Schedule
+from app.domain.models import Mission, Robot, Schedule
 from tests.benchmarks.stub import MISSION_GUID
 
 ROBOTS = 50

@@ -16,8 +16,8 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from app.container import Container
-from app.models import Mission, Robot, Schedule
-from app.services.mir.credentials import Token
+from app.domain.models import Mission, Robot, Schedule
+from app.mir.credentials import Token
 from tests.benchmarks.bench_dispatch import Scenario, stub
 from tests.benchmarks.stub import MISSION_GUID, address
 

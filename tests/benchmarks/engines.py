@@ -79,10 +79,10 @@ def post(url: str, name: str) -> bool:
 
 # ---------------------------------------------------------------------- this app
 def app(spec: Spec, directory: Path) -> Planned:
-    from app import logs
     from app.container import Container
-    from app.models import Mission, Robot, Schedule
-    from app.services.mir.credentials import Token
+    from app.domain.models import Mission, Robot, Schedule
+    from app.mir.credentials import Token
+    from app.process import log_file as logs
     logs.start(directory / "logs", stderr=False)
     container = Container.open(directory)
     r, now = container.repositories, container.clock.now()

@@ -7,11 +7,11 @@ from datetime import timedelta
 from types import SimpleNamespace
 from typing import Any
 
-from app.models import Alarm
-from app.screens.alarms_view import alarm_text, menu_of
-from app.screens.frame_alarms import AlarmList, AlarmRow, NoteDialog
-from app.screens.frame_view import Worries
-from app.services.holds import Hold
+from app.domain.models import Alarm
+from app.screens.common.alarms_view import alarm_text, menu_of
+from app.screens.frame.alarm_list import AlarmList, AlarmRow, NoteDialog
+from app.screens.frame.view import Worries
+from app.services.live.holds import Hold
 from tests.screenshots.home import ALARMS, home
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
 from tests.support import home_facts as sample

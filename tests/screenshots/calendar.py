@@ -3,9 +3,9 @@ from __future__ import annotations
 
 from datetime import date
 
-from app.models import DayException
-from app.screens.settings_calendar import DaysDialog
-from app.screens.settings_view import NoticeView
+from app.domain.models import DayException
+from app.screens.settings.calendar import DaysDialog
+from app.screens.settings.view import NoticeView
 from tests.screenshots.registry import LANDSCAPE, picture
 from tests.screenshots.settings import BOTH, EVERY_SIZE, Plant
 

@@ -5,9 +5,9 @@ from datetime import date, timedelta
 from typing import Any
 
 from app.container import Container
-from app.models import DayException
-from app.screens.scheduler_hold import HoldDialog
-from app.services.skipping import Skipping
+from app.domain.models import DayException
+from app.screens.scheduler.hold import HoldDialog
+from app.services.catalogue.pausing import Skipping
 from tests.screenshots.planning import Stand
 from tests.screenshots.registry import BOTH, LANDSCAPE, SMALL, picture
 

@@ -9,16 +9,16 @@ from typing import Any
 
 from kivy.factory import Factory
 
+from app.domain.models import Alarm, Connection, Priority, Robot, Wait
 from app.i18n import _
-from app.models import Alarm, Connection, Priority, Robot, Wait
-from app.screens import frame as frame_controller
-from app.screens.alarms_view import Here
-from app.screens.frame_alarms import LateStartsDialog
-from app.screens.frame_view import Worries, banner, open_worries, robot_option, top_bar
-from app.screens.home import HomeScreen
-from app.screens.home_facts import HomeFacts
+from app.screens.common.alarms_view import Here
+from app.screens.common.threads import UiBus
+from app.screens.frame import controller as frame_controller
+from app.screens.frame.alarm_list import LateStartsDialog
+from app.screens.frame.view import Worries, banner, open_worries, robot_option, top_bar
+from app.screens.home.facts import HomeFacts
+from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
-from app.screens.threads import UiBus
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
 from tests.support import home_facts as sample
 
@@ -120,7 +120,7 @@ def fifty(studio: Any) -> None:
 
 @picture("home-held", sizes=(LANDSCAPE,))
 def held(studio: Any) -> None:
-    from app.services.holds import Hold
+    from app.services.live.holds import Hold
     home(studio, sample.FACTS, worries=Worries(holds=[Hold("Late starts after the app was off")]))
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.screens.settings_robot_dialog import RobotDialog
+from app.screens.settings.robot_dialog import RobotDialog
 from app.widgets.fields import FormField, StepField
 from app.widgets.keyboard import DockedKeyboard
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, SMALL, picture

@@ -11,15 +11,15 @@ from typing import Any
 from kivy.factory import Factory
 
 from app.container import Container
+from app.domain.models import Schedule
+from app.domain.robot import MissionParameter
 from app.i18n import _
-from app.models import Schedule
-from app.screens import frame as frame_controller
-from app.screens.base import Background, Navigator, Snackbars, UiBus
-from app.screens.logs import LogsScreen
-from app.screens.scheduler import SchedulerScreen
-from app.screens.scheduler_draft import Kind, Unit
-from app.screens.shell import Shell
-from app.services.mir.types import MissionParameter
+from app.screens.common.shell import Shell
+from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
+from app.screens.frame import controller as frame_controller
+from app.screens.logs.screen import LogsScreen
+from app.screens.scheduler.draft import Kind, Unit
+from app.screens.scheduler.screen import SchedulerScreen
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
 from tests.support import month
 

@@ -12,19 +12,19 @@ from kivy.factory import Factory
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
+from app.domain.models import Connection, Mission, Robot, Schedule
+from app.domain.robot import Identity, MissionInfo, RobotState, RobotStatus
 from app.i18n import _, ngettext
-from app.models import Connection, Mission, Robot, Schedule
-from app.screens.base import Background, Navigator, Snackbars, UiBus
-from app.screens.pin_dialog import PinDialog
-from app.screens.settings import SettingsScreen
-from app.screens.settings_missions import MissionDialog
-from app.screens.settings_missions_view import offer_options, offers
-from app.screens.settings_page import Desk
-from app.screens.settings_robot_dialog import RobotDialog
-from app.screens.settings_view import NoticeView, connection_found, went_wrong
-from app.screens.shell import Shell
-from app.services.mir.errors import Unauthorized, Unreachable
-from app.services.mir.types import Identity, MissionInfo, RobotState, RobotStatus
+from app.mir.errors import Unauthorized, Unreachable
+from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.shell import Shell
+from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
+from app.screens.settings.missions import MissionDialog
+from app.screens.settings.missions_view import offer_options, offers
+from app.screens.settings.page import Desk
+from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.screen import SettingsScreen
+from app.screens.settings.view import NoticeView, connection_found, went_wrong
 from app.widgets.dialogs import ChoiceDialog
 from tests.screenshots.gallery import NAV
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture

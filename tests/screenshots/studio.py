@@ -42,8 +42,8 @@ class Studio:
         from kivymd.app import MDApp
 
         import app.widgets
-        from app import compat
-        from app.screens.overlays import Dialogs
+        from app.screens.common.overlays import Dialogs
+        from app.window import compat
         from tests.ui.driver import Driver
 
         compat.apply()

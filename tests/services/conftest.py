@@ -5,7 +5,7 @@ from datetime import datetime
 
 import pytest
 
-from app.models import Schedule
+from app.domain.models import Schedule
 from tests.support.site import Site
 
 

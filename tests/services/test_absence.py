@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.database.backups import back_up, restore
-from app.models import ReasonCode, State, Wait
+from app.domain.models import ReasonCode, State, Wait
 from tests.support.site import Site
 
 
@@ -64,7 +64,7 @@ def test_with_a_window_late_starts_are_listed_for_30_seconds_first(tmp_path):
     site.add_robots()
     site.add_mission("Deliver")
     c = site.container
-    from app.models import Schedule
+    from app.domain.models import Schedule
     c.catalogue.save_schedule(Schedule("S", 1, 1, datetime(2026, 11, 23, 6, 5), "UTC"))
     site.run(60)
     off_for(site, 600)
@@ -131,7 +131,7 @@ def test_dst_night_in_helsinki(tmp_path):
         site = Site(directory, now=start)
         site.add_robots()
         site.add_mission("Deliver")
-        from app.models import Schedule
+        from app.domain.models import Schedule
         site.container.catalogue.change_settings(poll_interval_seconds=600)
         first = start.replace(tzinfo=None).replace(hour=3, minute=30)
         site.container.catalogue.save_schedule(Schedule("S", 1, 1, first, "Europe/Helsinki", "FREQ=DAILY", respect_working_days=False))

@@ -7,10 +7,11 @@ import pytest
 
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
-from app.models import InvalidInput
-from app.services import access, configuration
-from app.services.access import TRIES, WAIT_S, Access, Verdict
-from app.services.changes import Changes
+from app.domain.models import InvalidInput
+from app.services.catalogue import configuration
+from app.services.live import access
+from app.services.live.access import TRIES, WAIT_S, Access, Verdict
+from app.services.live.changes import Changes
 from tests.support.clock import VirtualClock
 
 

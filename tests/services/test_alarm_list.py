@@ -7,8 +7,8 @@ import pytest
 
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
-from app.services.alarms import KEPT, LONGEST_NOTE, SHELF_HOURS, Alarms
-from app.services.changes import Changes, Topic
+from app.services.live.alarms import KEPT, LONGEST_NOTE, SHELF_HOURS, Alarms
+from app.services.live.changes import Changes, Topic
 from tests.support.clock import VirtualClock
 
 

@@ -7,12 +7,12 @@ from datetime import UTC, datetime
 
 import pytest
 
-from app.services.mir.address import Address
-from app.services.mir.client import RobotClient
-from app.services.mir.credentials import Token
-from app.services.mir.errors import Busy, ConnectionLost, Delivery, Rejected, RobotError, TimedOut, Unauthorized, Unreachable
-from app.services.mir.transport import Timeouts
-from app.services.mir.types import QueueState, RobotState
+from app.domain.robot import QueueState, RobotState
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import Busy, ConnectionLost, Delivery, Rejected, RobotError, TimedOut, Unauthorized, Unreachable
+from app.mir.transport import Timeouts
 from mir_sim import FleetRobot, serve
 
 QUICK = Timeouts(connect=5.0, read=0.5, total=1.0)

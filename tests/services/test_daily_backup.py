@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.services.daily_backup import AGAIN_AFTER, DailyBackup
+from app.services.files.daily_backup import AGAIN_AFTER, DailyBackup
 
 DAY = 24 * 3600.0
 

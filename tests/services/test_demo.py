@@ -8,9 +8,9 @@ import pytest
 import mir_sim
 from app.container import Container
 from app.database.connection import Database
-from app.demo import furnish
+from app.domain.models import Robot
 from app.failures import BadInput
-from app.models import Robot
+from app.process.demo import furnish
 from tests.support.clock import VirtualClock
 
 ROBOTS = [(name, f"http://127.0.0.1:{8080 + number}") for number, name in enumerate(("Aino", "Veikko", "Sisu"))]

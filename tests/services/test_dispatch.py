@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.models import Mission, Overlap, ReasonCode, State, Wait
+from app.domain.models import Mission, Overlap, ReasonCode, State, Wait
 from mir_sim import world
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import pytest
 
-from app.models import State
-from app.services.lane import PREPARES_WITHIN, phase_of
-from app.services.scheduler import AHEAD, AHEAD_AT_ONCE
+from app.domain.models import State
+from app.services.dispatch.lane import PREPARES_WITHIN, phase_of
+from app.services.dispatch.scheduler import AHEAD, AHEAD_AT_ONCE
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05

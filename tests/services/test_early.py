@@ -7,10 +7,10 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.models import ReasonCode, State, Wait
-from app.services.decisions import EARLY
-from app.services.intents import PUT_OFF_AT_MOST, ROUND_TAKES
-from app.services.skipping import Skipping
+from app.domain.models import ReasonCode, State, Wait
+from app.domain.rules import EARLY
+from app.services.catalogue.pausing import Skipping
+from app.services.dispatch.intents import PUT_OFF_AT_MOST, ROUND_TAKES
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from app.commands import ExportTarget
 from app.failures import BadInput
+from app.process.commands import ExportTarget
 from tests.support.process import ROOT, command, environment, is_one_line
 
 EXPORTS = pytest.mark.parametrize("option", ["--export-config", "--export-log"])

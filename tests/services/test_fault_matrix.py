@@ -9,7 +9,7 @@ import uuid
 import pytest
 
 from app.database.connection import Database
-from app.models import ReasonCode, State
+from app.domain.models import ReasonCode, State
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
 

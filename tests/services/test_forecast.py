@@ -10,11 +10,11 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter
-from app.models import Between, DayException, Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
-from app.services.forecast import ConcernCode, Forecasts
-from app.services.log_export import LogExport
-from app.services.meetings import ASSUMED_S
-from app.services.skipping import Skipping
+from app.domain.models import Between, DayException, Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from app.services.catalogue.pausing import Skipping
+from app.services.catalogue.preview import ConcernCode, Forecasts
+from app.services.files.log_export import LogExport
+from app.services.planning.overlaps import ASSUMED_S
 from tests.support.clock import VirtualClock
 
 ZONE = "Europe/Helsinki"

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from app.container import Container
 from app.database.connection import Database
-from app.models import InvalidInput, Robot
-from app.services.changes import Topic
-from app.services.holds import LONGEST_REASON, Hold
+from app.domain.models import InvalidInput, Robot
+from app.services.live.changes import Topic
+from app.services.live.holds import LONGEST_REASON, Hold
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)

@@ -6,8 +6,8 @@ from datetime import timedelta
 import pytest
 
 from app.database.executions import PRUNED_AT_ONCE
-from app.models import Execution, State, Trigger
-from app.services.scheduler import TIDIES_WITHIN, TIDY_EVERY
+from app.domain.models import Execution, State, Trigger
+from app.services.dispatch.scheduler import TIDIES_WITHIN, TIDY_EVERY
 
 LIMIT = 20
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.models import Execution, ReasonCode, State, Wait
+from app.domain.models import Execution, ReasonCode, State, Wait
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.models import State
-from app.services.lane import LIVE_EVERY, Lane
-from app.services.mir.errors import Unreachable
+from app.domain.models import State
+from app.mir.errors import Unreachable
+from app.services.dispatch.lane import LIVE_EVERY, Lane
 
 DUE = 300.0              # s from the beginning: 06:05
 COUNT = 10

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from app.container import Container
 from app.database.connection import Database
-from app.models import InvalidInput, Mission, ReasonCode, Robot, Schedule, State
-from app.services import reasons
-from app.services.downtime import Gap
-from app.services.skipping import Skipping
+from app.domain import reasons
+from app.domain.models import InvalidInput, Mission, ReasonCode, Robot, Schedule, State
+from app.services.catalogue.pausing import Skipping
+from app.services.live.gaps import Gap
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)            # Monday

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from app.container import Container
 from app.database.connection import Database
-from app.models import DayException, InvalidInput, Mission, Robot, Schedule
-from app.services import ics, plan_export
-from app.services.plan import PlannedRun
-from app.services.plan_export import PlanFiles, write_plan
-from app.services.skipping import Skipping
+from app.domain.models import DayException, InvalidInput, Mission, Robot, Schedule
+from app.services.catalogue.pausing import Skipping
+from app.services.files import ics, plan_export
+from app.services.files.plan_export import PlanFiles, write_plan
+from app.services.planning.plan import PlannedRun
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 
-from app.models import Execution, Robot
-from app.services import poll_loop
-from app.services.alarms import Alarms
-from app.services.changes import Changes, Topic
-from app.services.clock import SystemClock
-from app.services.planner import Fallen
-from app.services.poll_loop import POLLED_AT_ONCE, PollLoop
+from app.domain.clock import SystemClock
+from app.domain.models import Execution, Robot
+from app.services.dispatch import poll_loop
+from app.services.dispatch.planner import Fallen
+from app.services.dispatch.poll_loop import POLLED_AT_ONCE, PollLoop
+from app.services.live.alarms import Alarms
+from app.services.live.changes import Changes, Topic
 from tests.support.process import wait_for
 
 

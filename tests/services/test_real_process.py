@@ -18,10 +18,10 @@ import pytest
 import mir_sim
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
-from app.services.access import Access
-from app.services.changes import Changes
-from app.services.clock import SystemClock
-from app.services.mir.credentials import Token
+from app.domain.clock import SystemClock
+from app.mir.credentials import Token
+from app.services.live.access import Access
+from app.services.live.changes import Changes
 from tests.support.crash_drill import drill
 from tests.support.process import (
     PATIENCE,

@@ -4,9 +4,9 @@ from __future__ import annotations
 import pytest
 
 from app.database.activities import ActivityRepository
-from app.models import State
-from app.services.activity import NO_DATA
-from app.services.robot_states import RobotStates
+from app.domain.activity import NO_DATA
+from app.domain.models import State
+from app.services.history.robot_states import RobotStates
 
 POLL = 30.0
 

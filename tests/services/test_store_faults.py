@@ -13,7 +13,7 @@ import mir_sim
 from app.container import Container
 from app.database.connection import DatabaseUnavailable, connect_for_reading
 from app.database.writer import ThreadedWriter, Writer
-from app.models import Mission, Robot, Schedule, State
+from app.domain.models import Mission, Robot, Schedule, State
 from tests.support.network import Fate
 from tests.support.process import wait_for
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from datetime import timedelta
 
-from app.models import ReasonCode, State, Trigger
+from app.domain.models import ReasonCode, State, Trigger
 from tests.support.network import Fate
 
 

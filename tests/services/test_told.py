@@ -9,12 +9,12 @@ from datetime import timedelta
 import pytest
 
 from app.database.errors import translated
+from app.domain.models import Alarm, Priority, State
+from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
-from app.models import Alarm, Priority, State
-from app.services.alarms import SENTENCES, alarm_sentence
-from app.services.daily_backup import DailyBackup
-from app.services.mir.errors import Unreachable
-from app.services.reasons import sentence, waiting_sentence
+from app.mir.errors import Unreachable
+from app.services.files.daily_backup import DailyBackup
+from app.services.live.alarms import SENTENCES, alarm_sentence
 from mir_sim.state import RobotError
 from tests.support.network import Fate
 from tests.support.site import Site

@@ -3,9 +3,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.models import State
-from app.services.mir.errors import Unreadable
-from app.services.tracker import MANY
+from app.domain.models import State
+from app.mir.errors import Unreadable
+from app.services.dispatch.tracker import MANY
 
 DUE = 300.0              # s from the beginning: 06:05
 COUNT = 2 * MANY

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from app.database import schema
-from app.services import dispatcher, ledger, planner
-from app.services.mir.errors import Delivery
+from app.mir.errors import Delivery
+from app.services.dispatch import dispatcher, ledger, planner
 from tests.simulation.world import Profile, World
 
 HOURS, SEEDS = 20, "1-10"

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from app.models import OPEN_STATES, Overlap, Schedule, State
-from app.services.mir.errors import RobotError
+from app.domain.models import OPEN_STATES, Overlap, Schedule, State
+from app.mir.errors import RobotError
 from tests.support.network import Network
 from tests.support.site import Site
 

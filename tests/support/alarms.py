@@ -3,8 +3,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.models import Alarm
-from app.services.alarms import EVENTS, SENTENCES
+from app.domain.models import Alarm
+from app.services.live.alarms import EVENTS, SENTENCES
 from tests.support.home_facts import ago
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
-from app.models import (
+from app.domain.models import (
     Connection,
     Execution,
     Mission,
@@ -20,9 +20,7 @@ from app.models import (
     Trigger,
     Wait,
 )
-from app.screens.home_facts import HomeFacts
-from app.services.map_picture import picture_of
-from app.services.mir.types import (
+from app.domain.robot import (
     MapPosition,
     Pose,
     QueueItem,
@@ -33,7 +31,9 @@ from app.services.mir.types import (
     RobotStatus,
     UserPrompt,
 )
-from app.services.plan import PlannedRun
+from app.screens.home.facts import HomeFacts
+from app.services.planning.plan import PlannedRun
+from app.services.robots.map_picture import picture_of
 from mir_sim import floor_plan, world
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)         # 14:38 in Helsinki

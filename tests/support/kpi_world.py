@@ -11,8 +11,8 @@ from app.database.executions import ExecutionRepository
 from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
-from app.models import Execution, Reason, ReasonCode, Robot, State, Trigger
-from app.services.kpi import Kpis
+from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Trigger
+from app.services.history.kpi import Kpis
 from tests.support.clock import VirtualClock
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)                     # a Monday

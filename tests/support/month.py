@@ -15,7 +15,7 @@ from zoneinfo import ZoneInfo
 from app.container import Container
 from app.database.activities import ActivityRepository, Span
 from app.database.connection import Database
-from app.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from app.domain.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 20, 12, 38, 5, tzinfo=UTC)

@@ -15,9 +15,9 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
-from app.services.mir.credentials import Token
-from app.services.mir.errors import ConnectionLost, TimedOut, Unreachable
-from app.services.mir.transport import Response, Timeouts
+from app.mir.credentials import Token
+from app.mir.errors import ConnectionLost, TimedOut, Unreachable
+from app.mir.transport import Response, Timeouts
 from mir_sim import SimulatedRobot, api
 from mir_sim.messages import Request
 from tests.support.clock import VirtualClock

@@ -13,12 +13,12 @@ from pathlib import Path
 
 from app.container import Container
 from app.database.connection import Database
-from app.models import Execution, Mission, Robot, State
-from app.services.changes import Topic
-from app.services.lane import PREPARES_WITHIN, Lane
-from app.services.mir.address import Address
-from app.services.mir.client import RobotClient
-from app.services.mir.credentials import Token
+from app.domain.models import Execution, Mission, Robot, State
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.services.dispatch.lane import PREPARES_WITHIN, Lane
+from app.services.live.changes import Topic
 from mir_sim import MISSIONS, SimulatedRobot
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport

@@ -17,12 +17,12 @@ from kivymd.app import MDApp  # noqa: E402
 from materialyoucolor.hct.hct_solver import HctSolver  # noqa: E402
 
 import app.widgets  # noqa: E402
-from app import compat  # noqa: E402
-from app.application import SchedulerApp  # noqa: E402
 from app.container import Container  # noqa: E402
 from app.i18n import SOURCE_LANGUAGE, translator  # noqa: E402
-from app.services.robot_missions import RobotMissions  # noqa: E402
+from app.services.robots.missions import RobotMissions  # noqa: E402
 from app.widgets.tokens import apply_theme  # noqa: E402
+from app.window import compat  # noqa: E402
+from app.window.application import SchedulerApp  # noqa: E402
 from tests.support import month  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
 from tests.ui.integrator import tablet  # noqa: E402

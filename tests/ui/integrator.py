@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from app.application import SchedulerApp
-from app.models import Mission, Robot, Schedule, Settings
-from app.screens.settings_page import SettingsPage
-from app.screens.settings_robot_dialog import RobotDialog
+from app.domain.models import Mission, Robot, Schedule, Settings
+from app.screens.settings.page import SettingsPage
+from app.screens.settings.robot_dialog import RobotDialog
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import NavItem
 from app.widgets.rows import SectionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
+from app.window.application import SchedulerApp
 from tests.ui.driver import Driver
 from tests.ui.whole_app import Plant, plant
 

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from datetime import date
 
 from app.container import Container
-from app.models import Schedule
-from app.screens.scheduler_cards import FormCard
+from app.domain.models import Schedule
+from app.screens.scheduler.cards import FormCard
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, MenuRow
 from app.widgets.fields import PickField, SearchField

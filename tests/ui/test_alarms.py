@@ -5,9 +5,9 @@ from datetime import timedelta
 
 import pytest
 
-from app.models import Robot
-from app.screens import frame_alarms
-from app.screens.frame_alarms import AlarmRow, AlarmsDialog, NoteDialog
+from app.domain.models import Robot
+from app.screens.frame import alarm_list as frame_alarms
+from app.screens.frame.alarm_list import AlarmRow, AlarmsDialog, NoteDialog
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import MenuRow

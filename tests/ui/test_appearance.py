@@ -10,8 +10,8 @@ from kivy.core.window import Window
 from kivy.metrics import Metrics
 from kivy.uix.label import Label
 
-from app.models import Schedule
-from app.screens.settings_page import SwitchRow
+from app.domain.models import Schedule
+from app.screens.settings.page import SwitchRow
 from app.widgets.buttons import CommandButton, Segment, Toggle
 from app.widgets.display import StatusBadge
 from app.widgets.frame import AlarmBanner, Frame, NavItem

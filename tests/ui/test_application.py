@@ -13,22 +13,22 @@ from pathlib import Path
 import pytest
 from kivy.clock import Clock
 
-from app import window
-from app.application import SchedulerApp, Survivor
 from app.container import Container
-from app.data_directory import DataDirectory
 from app.database.backups import back_up
 from app.database.connection import Database, DatabaseDamaged
+from app.domain.message import tell
+from app.domain.models import Robot, Schedule, State
 from app.failures import BadInput
 from app.i18n import translation, translator
-from app.models import Robot, Schedule, State
-from app.screens.problems import words_of
+from app.process.data_directory import DataDirectory
+from app.screens.common.problems import words_of
 from app.screens.rescue import Damage
-from app.services.changes import Topic
-from app.told import tell
+from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, NavItem, TopBar
 from app.widgets.tokens import tk
+from app.window import window
+from app.window.application import SchedulerApp, Survivor
 from tests.ui.whole_app import plant, shown
 
 ROOT = Path(__file__).parents[2]

@@ -1,4 +1,4 @@
-"""Each cure of app/compat.py: that it works, and that it is still needed. When the second kind fails, the cure can go."""
+"""Each cure of app/window/compat.py: that it works, and that it is still needed. When the second kind fails, the cure can go."""
 from __future__ import annotations
 
 import inspect
@@ -9,7 +9,7 @@ import kivymd
 from kivymd.uix.behaviors import ripple_behavior
 from kivymd.uix.card import MDCard
 
-from app import compat
+from app.window import compat
 
 
 def test_the_cures_are_for_the_installed_version():

@@ -60,7 +60,7 @@ def test_no_text_of_a_layout_stands_outside_the_catalogues():
     """Letters between quotes in kv are values of options, names of classes and icons, or go through ``tr``."""
     shown = re.compile(r"^\s*(?:text|title|label|hint|help|note|action|message|value|unit|empty_text|problem|confirm|decline)\s*:\s*(.*)$")
     found = []
-    for path in sorted((ROOT / "kv").glob("*.kv")):
+    for path in sorted((ROOT / "kv").rglob("*.kv")):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             match = shown.match(line)
             if match is None:

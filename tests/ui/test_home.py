@@ -8,9 +8,9 @@ from zoneinfo import ZoneInfo
 import pytest
 import requests
 
-from app.models import ReasonCode, Schedule, State, Trigger
-from app.screens.home_cards import FinishedRow, PlannedRow
-from app.services.mir.credentials import Token
+from app.domain.models import ReasonCode, Schedule, State, Trigger
+from app.mir.credentials import Token
+from app.screens.home.cards import FinishedRow, PlannedRow
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField

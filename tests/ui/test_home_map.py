@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from app.screens.home_cards import RobotPlace, RobotSays
+from app.screens.home.cards import RobotPlace, RobotSays
 from app.widgets.robot_map import RobotMap
 from app.widgets.rows import RobotChip
 from mir_sim import world

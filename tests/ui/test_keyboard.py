@@ -3,13 +3,13 @@ from __future__ import annotations
 
 import pytest
 
-from app import application
-from app.screens.settings_robot_dialog import RobotDialog
+from app.screens.settings.robot_dialog import RobotDialog
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput, FormField, StepField
 from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard
 from app.widgets.tokens import tk
+from app.window import application
 from tests.ui import checks
 from tests.ui.integrator import go, press, settings, tablet
 

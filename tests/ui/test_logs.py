@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from app.database.executions import ExecutionFilter
-from app.models import State
-from app.screens import logs_facts
-from app.screens.logs_cards import RunsCard
-from app.services.history_export import COLUMNS
-from app.services.kpi import KpiFilter
+from app.domain.models import State
+from app.screens.logs import facts as logs_facts
+from app.screens.logs.cards import RunsCard
+from app.services.files.history_export import COLUMNS
+from app.services.history.kpi import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import SearchField
@@ -41,7 +41,7 @@ def tick(app, ui, chip: str, *options: str) -> None:
 
 
 def outcomes(app) -> set[str]:
-    return {row["outcome"] for row in app.logs.rows}
+    return {row["outcome"] for row in app.process.log_file.rows}
 
 
 def rows(ui) -> list[LogRow]:
@@ -201,7 +201,7 @@ def test_the_list_loads_more_as_it_is_scrolled_until_everything_is_there(screen,
 def test_what_is_filtered_is_exported_and_its_place_is_told(screen, ui, tmp_path, monkeypatch):
     documents = tmp_path / "Documents"
     documents.mkdir()
-    monkeypatch.setattr("app.services.data_files.platformdirs.user_documents_path", lambda: documents)
+    monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
     tick(screen, ui, "Outcome", "Failed")
     tap(screen, ui, ui.find(CommandButton, text="Export CSV"))
     text = ui.find(Snackbar).text
@@ -215,7 +215,7 @@ def test_what_is_filtered_is_exported_and_its_place_is_told(screen, ui, tmp_path
 
 
 def test_an_export_that_cannot_be_written_is_told_in_one_sentence(screen, ui, tmp_path, monkeypatch):
-    monkeypatch.setattr("app.services.data_files.tempfile.mkstemp", no_room)
+    monkeypatch.setattr("app.services.files.exports.tempfile.mkstemp", no_room)
     tap(screen, ui, ui.find(CommandButton, text="Export CSV"))
     assert "No space left on device" in ui.find(Snackbar).text
     assert not ui.find(CommandButton, text="Export CSV").busy

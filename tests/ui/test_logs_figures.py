@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from app.models import ReasonCode
-from app.screens.logs_cards import FiguresPart, MoreCard, RunsCard, RunsPart
-from app.services.kpi import KpiFilter
+from app.domain.models import ReasonCode
+from app.screens.logs.cards import FiguresPart, MoreCard, RunsCard, RunsPart
+from app.services.history.kpi import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.figure_charts import RankRow, TrendRow
@@ -93,7 +93,7 @@ def _above(widget):
 def test_a_report_is_written_and_its_place_is_told(screen, ui, tmp_path, monkeypatch, choice, words):
     documents = tmp_path / "Documents"
     documents.mkdir()
-    monkeypatch.setattr("app.services.data_files.platformdirs.user_documents_path", lambda: documents)
+    monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
     tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Aino"))
     tap(screen, ui, ui.find(CommandButton, text="Report"))
@@ -113,7 +113,7 @@ def test_a_report_that_cannot_be_written_is_told_in_one_sentence(screen, ui, mon
     def no_room(**_where):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.services.data_files.tempfile.mkstemp", no_room)
+    monkeypatch.setattr("app.services.files.exports.tempfile.mkstemp", no_room)
     tap(screen, ui, ui.find(CommandButton, text="Report"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Today"))
     assert "No space left on device" in ui.find(Snackbar).text

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.logs_cards import BandsCard
+from app.screens.logs.cards import BandsCard
 from app.widgets.activity_bands import ActivityBands, ActivityLegend
 from app.widgets.buttons import ChoiceChip, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog

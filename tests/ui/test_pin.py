@@ -3,10 +3,10 @@ from __future__ import annotations
 
 import pytest
 
-from app.models import Robot
-from app.screens.gate import LEFT_ALONE_S
-from app.screens.pin_dialog import PinDialog
-from app.services.access import TRIES, WAIT_S
+from app.domain.models import Robot
+from app.screens.common.pin_dialog import PinDialog
+from app.screens.settings.gate import LEFT_ALONE_S
+from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.frame import AlarmBanner, NavItem
 from app.widgets.number_pad import PadKey

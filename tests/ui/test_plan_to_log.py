@@ -9,7 +9,7 @@ import pytest
 
 import mir_sim
 from app.container import Container
-from app.models import Mission, Robot, State
+from app.domain.models import Mission, Robot, State
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField

@@ -5,9 +5,9 @@ from datetime import date, datetime, time
 
 import pytest
 
-from app.models import Between, Overlap
-from app.screens.scheduler_cards import FormCard
-from app.services.mir.types import MissionParameter
+from app.domain.models import Between, Overlap
+from app.domain.robot import MissionParameter
+from app.screens.scheduler.cards import FormCard
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, SearchField, StepField

@@ -5,10 +5,10 @@ from datetime import UTC, date, datetime, timedelta
 
 import pytest
 
-from app.models import DayException, State
-from app.screens.scheduler_hold import HoldDialog
-from app.services import ics
-from app.services.holds import Holds
+from app.domain.models import DayException, State
+from app.screens.scheduler.hold import HoldDialog
+from app.services.files import ics
+from app.services.live.holds import Holds
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField

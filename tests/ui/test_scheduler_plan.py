@@ -5,8 +5,8 @@ from datetime import time, timedelta
 
 import pytest
 
-from app.models import ReasonCode, State
-from app.screens.scheduler_cards import FormCard
+from app.domain.models import ReasonCode, State
+from app.screens.scheduler.cards import FormCard
 from app.widgets.buttons import CommandButton, IconButton, Toggle
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.snackbar import Snackbar
@@ -166,7 +166,7 @@ def test_nothing_overlaps_or_is_too_small(screen, ui):
 
 
 def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_taps(screen, container, ui):
-    from app.screens.scheduler import SchedulerScreen
+    from app.screens.scheduler.screen import SchedulerScreen
     screen.shell.go("home")
     low = ui.show(SchedulerScreen(container, screen.shell), (976, 440))
     low.shown()

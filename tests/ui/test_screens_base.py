@@ -11,7 +11,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.label import Label
 
 from app.i18n import translator
-from app.screens.base import Background, Navigator, ScreenBase, UiBus, ViewModel
+from app.screens.common.view_model import Background, Navigator, ScreenBase, UiBus, ViewModel
 
 
 class RobotRead:

@@ -6,14 +6,14 @@ import weakref
 from threading import Event
 
 from app.database.errors import DatabaseUnavailable
-from app.models import Robot
-from app.screens import settings as settings_module
-from app.screens.settings_constraints import ConstraintsPage
-from app.screens.settings_facts import read
-from app.screens.settings_idle import IdlePanel
-from app.screens.settings_page import SwitchRow
-from app.screens.settings_robot_dialog import RobotDialog
-from app.screens.settings_robots import RobotPanel
+from app.domain.models import Robot
+from app.screens.settings import screen as settings_module
+from app.screens.settings.constraints import ConstraintsPage
+from app.screens.settings.facts import read
+from app.screens.settings.idle import IdlePanel
+from app.screens.settings.page import SwitchRow
+from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, StepField
@@ -213,9 +213,9 @@ def test_what_is_being_typed_is_not_overwritten(site, app, ui):
 
 
 def test_in_portrait_list_and_section_take_turns(site, ui):
-    from app.screens.base import Background, Dialogs, Navigator, Snackbars, UiBus
-    from app.screens.settings import SettingsScreen
-    from app.screens.shell import Shell
+    from app.screens.common.shell import Shell
+    from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
+    from app.screens.settings.screen import SettingsScreen
     bus = UiBus()
     background = Background(bus)
     screen = SettingsScreen(site.container, Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, background))

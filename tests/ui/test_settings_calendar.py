@@ -5,10 +5,10 @@ from datetime import date, datetime
 
 import pytest
 
-from app.models import DayException
-from app.screens.settings_calendar import DaysDialog, DaysRow
-from app.screens.settings_data import FileRow
-from app.services.clock import SystemClock
+from app.domain.clock import SystemClock
+from app.domain.models import DayException
+from app.screens.settings.calendar import DaysDialog, DaysRow
+from app.screens.settings.data import FileRow
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.fields import FormField, PickField, SearchField
 from app.widgets.lists import ScrollPage

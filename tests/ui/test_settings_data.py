@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from app.screens.base import Background, Dialogs, Navigator, Snackbars, UiBus
-from app.screens.settings import SettingsScreen
-from app.screens.settings_data import FileRow
-from app.screens.shell import Shell
+from app.screens.common.shell import Shell
+from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
+from app.screens.settings.data import FileRow
+from app.screens.settings.screen import SettingsScreen
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField

@@ -3,9 +3,9 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from app.models import Mission, Schedule
-from app.screens.settings_missions import MissionDialog, MissionRow
-from app.screens.settings_robots import RobotPanel
+from app.domain.models import Mission, Schedule
+from app.screens.settings.missions import MissionDialog, MissionRow
+from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.display import Notice

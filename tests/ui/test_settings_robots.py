@@ -6,10 +6,10 @@ from datetime import datetime
 
 import pytest
 
-from app.models import Robot, Schedule
-from app.screens.settings_robot_dialog import RobotDialog
-from app.screens.settings_robots import RobotPanel
-from app.services.mir.credentials import Token
+from app.domain.models import Robot, Schedule
+from app.mir.credentials import Token
+from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import Toggle
 from app.widgets.frame import NavItem
 from app.widgets.rows import RobotChip

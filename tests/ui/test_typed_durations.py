@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.screens.scheduler_cards import FormCard
+from app.screens.scheduler.cards import FormCard
 from app.widgets.display import LegendItem
 from app.widgets.timeline import Timeline
 from tests.ui.planner import choose, named, opened, pick_time, save, settle

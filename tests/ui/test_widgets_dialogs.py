@@ -9,7 +9,7 @@ import pytest
 from kivy.core.window import Window
 from kivy.lang import Builder
 
-from app.screens.overlays import Dialogs
+from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog, FormDialog, Menu
 from app.widgets.long_list import LongList

@@ -18,7 +18,7 @@ def tall(count: int, height: float = 60.0) -> list[Segment]:
 @pytest.fixture
 def page(ui):
     """A page 300 px high with a button above a column: 600 px of content, of which 300 are the column's window on 1200 px."""
-    load_kv("slots")
+    load_kv("widgets/slots")
     content = BoxLayout(orientation="vertical", size_hint_y=None, height=600)
     button = Segment(text="above", size_hint_y=None, height=300)
     column = LowColumn(size_hint_y=None, height=300)
@@ -69,7 +69,7 @@ def test_a_column_in_which_everything_fits_leaves_the_drag_to_the_page(page, ui)
 
 
 def test_a_page_in_which_everything_fits_is_not_in_the_way(ui):
-    load_kv("slots")
+    load_kv("widgets/slots")
     page, column = LowPage(do_scroll_x=False, do_scroll_y=False), LowColumn()
     box = Factory.RelativeLayout(size_hint_y=None, height=300)
     box.add_widget(column)

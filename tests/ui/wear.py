@@ -17,11 +17,11 @@ from kivy.lang.builder import Builder, _delayed_start, _handlers
 from kivy.metrics import Metrics
 from kivy.uix.widget import Widget
 
-from app.application import SchedulerApp
 from app.i18n import translator
 from app.widgets.long_list import LongList
 from app.widgets.tokens import tk
 from app.widgets.tr import tr
+from app.window.application import SchedulerApp
 from tests.ui.driver import Driver
 
 SCREENS = ("scheduler", "logs", "settings", "home")

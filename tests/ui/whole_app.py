@@ -6,10 +6,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import mir_sim
-from app import application
-from app.application import SchedulerApp
 from app.container import Container
-from app.models import Mission, Robot
+from app.domain.models import Mission, Robot
+from app.window import application
+from app.window.application import SchedulerApp
 from tests.ui.driver import Driver
 
 USER, PASSWORD = "distributor", "distributor"

@@ -5,14 +5,15 @@ from datetime import UTC, datetime, time
 
 import pytest
 
+from app.domain import reasons
+from app.domain.message import tell
+from app.domain.models import Between, InvalidInput, Reason, ReasonCode, Schedule, Settings
 from app.i18n import DOMAIN, LOCALE_DIR, Translator, languages, po_entries
-from app.models import Between, InvalidInput, Reason, ReasonCode, Schedule, Settings
-from app.screens import formats
-from app.screens.settings_view import LANGUAGE_NAMES
-from app.services import phrases, reasons
-from app.services.calendar import WorkingCalendar
-from app.services.validation import one_time_on_working_day
-from app.told import tell
+from app.screens.common import formats
+from app.screens.settings.view import LANGUAGE_NAMES
+from app.services.catalogue.validation import one_time_on_working_day
+from app.services.planning import sentences
+from app.services.planning.working_days import WorkingCalendar
 from tests import catalogues
 
 TRANSLATED = languages()[1:]
@@ -88,13 +89,13 @@ def test_numbers_take_the_partitive(finnish, n, text):
     ("FREQ=DAILY;UNTIL=20261231", "Joka päivä klo 06.30, 31.12.2026 asti")])
 def test_a_schedule_reads_in_finnish(finnish, rule, text):
     schedule = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki", rule, respect_working_days=False)
-    assert phrases.sentence(schedule, finnish.gettext) == text
+    assert sentences.sentence(schedule, finnish.gettext) == text
 
 
 def test_a_part_of_the_day_reads_in_finnish(finnish):
     schedule = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 0), "Europe/Helsinki", "FREQ=HOURLY;INTERVAL=3",
                         between=Between(time(6), time(18)))
-    assert phrases.sentence(schedule, finnish.gettext) == "3 tunnin välein klo 06.00–18.00, vain työpäivinä"
+    assert sentences.sentence(schedule, finnish.gettext) == "3 tunnin välein klo 06.00–18.00, vain työpäivinä"
 
 
 def test_a_reason_reads_in_finnish(finnish):

@@ -18,7 +18,7 @@ msgstr ""
 "Plural-Forms: nplurals=2; plural=(n != 1);\n"
 
 # a comment of the translator
-#: app/screens/home.py
+#: app/screens/home/screen.py
 msgid "Save"
 msgstr "Tallenna"
 
@@ -184,5 +184,5 @@ def test_the_apps_own_texts_can_all_be_extracted():
 
 
 def test_the_language_needs_no_kivy():
-    program = "import sys, app.i18n, app.screens.formats; sys.exit(any(name.startswith('kivy') for name in sys.modules))"
+    program = "import sys, app.i18n, app.screens.common.formats; sys.exit(any(name.startswith('kivy') for name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", program], check=False, cwd=catalogues.ROOT).returncode == 0

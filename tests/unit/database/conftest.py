@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.database.connection import Database
-from app.models import Execution, Trigger
+from app.domain.models import Execution, Trigger
 from tests.support.clock import VirtualClock
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)

@@ -14,7 +14,7 @@ from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.models import Alarm, Between, IdleRule, Mission, Overlap, Priority, Robot, Schedule, Settings
+from app.domain.models import Alarm, Between, IdleRule, Mission, Overlap, Priority, Robot, Schedule, Settings
 from tests.unit.database.conftest import NOON
 
 ROBOTS, MISSIONS, SCHEDULES, SETTINGS = RobotRepository(), MissionRepository(), ScheduleRepository(), SettingsRepository()

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.database.executions import PRUNED_AT_ONCE, ExecutionFilter, ExecutionRepository, PageKey
-from app.models import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
 from tests.unit.database.conftest import NOON
 
 EXECUTIONS = ExecutionRepository()

@@ -5,10 +5,10 @@ import pytest
 import requests
 import responses as responses_library
 
-from app.services.mir.address import Address
-from app.services.mir.client import RobotClient
-from app.services.mir.credentials import Token
-from app.services.mir.transport import API, Response, Timeouts
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.transport import API, Response, Timeouts
 
 TOKEN = Token.derive("distributor", "distributor")
 ROBOT = "http://robot.test"

@@ -1,7 +1,7 @@
 import pytest
 
-from app.models import InvalidInput
-from app.services.mir.address import Address, InvalidAddress
+from app.domain.models import InvalidInput
+from app.mir.address import Address, InvalidAddress
 
 
 @pytest.mark.parametrize(("text", "url"), [

@@ -8,8 +8,9 @@ import pytest
 import requests
 from responses import RequestsMock, matchers
 
-from app.services.mir.client import RobotClient
-from app.services.mir.errors import (
+from app.domain.robot import MapPosition, MissionInfo, MissionParameter, Pose, QueueState, Register, RobotState
+from app.mir.client import RobotClient
+from app.mir.errors import (
     Busy,
     Delivery,
     NotAMir,
@@ -19,7 +20,6 @@ from app.services.mir.errors import (
     Unauthorized,
     Unreadable,
 )
-from app.services.mir.types import MapPosition, MissionInfo, MissionParameter, Pose, QueueState, Register, RobotState
 from tests.unit.mir.answers import MAP, MISSION, STATUS, item
 from tests.unit.mir.conftest import TOKEN
 from tests.unit.mir.test_parse import png

@@ -3,8 +3,8 @@ import hashlib
 
 import pytest
 
-from app.models import InvalidInput
-from app.services.mir.credentials import Token, normalise_fingerprint
+from app.domain.models import InvalidInput
+from app.mir.credentials import Token, normalise_fingerprint
 
 HEADER = "Basic ZGlzdHJpYnV0b3I6NjJmMmYwZjFlZmYxMGQzMTUyYzk1ZjZmMDU5NjU3NmU0ODJiYjhlNDQ4MDY0MzNmNGNmOTI5NzkyODM0YjAxNA=="
 

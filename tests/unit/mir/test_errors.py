@@ -2,8 +2,8 @@ import string
 
 import pytest
 
-from app.services.mir import errors
-from app.services.mir.errors import (
+from app.mir import errors
+from app.mir.errors import (
     SENTENCES,
     AnotherRobot,
     Busy,

@@ -11,12 +11,12 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.services.mir.address import Address
-from app.services.mir.client import RobotClient
-from app.services.mir.credentials import Token
-from app.services.mir.errors import Delivery, RobotError
-from app.services.mir.transport import HttpTransport, Response, Timeouts
-from app.services.mir.types import QueueItem, RobotState, RobotStatus
+from app.domain.robot import QueueItem, RobotState, RobotStatus
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import Delivery, RobotError
+from app.mir.transport import HttpTransport, Response, Timeouts
 from tests.unit.mir.answers import STATUS, item
 from tests.unit.mir.servers import Conversation, Server
 

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.services.mir import mission_queue
-from app.services.mir.address import Address
-from app.services.mir.client import RobotClient
-from app.services.mir.credentials import Token
-from app.services.mir.errors import Busy, Rejected, Unreadable
-from app.services.mir.transport import Response, Timeouts
+from app.mir import mission_queue
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import Busy, Rejected, Unreadable
+from app.mir.transport import Response, Timeouts
 from tests.unit.mir.answers import item, short
 
 

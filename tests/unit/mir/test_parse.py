@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from app.services.mir import parse
-from app.services.mir.errors import NotAMir, Unreadable
-from app.services.mir.parameters import from_actions, from_definition
-from app.services.mir.types import MissionParameter, Pose, QueueState, RobotProblem, RobotState, UserPrompt
+from app.domain.robot import MissionParameter, Pose, QueueState, RobotProblem, RobotState, UserPrompt
+from app.mir import parse
+from app.mir.errors import NotAMir, Unreadable
+from app.mir.parameters import from_actions, from_definition
 from tests.unit.mir.answers import STATUS, item, short
 
 

@@ -16,13 +16,13 @@ from pathlib import Path
 
 import pytest
 
-from app.services.mir import connections
-from app.services.mir.address import Address
-from app.services.mir.client import RobotClient
-from app.services.mir.connections import AddressInfo, Resolver, look_up
-from app.services.mir.credentials import Token
-from app.services.mir.errors import ConnectionLost, Delivery, NotAMir, RobotError, TimedOut, Unreachable, Unreadable
-from app.services.mir.transport import LONGEST_BODY, HttpTransport, Timeouts
+from app.mir import connections
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.connections import AddressInfo, Resolver, look_up
+from app.mir.credentials import Token
+from app.mir.errors import ConnectionLost, Delivery, NotAMir, RobotError, TimedOut, Unreachable, Unreadable
+from app.mir.transport import LONGEST_BODY, HttpTransport, Timeouts
 from tests.unit.mir.answers import MISSION, STATUS
 from tests.unit.mir.servers import HEAD, Conversation, Server, closed_port
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.services.mir.texts import LONGEST_TEXT, clean, resolve
+from app.mir.texts import LONGEST_TEXT, clean, resolve
 
 
 @pytest.mark.parametrize(("raw", "text"), [

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from app.models import InvalidInput
-from app.services.mir.address import Address
-from app.services.mir.client import RobotClient
-from app.services.mir.connections import presented_fingerprint
-from app.services.mir.credentials import Token
-from app.services.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, Delivery, RobotError, TimedOut, Unreachable
-from app.services.mir.transport import Timeouts
+from app.domain.models import InvalidInput
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.connections import presented_fingerprint
+from app.mir.credentials import Token
+from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, Delivery, RobotError, TimedOut, Unreachable
+from app.mir.transport import Timeouts
 from tests.unit.mir.answers import MISSION, STATUS
 from tests.unit.mir.servers import HEAD, Conversation, Server, closed_port
 

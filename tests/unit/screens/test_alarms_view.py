@@ -5,8 +5,8 @@ from datetime import timedelta
 
 import pytest
 
-from app.models import Alarm
-from app.screens.alarms_view import (
+from app.domain.models import Alarm
+from app.screens.common.alarms_view import (
     Act,
     Here,
     Way,
@@ -24,7 +24,7 @@ from app.screens.alarms_view import (
     tab_words,
     way_to,
 )
-from app.services.alarms import EVENTS, SENTENCES
+from app.services.live.alarms import EVENTS, SENTENCES
 from tests.support.alarms import alarm
 from tests.support.home_facts import FACTS, NOW, SETTINGS, ago
 

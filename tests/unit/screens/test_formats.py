@@ -6,7 +6,7 @@ from datetime import UTC, date, datetime, time, timedelta
 import pytest
 
 from app.i18n import translator
-from app.screens import formats
+from app.screens.common import formats
 
 ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 11, 20, 12, 38, 5, tzinfo=UTC)      # 14:38:05 in Helsinki

@@ -6,11 +6,11 @@ from datetime import timedelta
 
 import pytest
 
-from app.models import Alarm, Connection, Priority, Wait
-from app.screens.alarms_view import NOWHERE, Act, Here
-from app.screens.frame_view import Worries, banner, late_starts, open_worries, robot_option, top_bar, worry_row
-from app.services.alarms import SENTENCES
-from app.services.holds import Hold
+from app.domain.models import Alarm, Connection, Priority, Wait
+from app.screens.common.alarms_view import NOWHERE, Act, Here
+from app.screens.frame.view import Worries, banner, late_starts, open_worries, robot_option, top_bar, worry_row
+from app.services.live.alarms import SENTENCES
+from app.services.live.holds import Hold
 from tests.support.alarms import alarm
 from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago, snapshot
 

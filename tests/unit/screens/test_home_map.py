@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from app.models import Connection
-from app.screens.home_map import NO_MAP
-from app.screens.home_view import present
-from app.services.mir.types import Pose
+from app.domain.models import Connection
+from app.domain.robot import Pose
+from app.screens.home.map import NO_MAP
+from app.screens.home.view import present
 from tests.support.home_facts import EXECUTING, FACTS, HALL, NOW, READY, STOPPED, with_aino
 
 

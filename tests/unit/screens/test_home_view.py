@@ -6,14 +6,14 @@ from datetime import timedelta
 
 import pytest
 
+from app.domain.models import Connection, Reason, ReasonCode, Settings, State, Trigger, Wait
+from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.i18n import translator
-from app.models import Connection, Reason, ReasonCode, Settings, State, Trigger, Wait
-from app.screens.home_facts import HomeFacts
-from app.screens.home_lists import finished_rows, outcome_line, planned_rows, queue_note, queue_rows
-from app.screens.home_robot import battery_look, chips, link_look
-from app.screens.home_view import can_reset, present
-from app.services.mir.errors import Unreachable
-from app.services.mir.types import QueueItem, QueueState, RobotProblem, RobotState
+from app.mir.errors import Unreachable
+from app.screens.common.robot_appearance import battery_look, chips, link_look
+from app.screens.home.facts import HomeFacts
+from app.screens.home.lists import finished_rows, outcome_line, planned_rows, queue_note, queue_rows
+from app.screens.home.view import can_reset, present
 from tests.support.home_facts import (
     AINO,
     ASKING,

@@ -5,12 +5,12 @@ from datetime import date
 
 import pytest
 
-from app.models import ReasonCode
-from app.screens import logs_more_view as view
-from app.screens.logs_kpi_view import with_interval
-from app.services.durations import Band, DayMedian, Trend
-from app.services.kpi import Adherence, Delays
-from app.services.pareto import causes
+from app.domain.models import ReasonCode
+from app.screens.logs import more_view as view
+from app.screens.logs.kpi_view import with_interval
+from app.services.history.kpi import Adherence, Delays
+from app.services.history.pareto import causes
+from app.services.planning.durations import Band, DayMedian, Trend
 
 
 @pytest.mark.parametrize(("ran", "planned", "text"), [

@@ -6,9 +6,9 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.screens import logs_states as states
-from app.services.activity import ACTIVITIES, NO_DATA, ActivitySpan
-from app.services.robot_states import RobotTimeline
+from app.domain.activity import ACTIVITIES, NO_DATA, ActivitySpan
+from app.screens.logs import robot_states as states
+from app.services.history.robot_states import RobotTimeline
 
 ZONE = ZoneInfo("Europe/Helsinki")
 START = datetime(2026, 11, 19, 22, 0, tzinfo=UTC)          # midnight in Helsinki

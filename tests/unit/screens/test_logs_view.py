@@ -5,13 +5,13 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.models import Execution, Reason, ReasonCode, Robot, State, Trigger, Usual, Wait
-from app.screens import logs_kpi_view as figures_view
-from app.screens import logs_view as view
-from app.screens.logs_facts import filter_of, period_with
-from app.screens.logs_figures import Figures
-from app.screens.logs_view import UNDER_WAY, Chosen, Period
-from app.services.kpi import Adherence, DayKpis, Delays, RobotKpis, ThesisKpis
+from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Trigger, Usual, Wait
+from app.screens.logs import kpi_view as figures_view
+from app.screens.logs import view
+from app.screens.logs.facts import filter_of, period_with
+from app.screens.logs.figures import Figures
+from app.screens.logs.view import UNDER_WAY, Chosen, Period
+from app.services.history.kpi import Adherence, DayKpis, Delays, RobotKpis, ThesisKpis
 
 ZONE = ZoneInfo("Europe/Helsinki")
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)

@@ -3,8 +3,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.parameters_view import Problems, fields_of, values_of
-from app.services.mir.types import MissionParameter
+from app.domain.robot import MissionParameter
+from app.screens.common.parameters_view import Problems, fields_of, values_of
 
 PLACE = MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1")
 COUNT = MissionParameter("count", "Pallets", "Integer", 2, 1, 8)

@@ -9,11 +9,11 @@ from html.parser import HTMLParser
 
 import pytest
 
+from app.domain.models import Alarm, Priority, Reason, ReasonCode, State, Trigger
 from app.i18n import translator
-from app.models import Alarm, Priority, Reason, ReasonCode, State, Trigger
-from app.screens import report_page
-from app.services.kpi import KpiFilter
-from app.services.shift_report import LINES, SHIFT, ReportPeriod, ShiftReports, bounds, shared
+from app.screens.logs import report_page
+from app.services.history.kpi import KpiFilter
+from app.services.history.shift_report import LINES, SHIFT, ReportPeriod, ShiftReports, bounds, shared
 from tests.support import month
 from tests.support.kpi_world import HELSINKI, NOON, World
 

@@ -2,15 +2,15 @@
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 
-from app.models import DayException, Mission, Robot, Schedule, Settings
-from app.screens import scheduler_form_view as form
-from app.screens import scheduler_view as view
-from app.screens.scheduler_draft import Draft, Kind
-from app.screens.scheduler_facts import SchedulerFacts
-from app.screens.scheduler_form_view import Preview
-from app.screens.scheduler_timeline import timeline
-from app.services.forecast import Concern, ConcernCode, Forecast
-from app.services.recurrence import Occurrence
+from app.domain.models import DayException, Mission, Robot, Schedule, Settings
+from app.screens.scheduler import form_view as form
+from app.screens.scheduler import view
+from app.screens.scheduler.draft import Draft, Kind
+from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.form_view import Preview
+from app.screens.scheduler.timeline import timeline
+from app.services.catalogue.preview import Concern, ConcernCode, Forecast
+from app.services.planning.recurrence import Occurrence
 
 NOW = datetime(2026, 11, 19, 12, 38, tzinfo=UTC)                       # Thursday, 14:38 in Helsinki
 FRIDAY, SATURDAY = date(2026, 11, 20), date(2026, 11, 21)

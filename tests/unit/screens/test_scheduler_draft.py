@@ -4,8 +4,8 @@ from datetime import date, datetime, time
 
 import pytest
 
-from app.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
-from app.screens.scheduler_draft import LAST, Draft, Kind, Unit
+from app.domain.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
+from app.screens.scheduler.draft import LAST, Draft, Kind, Unit
 
 MONDAY = date(2026, 11, 23)
 

@@ -5,13 +5,13 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.models import Execution, Mission, Robot, Schedule, Settings, State, Trigger
-from app.screens import scheduler_hold_view as hold_words
-from app.screens import scheduler_view as view
-from app.screens.scheduler_facts import SchedulerFacts
-from app.screens.scheduler_timeline import timeline
-from app.services.holds import Hold
-from app.services.plan import PlannedRun
+from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State, Trigger
+from app.screens.scheduler import hold_view as hold_words
+from app.screens.scheduler import view
+from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.timeline import timeline
+from app.services.live.holds import Hold
+from app.services.planning.plan import PlannedRun
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
 ZONE = "Europe/Helsinki"

@@ -5,16 +5,29 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.models import Execution, InvalidInput, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Usual
-from app.screens import scheduler_form_view as form
-from app.screens import scheduler_view as view
-from app.screens.scheduler_draft import Draft, Kind
-from app.screens.scheduler_facts import SchedulerFacts, Window, window_start
-from app.screens.scheduler_form_view import Preview
-from app.screens.scheduler_timeline import ASSUMED_S, moved, span_words, timeline, zoomed
-from app.services.forecast import Concern, ConcernCode, Forecast
-from app.services.plan import PlannedRun
-from app.services.recurrence import Occurrence
+from app.domain.models import (
+    Execution,
+    InvalidInput,
+    Mission,
+    Overlap,
+    Reason,
+    ReasonCode,
+    Robot,
+    Schedule,
+    Settings,
+    State,
+    Trigger,
+    Usual,
+)
+from app.screens.scheduler import form_view as form
+from app.screens.scheduler import view
+from app.screens.scheduler.draft import Draft, Kind
+from app.screens.scheduler.facts import SchedulerFacts, Window, window_start
+from app.screens.scheduler.form_view import Preview
+from app.screens.scheduler.timeline import ASSUMED_S, moved, span_words, timeline, zoomed
+from app.services.catalogue.preview import Concern, ConcernCode, Forecast
+from app.services.planning.plan import PlannedRun
+from app.services.planning.recurrence import Occurrence
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
 HELSINKI = ZoneInfo("Europe/Helsinki")

@@ -4,13 +4,13 @@ from __future__ import annotations
 from datetime import date
 from pathlib import Path
 
+from app.domain.models import DayException, Settings
 from app.i18n import translator
-from app.models import DayException, Settings
-from app.screens import settings_calendar_view as view
-from app.screens.country_names import translations
-from app.screens.settings_facts import SettingsFacts
-from app.services import national_holidays
-from app.services.calendar_import import Imported
+from app.screens.settings import calendar_view as view
+from app.screens.settings.country_names import translations
+from app.screens.settings.facts import SettingsFacts
+from app.services.files.calendar_import import Imported
+from app.services.planning import public_holidays
 
 TODAY = date(2026, 11, 20)
 SHUTDOWN = DayException("Shutdown", date(2026, 12, 24), date(2027, 1, 3), yearly=True, source="plant.ics", id=1)
@@ -84,6 +84,6 @@ def test_countries_are_called_and_ordered_by_their_name_in_the_language():
 
 
 def test_names_of_countries_are_those_of_the_library():
-    known = national_holidays.countries()
+    known = public_holidays.countries()
     assert {code for code in translations() if code not in known} == set()
     assert {code for code, name in translations().items() if known[code] != name} == {"AX", "HK"}      # Åland, Hong Kong

@@ -4,14 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from app.models import Connection, IdleRule, InvalidInput, Mission, Robot, RobotSnapshot, Schedule, Settings
-from app.screens import settings_missions_view as missions_view
-from app.screens import settings_view as view
-from app.screens.settings_facts import SettingsFacts
-from app.services.data_files import Backup
-from app.services.mir.errors import TimedOut, Unreachable
-from app.services.mir.types import Identity, MissionInfo, RobotStatus
-from app.told import told
+from app.domain.message import told
+from app.domain.models import Connection, IdleRule, InvalidInput, Mission, Robot, RobotSnapshot, Schedule, Settings
+from app.domain.robot import Identity, MissionInfo, RobotStatus
+from app.mir.errors import TimedOut, Unreachable
+from app.screens.settings import missions_view, view
+from app.screens.settings.facts import SettingsFacts
+from app.services.files.exports import Backup
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 AINO = Robot("Aino", "http://10.40.12.21", "scheduler", id=1, serial_number="200104012", model="MiR250", software="3.5.4")

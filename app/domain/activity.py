@@ -1,0 +1,124 @@
+"""What a robot is doing, in the few words that utilisation counts, and the spans of time for which it was seen doing it."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+
+from app.domain.robot import RobotState, RobotStatus
+
+ACTIVITIES = ("executing", "charging", "idle", "paused", "error", "offline")
+NO_DATA = "no_data"                      # nobody looked: told when reading, never stored
+CLOCK_STEP_S = 5.0                       # the wall clock differs from the monotonic one by more: it was set, or the tablet slept
+
+
+@dataclass(frozen=True)
+class ActivitySpan:
+    """One of ``ACTIVITIES``, or NO_DATA, over [start, end)."""
+    activity: str
+    start: datetime
+    end: datetime
+
+    @property
+    def seconds(self) -> float:
+        return (self.end - self.start).total_seconds()
+
+
+def activity_of(status: RobotStatus) -> str:
+    """One of ``ACTIVITIES``. Charging is told by the mission text or the state Docked, as hardware clients do (reference, section 2: R)."""
+    if status.state is RobotState.DOCKED or status.mission_text.startswith("Charging"):
+        return "charging"
+    match status.state:
+        case RobotState.EXECUTING | RobotState.DOCKING:
+            return "executing"
+        case RobotState.PAUSE | RobotState.MANUAL_CONTROL:
+            return "paused"
+        case RobotState.ERROR | RobotState.EMERGENCY_STOP:
+            return "error"
+    return "idle"
+
+
+class SpanRecorder:
+    """Turns looks at one robot into spans. The time since the last look belongs to what is seen now, as it does in the observed time; a gap
+    that is too long, and a wall clock that was set, leave a hole."""
+
+    def __init__(self) -> None:
+        self._span: ActivitySpan | None = None
+        self._mono = 0.0
+        self._done: list[ActivitySpan] = []
+        self.has_changed = False         # since ``take``: something else is being done
+
+    def saw(self, activity: str, now: datetime, mono: float, longest_gap: float) -> None:
+        """``mono`` and ``longest_gap`` in monotonic seconds."""
+        span, passed = self._span, mono - self._mono
+        follows = span is not None and 0 <= passed <= longest_gap and abs((now - span.end).total_seconds() - passed) <= CLOCK_STEP_S
+        self._mono = mono
+        if span is not None and follows and span.activity == activity:
+            self._span = replace(span, end=max(now, span.end))
+            return
+        if span is not None and span.end > span.start:
+            self._done.append(span)
+        self._span = ActivitySpan(activity, span.end if span is not None and follows else now, now)
+        if follows and now < self._span.start:
+            self._span = replace(self._span, end=self._span.start)
+        self.has_changed = True
+
+    def take(self) -> Sequence[ActivitySpan]:
+        """What has to be stored: spans that ended since the last time, and the present one, which will be lengthened."""
+        spans = [*self._done, *([self._span] if self._span is not None and self._span.end > self._span.start else [])]
+        self._done, self.has_changed = [], False
+        return spans
+
+
+# ---------------------------------------------------------------------- reading them
+def without_gaps(stored: Sequence[ActivitySpan], start: datetime, end: datetime) -> list[ActivitySpan]:
+    """[start, end) from edge to edge: NO_DATA where nobody looked, neighbours of the same kind joined.
+
+    Where spans overlap (the clock had been set back), the one that began later holds.
+    """
+    found: list[ActivitySpan] = []
+
+    def put(activity: str, since: datetime, until: datetime) -> None:
+        if until <= since:
+            return
+        if found and found[-1].activity == activity:
+            found[-1] = replace(found[-1], end=until)
+        else:
+            found.append(ActivitySpan(activity, since, until))
+
+    ordered = sorted((span for span in stored if span.start < end), key=lambda span: span.start)
+    at = start
+    for n, span in enumerate(ordered):
+        until = min(span.end, end, *(ordered[n + 1].start,) if n + 1 < len(ordered) else ())
+        if until <= at:
+            continue
+        put(NO_DATA, at, max(span.start, at))
+        put(span.activity, max(span.start, at), until)
+        at = until
+    put(NO_DATA, at, end)
+    return found
+
+
+def as_drawn(spans: Sequence[ActivitySpan], columns: int) -> list[ActivitySpan]:
+    """Spans that follow each other without gaps, thinned out for a band of so many columns: in each the activity that took the most of it,
+    or "error" when there was any, which is too short to be lost."""
+    if not spans or len(spans) <= columns:
+        return list(spans)
+    start, width = spans[0].start, (spans[-1].end - spans[0].start) / columns
+    found: list[ActivitySpan] = []
+    first = 0
+    for column in range(columns):
+        left, right = start + width * column, spans[-1].end if column == columns - 1 else start + width * (column + 1)
+        while spans[first].end <= left:
+            first += 1
+        shares: dict[str, timedelta] = {}
+        for span in spans[first:]:
+            if span.start >= right:
+                break
+            shares[span.activity] = shares.get(span.activity, timedelta()) + min(span.end, right) - max(span.start, left)
+        activity = "error" if "error" in shares else max(shares, key=lambda name: shares[name])
+        if found and found[-1].activity == activity:
+            found[-1] = replace(found[-1], end=right)
+        else:
+            found.append(ActivitySpan(activity, left, right))
+    return found

@@ -1,0 +1,350 @@
+"""The words that every layer speaks, as frozen dataclasses and enums (design: "Words", "Execution ledger").
+
+Instants are timezone-aware UTC ``datetime``; a schedule's ``start`` is naive wall-clock time in its own zone. Durations are seconds
+unless a name says otherwise. Identifiers are database keys; names are what people and files use.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import date, datetime, time, timedelta
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Any
+
+from app.domain.message import Told, tell, told
+from app.domain.robot import QueueItem, RobotStatus
+
+WEEKDAYS = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
+
+
+class Trigger(StrEnum):
+    """What caused an execution."""
+    SCHEDULED = "scheduled"
+    MANUAL = "manual"
+    IDLE = "idle"
+
+
+class State(StrEnum):
+    """Where an execution stands; see the ledger's diagram in the design."""
+    WAITING = "waiting"
+    SUBMITTING = "submitting"
+    QUEUED = "queued"
+    EXECUTING = "executing"
+    COMPLETED = "completed"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    SKIPPED = "skipped"
+    MISSED = "missed"
+
+    @property
+    def is_open(self) -> bool:
+        return self in OPEN_STATES
+
+
+OPEN_STATES = (State.WAITING, State.SUBMITTING, State.QUEUED, State.EXECUTING)
+ENDED_STATES = tuple(state for state in State if state not in OPEN_STATES)
+
+
+class ReasonCode(StrEnum):
+    """Why an execution is not completed: the closed list of the contract."""
+    ROBOT_ABORTED = "robot_aborted"
+    RETRY_LIMIT = "retry_limit"
+    WINDOW_CLOSED = "window_closed"
+    UNAUTHORIZED = "unauthorized"
+    UNKNOWN_MISSION = "unknown_mission"
+    REFUSED = "refused"
+    WRONG_ROBOT = "wrong_robot"
+    VANISHED = "vanished"
+    UNKNOWN_OUTCOME = "unknown_outcome"
+    USER_CANCELLED = "user_cancelled"
+    QUEUE_CLEARED = "queue_cleared"
+    SCHEDULE_CHANGED = "schedule_changed"
+    ROBOT_REMOVED = "robot_removed"
+    BATTERY_LOW = "battery_low"
+    OVERLAP = "overlap"
+    HOLD = "hold"
+    APP_DOWN = "app_down"
+    CLOCK_IMPLAUSIBLE = "clock_implausible"
+
+
+STATE_OF_REASON: Mapping[ReasonCode, State] = MappingProxyType({
+    **dict.fromkeys((ReasonCode.ROBOT_ABORTED, ReasonCode.RETRY_LIMIT, ReasonCode.WINDOW_CLOSED, ReasonCode.UNAUTHORIZED,
+                     ReasonCode.UNKNOWN_MISSION, ReasonCode.REFUSED, ReasonCode.WRONG_ROBOT, ReasonCode.VANISHED,
+                     ReasonCode.UNKNOWN_OUTCOME), State.FAILED),
+    **dict.fromkeys((ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED, ReasonCode.SCHEDULE_CHANGED,
+                     ReasonCode.ROBOT_REMOVED), State.CANCELLED),
+    **dict.fromkeys((ReasonCode.BATTERY_LOW, ReasonCode.OVERLAP, ReasonCode.HOLD), State.SKIPPED),
+    **dict.fromkeys((ReasonCode.APP_DOWN, ReasonCode.CLOCK_IMPLAUSIBLE), State.MISSED),
+})
+
+
+@dataclass(frozen=True)
+class Reason:
+    """A code and the numbers of its sentence; ``app.domain.reasons`` renders it in any language."""
+    code: ReasonCode
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def state(self) -> State:
+        """The state an execution ends in for this reason."""
+        return STATE_OF_REASON[self.code]
+
+
+class Wait(StrEnum):
+    """What holds a waiting execution just now (told on screen, never an outcome)."""
+    DUE = "due"                          # about to be sent
+    RETRY = "retry"                      # the last attempt failed
+    BATTERY = "battery"
+    HOLD = "hold"
+    LATE_START = "late_start"            # the app came back late; sent when the operator's 30 s are over
+    CLOCK = "clock"
+
+
+class Overlap(StrEnum):
+    """What happens when a schedule falls due while its previous execution is still open."""
+    SKIP = "skip"
+    QUEUE = "queue"
+
+
+@dataclass(frozen=True)
+class IdleRule:
+    """Idle automation of one robot: which mission after how many minutes (5–30) of idleness."""
+    mission_id: int
+    after_minutes: int = 10
+    enabled: bool = True
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A configured robot. ``token`` is the Authorization header value, a secret: never printed, logged or exported."""
+    name: str
+    address: str
+    username: str = ""
+    token: str | None = field(default=None, repr=False)
+    id: int = 0
+    enabled: bool = True
+    needs_password: bool = False
+    certificate_sha256: str | None = None
+    serial_number: str | None = None     # of the machine that answered first; another one is a wrong robot
+    model: str | None = None
+    software: str | None = None
+    idle: IdleRule | None = None
+
+
+@dataclass(frozen=True)
+class Mission:
+    """A program on the robots, known by its guid. ``robot_id`` is set when the guid holds for that robot only."""
+    name: str
+    guid: str
+    id: int = 0
+    robot_id: int | None = None
+    favourite: bool = False
+    usual_minutes: int | None = None     # how long it takes as a person typed it, until runs on a robot show it
+
+
+@dataclass(frozen=True)
+class Between:
+    """The part of each day in which a sub-daily recurrence runs; both ends are included."""
+    start: time
+    end: time
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """A rule: which mission on which robot, when, how often, under which constraints."""
+    name: str
+    robot_id: int
+    mission_id: int
+    start: datetime                      # naive, whole minutes, in ``timezone``
+    timezone: str
+    recurrence: str | None = None        # RFC 5545 RRULE value; None = once
+    id: int = 0
+    enabled: bool = True
+    between: Between | None = None
+    minimum_battery_percent: float | None = None    # None inherits the setting, 0 means none
+    respect_working_days: bool = True
+    start_window_minutes: int | None = None         # None inherits the setting
+    overlap: Overlap = Overlap.SKIP
+    priority: int = 0
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    changed_at: datetime | None = None   # instants up to here write no row
+    next_at: datetime | None = None      # next occurrence, UTC; None when none is left or it is switched off
+    paused_until: datetime | None = None # occurrences before it are skipped
+
+    def is_paused(self, at: datetime) -> bool:
+        """Whether an occurrence at that instant is skipped because a person paused the schedule."""
+        return self.paused_until is not None and at < self.paused_until
+
+
+@dataclass(frozen=True)
+class Usual:
+    """How long a mission takes on a robot, in seconds: the median of the runs lately, what nine of ten stayed under, of how many runs; or
+    what a person typed, which is both and rests on none."""
+    median_s: float
+    slow_s: float
+    lasted_s: tuple[float, ...] = ()         # each of them, shortest first
+    typed: bool = False
+
+    @property
+    def runs(self) -> int:
+        return len(self.lasted_s)
+
+    def share_over(self, seconds: float) -> float:
+        """Of the runs, those that took longer; 0 … 1."""
+        return sum(lasted > seconds for lasted in self.lasted_s) / len(self.lasted_s) if self.lasted_s else 0.0
+
+
+@dataclass(frozen=True)
+class Execution:
+    """One run of a mission caused by this app, from planned to its end: one row of the ledger."""
+    trigger: Trigger
+    robot_id: int | None
+    robot: str
+    mission: str
+    mission_guid: str
+    planned_at: datetime
+    closes_at: datetime                  # submitted only before this instant (planned + max(window, 1 min))
+    created_at: datetime
+    token: str
+    timezone: str                        # the schedule's, or settings.timezone: the zone its times are written in
+    state: State = State.WAITING
+    id: int = 0
+    schedule_id: int | None = None
+    schedule: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    priority: int = 0
+    minimum_battery_percent: float | None = None    # resolved when the row was made; None or 0 = no minimum
+    reason: Reason | None = None
+    wait: Wait = Wait.DUE
+    wait_details: Mapping[str, Any] = field(default_factory=dict)
+    hold_until: datetime | None = None   # not sent before (back-off, late start)
+    attempts: int = 0
+    queue_floor: int | None = None       # highest queue id of the robot known before the last attempt
+    queue_id: int | None = None
+    cancel_code: ReasonCode | None = None           # asked for by the operator, not yet confirmed by the robot
+    submitted_at: datetime | None = None
+    started_at: datetime | None = None
+    ended_at: datetime | None = None
+    duration_s: float | None = None      # by the robot's own clock
+    robot_delay_s: float | None = None   # robot's started − ordered
+
+
+class Connection(StrEnum):
+    """How the robot answers."""
+    UNKNOWN = "unknown"                  # not asked yet
+    CONNECTED = "connected"
+    SLOW = "slow"
+    UNREACHABLE = "unreachable"
+    UNAUTHORIZED = "unauthorized"
+    WRONG_ROBOT = "wrong_robot"
+    NOT_A_ROBOT = "not_a_robot"
+    DISABLED = "disabled"
+
+
+@dataclass(frozen=True)
+class RobotSnapshot:
+    """The last known state of one robot, with the time it was read. Old values stay, with their age."""
+    robot_id: int
+    connection: Connection = Connection.UNKNOWN
+    status: RobotStatus | None = None
+    read_at: datetime | None = None      # of status
+    queue: tuple[QueueItem, ...] = ()    # running first, then pending in order, whoever put them there
+    queue_read_at: datetime | None = None
+    since: datetime | None = None        # of this connection state
+    problem: Told = ""                   # what the last failure says, empty when it answers
+    idle_since: datetime | None = None
+
+
+KEYBOARDS = ("auto", "on", "off")        # on the screen: when the tablet has none of its own, always, never
+FONT_SCALES = (100, 115, 130)            # %, of the size that texts have by themselves
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that can be set, with its default (contract: "Configuration file")."""
+    poll_interval_seconds: int = 30
+    retry_limit: int = 10
+    minimum_battery_percent: float | None = None
+    working_days: tuple[str, ...] = ("MO", "TU", "WE", "TH", "FR")
+    timezone: str = "UTC"                # replaced by the tablet's at the first start
+    start_window_minutes: int = 15
+    unknown_outcome_quiet_seconds: int = 90
+    history_limit: int | None = 100
+    # the tablet's own, not part of the configuration file
+    language: str = "en"
+    theme: str = "light"
+    gloves: bool = False                 # larger targets
+    font_scale_percent: int = 100        # one of FONT_SCALES
+    keyboard: str = "auto"               # one of KEYBOARDS
+    holiday_country: str = ""            # ISO 3166 code whose public holidays are no working days; empty: none are
+    holiday_subdivision: str = ""        # ISO 3166-2 part of it that has some of its own
+    selected_robot_id: int | None = None
+
+    @property
+    def poll_interval(self) -> timedelta:
+        return timedelta(seconds=self.poll_interval_seconds)
+
+    @property
+    def quiet_time(self) -> timedelta:
+        return timedelta(seconds=self.unknown_outcome_quiet_seconds)
+
+    def is_working_day(self, day: date) -> bool:
+        return WEEKDAYS[day.weekday()] in self.working_days
+
+
+@dataclass(frozen=True)
+class DayException:
+    """Days on which the weekly rule of working days does not hold: closed ones, or extra working days. Both ends are included."""
+    name: str
+    first_day: date
+    last_day: date
+    is_working: bool = False
+    yearly: bool = False                 # again in every later year
+    source: str = ""                     # the file it came with; empty: entered by hand
+    id: int = 0
+
+
+class Priority(StrEnum):
+    """How serious an alarm is."""
+    HIGH = "high"
+    MEDIUM = "medium"
+    LOW = "low"
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """Something a person should know: one line per (source, key), counted when it repeats (after ISA-18.2)."""
+    code: str                            # e.g. "app_was_off", "duplicate_healed"; app.services.live.alarms has the list
+    key: str                             # what it is about, e.g. "robot:3"; with code the identity
+    priority: Priority
+    raised_at: datetime
+    details: Mapping[str, Any] = field(default_factory=dict)
+    id: int = 0
+    last_at: datetime | None = None
+    count: int = 1
+    cleared_at: datetime | None = None
+    acknowledged_at: datetime | None = None
+    note: str = ""
+    shelved_until: datetime | None = None
+
+
+class InvalidInput(ValueError):
+    """Something a person or a file gave that can't be taken.
+
+    ``field`` names where it was entered, ``text`` is one English sentence with how to mend it; ``msgid`` and ``details`` let screens
+    translate it.
+    """
+
+    def __init__(self, field: str, msgid: str, **details: Any) -> None:
+        self.field, self.msgid, self.details = field, msgid, details
+        super().__init__(tell(self.told))
+
+    @property
+    def told(self) -> Mapping[str, Any]:
+        """What its sentence is made of."""
+        return told(self.msgid, **self.details)
+
+    @property
+    def text(self) -> str:
+        return str(self)

@@ -1,0 +1,168 @@
+"""Why an execution ended as it did, or waits: stored as a code and numbers, told in one sentence (contract: "reason_code").
+
+Nothing here ever fails: a row of an older version, or one whose details are missing or odd, still gets a sentence.
+"""
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from datetime import datetime, tzinfo
+from types import MappingProxyType
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from app.domain import writing
+from app.domain.message import decimal, is_told, tell
+from app.domain.models import Execution, Reason, ReasonCode, State, Wait
+from app.domain.writing import Translate
+
+Template = tuple[tuple[str, ...], str]                       # the details it needs, and the English text
+
+# The first template whose details are known is taken; the last one of each code needs none.
+_TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
+    ReasonCode.ROBOT_ABORTED: ((("message",), "The robot ended it: {message}"), ((), "The robot ended it without saying why")),
+    ReasonCode.RETRY_LIMIT: ((("attempts", "problem"), "Given up at attempt {attempts}: {problem}"),
+                             (("attempts",), "Given up at attempt {attempts}"), ((), "Given up after too many attempts")),
+    ReasonCode.WINDOW_CLOSED: ((("attempts", "until", "problem"), "Its start window closed at {until} after attempt {attempts}: {problem}"),
+                               (("until", "problem"), "Its start window closed at {until}: {problem}"),
+                               (("until",), "Its start window closed at {until} before it could be sent"),
+                               ((), "Its start window closed before it could be sent")),
+    ReasonCode.UNAUTHORIZED: (((), "The robot refused user name or password: enter them again in Settings"),),
+    ReasonCode.UNKNOWN_MISSION: ((("mission",), "The robot has no mission {mission}: choose another or create it there"),
+                                 ((), "The robot has no such mission: choose another or create it there")),
+    ReasonCode.REFUSED: ((("problem",), "The robot refused it: {problem}"), ((), "The robot refused it")),
+    ReasonCode.WRONG_ROBOT: ((("found", "expected"), "Another robot answered at this address: serial number {found} instead of {expected}"),
+                             ((), "Another robot answered at this address")),
+    ReasonCode.VANISHED: ((("queue_id",), "Queue item {queue_id} is gone from the robot"), ((), "It is gone from the robot's queue")),
+    ReasonCode.UNKNOWN_OUTCOME: ((("problem",), "Nobody knows whether the robot received it: {problem}"),
+                                 ((), "Nobody knows whether the robot received it")),
+    ReasonCode.USER_CANCELLED: (((), "Cancelled by a person"),),
+    ReasonCode.QUEUE_CLEARED: (((), "Cancelled with the robot's whole queue"),),
+    ReasonCode.SCHEDULE_CHANGED: (((), "Its schedule was changed, switched off or deleted while it waited"),),
+    ReasonCode.ROBOT_REMOVED: ((("robot",), "Robot {robot} is switched off or was removed"),
+                               ((), "The robot is switched off or was removed")),
+    ReasonCode.BATTERY_LOW: ((("battery", "minimum", "until"), "Battery {battery} % stayed under {minimum} % until {until}"),
+                             (("minimum", "until"), "Battery unknown until {until}, at least {minimum} % wanted"),
+                             (("minimum",), "Battery stayed under {minimum} % for its whole start window"),
+                             ((), "Battery stayed under the minimum for its whole start window")),
+    ReasonCode.OVERLAP: ((("planned_at",), "The run planned for {planned_at} was still under way"),
+                         ((), "Its previous run was still under way")),
+    ReasonCode.HOLD: ((("hold", "until"), "Held back until {until_with_date}: {hold}"), (("until",), "Held back until {until_with_date}"),
+                      (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
+                      ((), "Skipped or held back by a person")),
+    ReasonCode.APP_DOWN: ((("start", "end"), "The app was off or asleep from {start} to {end}"),
+                          (("until",), "The app was off or asleep until its start window closed at {until}"),
+                          ((), "The app was off or asleep")),
+    ReasonCode.CLOCK_IMPLAUSIBLE: ((("start", "end"), "The tablet's clock could not be trusted from {start} to {end}"),
+                                   (("until",), "The tablet's clock could not be trusted until its start window closed at {until}"),
+                                   ((), "The tablet's clock could not be trusted")),
+})
+
+_WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType({
+    Wait.DUE: (((), "Is being sent"),),
+    Wait.RETRY: ((("attempts", "problem"), "Attempt {attempts} failed: {problem}; trying again until {closes_at}"),
+                 ((), "The last attempt failed; trying again until {closes_at}")),
+    Wait.BATTERY: ((("battery", "minimum"), "Battery {battery} % is under {minimum} %; waits until {closes_at}"),
+                   (("minimum",), "Battery unknown, at least {minimum} % wanted; waits until {closes_at}"),
+                   ((), "Battery under the minimum; waits until {closes_at}")),
+    Wait.HOLD: ((("hold",), "Held back: {hold}; waits until {closes_at}"), ((), "Held back; waits until {closes_at}")),
+    Wait.LATE_START: (((), "Starts late because the app was off; can be held back now"),),
+    Wait.CLOCK: (((), "The tablet's clock can't be trusted; waits until {closes_at}"),),
+})
+
+_UNDER_WAY: Mapping[State, str] = MappingProxyType({
+    State.SUBMITTING: "Checking with the robot",
+    State.QUEUED: "In the robot's queue",
+    State.EXECUTING: "Running on the robot",
+})
+
+_INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at"})
+_LONGEST = 400                                               # characters of a text that came from elsewhere
+
+
+def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
+    """One sentence; ``zone`` is the one its times are told in."""
+    return _tell(_TEMPLATES.get(reason.code, (((), str(reason.code)),)), reason.details, zone, translate)
+
+
+def to_store(reason: Reason) -> dict[str, Any]:
+    """As it is kept in the details of something else; ``stored_sentence`` tells it."""
+    return {"code": str(reason.code), "details": dict(reason.details)}
+
+
+def stored_sentence(stored: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
+    """The sentence of ``to_store``; the code itself when this version does not know it."""
+    details = stored.get("details")
+    try:
+        return sentence(Reason(ReasonCode(str(stored.get("code"))), details if isinstance(details, Mapping) else {}), zone, translate)
+    except ValueError:
+        return str(stored.get("code"))
+
+
+def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, translate: Translate = lambda text: text) -> str:
+    """What holds an open execution just now, in its own zone unless another is given; empty for one that has ended."""
+    if execution.state is State.WAITING:
+        details = {**execution.wait_details, "attempts": execution.attempts, "closes_at": execution.closes_at}
+        return _tell(_WAITS[execution.wait], details, zone or execution.timezone, translate)
+    return translate(_UNDER_WAY[execution.state]) if execution.state in _UNDER_WAY else ""
+
+
+def _tell(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+    known = _known(details, known_zone(zone), translate)
+    text = next((text for needed, text in templates if known.keys() >= set(needed)), templates[-1][1])
+    translated = translate(text)
+    try:
+        return translated.format(**known)
+    except (KeyError, IndexError, ValueError, AttributeError):   # a translation with a wrong placeholder
+        return text.format(**known) if text != translated else text
+
+
+def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> dict[str, str]:
+    """What can be told, as text. Times have their date with them when they lie on different days, or as ``…_with_date``."""
+    instants = _instants(details, zone)
+    known = {f"{name}_with_date": writing.day_and_time(instant, translate) for name, instant in instants.items()}
+    known |= instants_in_words(details, zone, translate)
+    for name, value in details.items():
+        value = tell(value, translate) if is_told(value) else value
+        if name not in _INSTANTS and (text := _text(value, translate)) and (name, value) != ("attempts", 0):
+            known[str(name)] = translate(text) if name == "hold" else text       # those that are offered are known by their English word
+    return known
+
+
+def instants_in_words(details: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> dict[str, str]:
+    """The details that are instants, as wall time of ``zone``: with the date when they lie on different days."""
+    instants = _instants(details, known_zone(zone))
+    is_one_day = len({instant.date() for instant in instants.values()}) == 1
+    in_words = writing.time_of_day if is_one_day else writing.day_and_time
+    return {name: in_words(instant, translate) for name, instant in instants.items()}
+
+
+def _instants(details: Mapping[str, Any], zone: tzinfo) -> dict[str, datetime]:
+    return {name: instant for name in _INSTANTS if (instant := _instant(details.get(name), zone)) is not None}
+
+
+def _text(value: object, translate: Translate) -> str:
+    """Numbers as the language writes them, without needless decimals, texts on one line; empty when it says nothing."""
+    if value is None or isinstance(value, bool):
+        return ""
+    if isinstance(value, float):
+        return "" if not math.isfinite(value) else decimal(f"{value:.1f}".removesuffix(".0"), translate)
+    text = " ".join(str(value).split())
+    return text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
+
+
+def _instant(value: object, zone: tzinfo) -> datetime | None:
+    try:
+        instant = value if isinstance(value, datetime) else datetime.fromisoformat(str(value))
+        return instant.astimezone(zone) if instant.tzinfo else None
+    except (ValueError, OverflowError):
+        return None
+
+
+def known_zone(zone: tzinfo | str) -> tzinfo:
+    if isinstance(zone, tzinfo):
+        return zone
+    try:
+        return ZoneInfo(zone)
+    except (KeyError, ValueError, OSError):                  # a zone that this system does not know
+        return ZoneInfo("UTC")

@@ -1,0 +1,72 @@
+"""Pure decisions about one waiting execution: what holds it, when it is tried again, and what it ends as. No I/O, no clock."""
+from __future__ import annotations
+
+import uuid
+from collections.abc import Iterable
+from datetime import UTC, datetime, timedelta
+from functools import cache
+
+from app.domain.message import Told
+from app.domain.models import Execution, Reason, ReasonCode, Schedule, Settings, Wait
+
+SHORTEST_WINDOW = timedelta(minutes=1)
+LATE_START_HOLD = timedelta(seconds=30)
+EARLY = timedelta(milliseconds=100)      # before its instant an intent is on disk, so that then only the POST remains
+
+
+def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settings) -> datetime:
+    """Until when an execution may be sent: planned + max(window, 1 min) (contract: "Ranges")."""
+    minutes = settings.start_window_minutes if window_minutes is None else window_minutes
+    return planned_at + max(timedelta(minutes=minutes), SHORTEST_WINDOW)
+
+
+def minimum_battery(schedule: Schedule | None, settings: Settings) -> float | None:
+    """The limit that holds for a schedule; None when there is none (a schedule's 0 switches the setting's off)."""
+    own = schedule.minimum_battery_percent if schedule else None
+    return (settings.minimum_battery_percent if own is None else own) or None
+
+
+def token_of(install_id: str, schedule_id: int, planned_at: datetime) -> str:
+    """The identity of an occurrence on the robot. Deterministic, so that even a restored backup mints the same one."""
+    return str(uuid.uuid5(_namespace(install_id), f"{schedule_id}|{planned_at.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"))
+
+
+_namespace = cache(uuid.UUID)         # parsed once: there is one of them
+
+
+def in_dispatch_order(executions: Iterable[Execution]) -> list[Execution]:
+    """Due together on one robot: higher priority first, then planned time, then name."""
+    return sorted(executions, key=lambda e: (-e.priority, e.planned_at, e.schedule or e.mission, e.id))
+
+
+def back_off(attempts: int, settings: Settings) -> float:
+    """Seconds until the next try after ``attempts`` failed ones: 2, 4, 8 …, at most the poll interval."""
+    return float(min(2 ** min(attempts, 12), settings.poll_interval_seconds))
+
+
+def battery_allows(battery: float | None, minimum: float | None) -> bool:
+    """An unknown battery never satisfies a minimum (NaN compares false, so it does not either)."""
+    return minimum is None or (battery is not None and battery >= minimum)
+
+
+def after_failed_attempt(execution: Execution, settings: Settings, problem: Told) -> Reason | None:
+    """The end of an execution whose attempt has just failed, or None when it is tried again."""
+    if execution.attempts > settings.retry_limit:
+        return Reason(ReasonCode.RETRY_LIMIT, {"attempts": execution.attempts, "problem": problem})
+    return None
+
+
+def when_window_closed(execution: Execution, app_was_down: bool) -> Reason:
+    """Why an execution that was still waiting when its start window closed was not sent."""
+    until = execution.closes_at.isoformat()
+    match execution.wait:
+        case Wait.BATTERY:
+            return Reason(ReasonCode.BATTERY_LOW, {**execution.wait_details, "until": until})
+        case Wait.HOLD | Wait.LATE_START:
+            return Reason(ReasonCode.HOLD, {**execution.wait_details, "until": until})
+        case Wait.CLOCK:
+            return Reason(ReasonCode.CLOCK_IMPLAUSIBLE, {"until": until})
+    if app_was_down and execution.attempts == 0:
+        return Reason(ReasonCode.APP_DOWN, {"until": until})
+    return Reason(ReasonCode.WINDOW_CLOSED, {"attempts": execution.attempts, "until": until,
+                                             "problem": execution.wait_details.get("problem", "")})

@@ -1,0 +1,251 @@
+"""One MiR robot over its REST API v2.0.0.
+
+A client is used by one thread at a time: its robot's lane, or one action of the operator. Every call raises RobotError and nothing
+else; what a failed one may have done says ``error.delivery``. Calls that change something are never repeated here.
+"""
+from __future__ import annotations
+
+import json as json_module
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+from urllib.parse import quote
+
+from app.domain.message import told
+from app.domain.robot import (
+    Identity,
+    MapPosition,
+    MissionDetail,
+    MissionInfo,
+    MissionParameter,
+    QueueItem,
+    Register,
+    RobotMap,
+    RobotState,
+    RobotStatus,
+)
+from app.mir import parameters as mission_parameters
+from app.mir import parse
+from app.mir.address import Address
+from app.mir.credentials import Token
+from app.mir.errors import Busy, NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
+from app.mir.mission_queue import NOT_OFFERED, QueueReader
+from app.mir.texts import clean, resolve
+from app.mir.transport import API, HttpTransport, Response, Timeouts, Transport
+
+LONGEST_DESCRIPTION = 200   # characters of message and description (reference, section 3)
+LONGEST_ANSWER = 255        # characters of the answer to a prompt (reference, section 2)
+
+T = TypeVar("T")
+
+
+class RobotClient:
+    """``clock`` is a monotonic clock in seconds, for the elapsed time of answers; ``transport`` replaces HTTP in simulations."""
+
+    def __init__(self, address: Address, token: Token, *, certificate_sha256: str | None = None, transport: Transport | None = None,
+                 clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None) -> None:
+        self.address = address
+        self._token, self._clock, self._timeouts = token, clock, timeouts or Timeouts()
+        self._transport = transport or HttpTransport(address, token, certificate_sha256=certificate_sha256)
+        self._queue = QueueReader(self._entries, self.queue_item)
+
+    def close(self) -> None:
+        """Let go of the connection; a later call opens a new one."""
+        self._transport.close()
+
+    def __repr__(self) -> str:
+        return f"RobotClient({self.address})"
+
+    # ------------------------------------------------------------------ who and how
+    def status(self) -> RobotStatus:
+        """How the robot is; answered without credentials too. Raises NotAMir when something else answers."""
+        began = self._clock()
+        try:
+            answer = self._request("GET", "/status")
+        except Rejected as error:
+            if error.status in (404, 405, 410):
+                raise NotAMir(code="no_interface", address=self.address.netloc, status=error.status) from None
+            raise
+        return self._status(answer, self._clock() - began)
+
+    def identify(self) -> Identity:
+        """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where it is told."""
+        status = self.status()
+        try:
+            user = self._get("/users/me", lambda found: clean(parse.single(found, told("the user")).get("name"), 80))
+        except Rejected:
+            user = ""
+            self._queue.ids({"limit": "1"})                     # needs credentials as well
+        return Identity(status, user, status.software or self._software())
+
+    def _software(self) -> str | None:
+        """From software 3.x on; older robots tell it in a header, if at all."""
+        try:
+            return self._get("/software/system_status",
+                             lambda found: parse.text_or_none(parse.single(found, told("the system status")).get("application_version")))
+        except (Refusal, Unreadable, NotAMir):
+            return None
+
+    # ------------------------------------------------------------------ missions
+    def missions(self) -> list[MissionInfo]:
+        """All missions of the site that the robot has."""
+        return self._get("/missions", lambda found: parse.listed(found, told("the mission list"), parse.mission_info))
+
+    def mission(self, guid: str) -> MissionDetail:
+        """Raises Rejected with status 404 when the robot has no such mission."""
+        return self._get(f"/missions/{_segment(guid)}", parse.mission_detail)
+
+    def parameters(self, guid: str) -> list[MissionParameter]:
+        """What has to be given when this mission is queued; [] for most missions."""
+        mission = self.mission(guid)
+        if mission.has_user_parameters is False:
+            return []
+        own = f"{API}/missions/{_segment(guid)}"
+        for url, read in ((mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
+                          (mission.actions_url or f"{own}/actions", mission_parameters.from_actions)):
+            try:
+                found = self._get(url.removeprefix(API), read)
+            except Refusal as error:
+                if error.status not in NOT_OFFERED:
+                    raise
+                continue
+            if found:
+                return found
+        return []
+
+    # ------------------------------------------------------------------ the queue
+    def enqueue(self, mission_guid: str, *, description: str = "", message: str = "", priority: int = 0,
+                parameters: Mapping[str, Any] | None = None) -> int:
+        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201 with an integer id counts as accepted."""
+        body: dict[str, Any] = {"mission_id": mission_guid, "priority": priority}
+        if description:
+            body["description"] = description[:LONGEST_DESCRIPTION]
+        if message:
+            body["message"] = message[:LONGEST_DESCRIPTION]
+        if parameters:
+            body["parameters"] = [{"input_name": name, "value": value} for name, value in parameters.items()]
+        try:
+            json_module.dumps(body, allow_nan=False)
+        except (TypeError, ValueError, RecursionError):
+            raise Rejected(status=400, reason=told("a parameter can't be written as JSON"), address=self.address.netloc) from None
+        answer = self._request("POST", "/mission_queue", json=body)
+        if answer.status != 201:
+            raise Unreadable(address=self.address.netloc, problem=told("status {status} instead of 201", status=answer.status))
+        return self._read(answer, parse.queue_id)
+
+    def queue_item(self, queue_id: int) -> QueueItem:
+        """Raises Rejected with status 404 when the robot has no such item (any more)."""
+        return self._get(f"/mission_queue/{queue_id}", parse.queue_item)
+
+    def open_items(self) -> list[QueueItem]:
+        """Everything pending or executing, whoever put it there, by ascending id."""
+        return self._queue.open_items()
+
+    def items_after(self, id_floor: int) -> list[QueueItem]:
+        """Every item with a higher id, by ascending id. All of them, or it raises: "not there" is a reason to send again."""
+        return self._queue.items_after(id_floor)
+
+    def highest_queue_id(self) -> int | None:
+        """Highest id in the queue's history; where the robot can't sort, perhaps a lower one, which is safe to search from. None: empty."""
+        return self._queue.highest_id()
+
+    def cancel(self, queue_id: int) -> None:
+        """Abort one item. It stays in the robot's list as Aborted."""
+        self._request("DELETE", f"/mission_queue/{queue_id}")
+
+    def clear_queue(self) -> None:
+        """Abort everything pending and executing, whoever put it there."""
+        self._request("DELETE", "/mission_queue")
+
+    # ------------------------------------------------------------------ the robot
+    def set_state(self, state: RobotState) -> RobotStatus | None:
+        """READY: go on; PAUSE: pause what runs and hold the queue. Returns the status afterwards, where the robot gives it."""
+        if state not in (RobotState.READY, RobotState.PAUSE):
+            raise ValueError(state)
+        return self._put_status({"state_id": int(state)})
+
+    def clear_error(self) -> RobotStatus | None:
+        """Clear resettable errors. The robot then stands in Pause and does not move; going on is ``set_state(READY)``."""
+        return self._put_status({"clear_error": True})
+
+    def answer_prompt(self, guid: str, answer: str) -> RobotStatus | None:
+        """Answer the question with this guid (``RobotStatus.user_prompt``)."""
+        return self._put_status({"guid": guid, "answer": answer[:LONGEST_ANSWER]})
+
+    def map(self, map_id: str) -> RobotMap:
+        """Picture and scale of a map; ``RobotStatus.map_id`` is the current one."""
+        return self._get(f"/maps/{_segment(map_id)}", parse.robot_map)
+
+    def positions(self, map_id: str | None = None) -> list[MapPosition]:
+        """Named places, of one map or of all. Coordinates come along where the robot knows the whitelist."""
+        path = f"/maps/{_segment(map_id)}/positions" if map_id else "/positions"
+        return self._get(path, lambda found: parse.listed(found, told("the list of positions"),
+                                                          lambda entry: parse.map_position(entry, map_id)),
+                         {"whitelist": "all"})
+
+    def registers(self) -> list[Register]:
+        return self._get("/registers", lambda found: parse.listed(found, told("the list of registers"), parse.register))
+
+    # ------------------------------------------------------------------ requests
+    def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None) -> T:
+        return self._read(self._request("GET", path, query=query), read)
+
+    def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
+        answer = self._request(method, path, query=query, json=json)
+        return self._read(answer, lambda found: parse.objects(found, told("the mission queue")))
+
+    def _put_status(self, body: Mapping[str, Any]) -> RobotStatus | None:
+        began = self._clock()
+        answer = self._request("PUT", "/status", json=body)
+        try:
+            return self._status(answer, self._clock() - began)
+        except (NotAMir, Unreadable):
+            return None
+
+    def _status(self, answer: Response, elapsed_s: float) -> RobotStatus:
+        software, date = clean(answer.header("Robot-Version"), 40) or None, parse.http_date(answer.header("Date"))
+        return self._read(answer, lambda found: parse.status(found, software=software, date=date, elapsed_s=elapsed_s))
+
+    def _read(self, answer: Response, read: Callable[[Any], T]) -> T:
+        """What the body says. Raises Unreadable or NotAMir, with the robot's address in it."""
+        try:
+            return read(parse.loads(answer.body))
+        except Unreadable as error:
+            if parse.looks_like_web_page(answer.body):
+                raise NotAMir(code="web_page", address=self.address.netloc) from None
+            raise error.at(self.address.netloc) from None
+        except RobotError as error:
+            raise error.at(self.address.netloc) from None
+
+    def _request(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
+        """The answer, if its status is one of success. Raises RobotError."""
+        answer = self._transport.send(method, path, query=query, json=json, timeout=self._timeouts)
+        status, address = answer.status, self.address.netloc
+        if 200 <= status < 300:
+            return answer
+        if status < 200:
+            raise Unreadable(address=address, problem=told("status {status}", status=status))
+        if status < 400:
+            target = self._token.hide_in(clean(answer.header("Location"), 100)) or "elsewhere"
+            raise NotAMir(code="redirected", address=address, target=target)
+        if status in (401, 403):
+            raise Unauthorized(status=status, address=address)
+        robot_code, reason = self._own_words(answer)
+        if status == 503:
+            raise Busy(address=address, robot_code=robot_code, reason=reason)
+        raise (Rejected if status < 500 else RobotFault)(status=status, robot_code=robot_code, reason=reason, address=address)
+
+    def _own_words(self, answer: Response) -> tuple[str, str]:
+        """``error_code`` and ``error_human`` of the error body, empty where there is none."""
+        try:
+            found = parse.loads(answer.body)
+        except Unreadable:
+            return "", ""
+        if not isinstance(found, dict):
+            return "", ""
+        return clean(found.get("error_code"), 80), self._token.hide_in(resolve(found.get("error_human"), 300))
+
+
+def _segment(identifier: str) -> str:
+    """One segment of a path."""
+    return quote(identifier, safe="", errors="replace")

@@ -1,0 +1,86 @@
+"""The robot's credential. MiR wants ``Basic base64(user:hex sha256(password))``: whoever has that header value needs no password, so it is
+a secret like one."""
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import hmac
+import re
+
+from app.domain.models import InvalidInput
+
+# Published by MiR; clients send the user name in either spelling (reference, section 1).
+_PUBLISHED = (("distributor", "distributor"), ("Distributor", "distributor"), ("admin", "admin"), ("Admin", "admin"))
+
+
+class Token:
+    """The Authorization header value of one robot user, never shown by accident: ask for ``header``. An empty one sends no header."""
+
+    __slots__ = ("_header",)
+
+    def __init__(self, header: str = "") -> None:
+        self._header = header
+
+    @classmethod
+    def derive(cls, user: str, password: str) -> Token:
+        """From user name and password, which is forgotten at once. Raises InvalidInput for a user name that can't be one."""
+        if not user:
+            raise InvalidInput("username", "enter the robot's user name")
+        if ":" in user:
+            raise InvalidInput("username", "a user name can't contain a colon")
+        digest = hashlib.sha256(password.encode("utf-8", "surrogatepass")).hexdigest()
+        pair = f"{user}:{digest}".encode("utf-8", "surrogatepass")
+        return cls("Basic " + base64.b64encode(pair).decode("ascii"))
+
+    @classmethod
+    def from_header(cls, header: str) -> Token:
+        """From the stored header value; an empty one is the token of nobody. Raises InvalidInput when it is no such value."""
+        if header:
+            scheme, _, encoded = header.partition(" ")
+            try:
+                pair = base64.b64decode(encoded, validate=True)
+            except (binascii.Error, ValueError):
+                pair = b""
+            if scheme != "Basic" or b":" not in pair:
+                raise InvalidInput("password", "the stored credentials can't be read; enter the password again")
+        return cls(header)
+
+    @property
+    def header(self) -> str:
+        """The secret itself."""
+        return self._header
+
+    @property
+    def is_published_default(self) -> bool:
+        """Whether this is one of the default users and passwords that MiR's manuals print."""
+        return any(self == Token.derive(user, password) for user, password in _PUBLISHED)
+
+    def hide_in(self, text: str) -> str:
+        """``text`` without the secret, should somebody have echoed it."""
+        secret = self._header.removeprefix("Basic ")
+        return text.replace(secret, "***") if secret else text
+
+    def __bool__(self) -> bool:
+        return bool(self._header)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Token):
+            return NotImplemented
+        return hmac.compare_digest(self._header.encode(), other._header.encode())
+
+    def __hash__(self) -> int:
+        return hash(self._header)
+
+    def __repr__(self) -> str:
+        return "Token(***)" if self._header else "Token()"
+
+    __str__ = __repr__
+
+
+def normalise_fingerprint(text: str) -> str:
+    """64 lower-case hex digits from a SHA-256 fingerprint as people copy it (colons, blanks, ``SHA256:``). Raises InvalidInput."""
+    digits = re.sub(r"[\s:-]", "", re.sub(r"(?i)^\s*sha-?256\s*[:=]?", "", text)).lower()
+    if not re.fullmatch(r"[0-9a-f]{64}", digits):
+        raise InvalidInput("certificate_sha256", "a SHA-256 fingerprint has 64 hexadecimal digits")
+    return digits

@@ -1,0 +1,179 @@
+"""What can go wrong between the app and a robot, as one tree of exceptions.
+
+For a request that changes something, ``error.delivery`` says what is known about its effect; the dispatcher decides by it alone.
+Every error has a ``code``, the ``msgid`` of its English sentence and the ``params`` of that sentence, so that a screen can translate
+it: ``tell(error.told, _)``. No error carries a secret: neither the token nor a header of the request.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any, Self
+
+from app.domain.message import Told, tell, told
+
+
+class Delivery(Enum):
+    """What a failed request may have done on the robot."""
+    NOT_SENT = "not_sent"      # no byte of it left: trying again is safe
+    REFUSED = "refused"        # the robot read it and said no
+    UNKNOWN = "unknown"        # it may have been carried out, or may be yet
+
+
+SENTENCES: Mapping[str, str] = {
+    "robot_error": "something went wrong with {address}",
+    "refused": "{address} refused the connection; is the robot switched on and its address right?",
+    "no_answer": "{address} doesn't answer; is the robot switched on and on this network?",
+    "no_route": "no way leads to {address}; is the tablet on the robots' network?",
+    "unknown_name": "nothing is called {host} on this network; check the name or enter the robot's IP address",
+    "slow_name": "looking up the name {host} takes too long; enter the robot's IP address instead",
+    "unreachable": "{address} can't be reached",
+    "tls_failed": "{address} doesn't speak HTTPS as it should; check the address (http or https) and the port",
+    "certificate_untrusted": "the certificate of {address} isn't trusted; if it is the robot's own, pin it by its SHA-256 fingerprint",
+    "certificate_mismatch": "the certificate of {address} isn't the pinned one, so nothing was sent; is it still the same robot?",
+    "connection_lost": "the connection to {address} broke before its answer was complete",
+    "timed_out": "{address} didn't answer within {seconds} s",
+    "too_slow": "the answer of {address} wasn't complete after {seconds} s",
+    "unauthorized": "{address} doesn't accept the user name and password",
+    "forbidden": "{address} doesn't allow this user to do that",
+    "rejected": "{address} refused (status {status})",
+    "rejected_with_reason": "{address} refused: {reason} (status {status})",
+    "busy": "{address} is busy just now (status 503)",
+    "robot_fault": "{address} failed on its side (status {status})",
+    "robot_fault_with_reason": "{address} failed on its side: {reason} (status {status})",
+    "not_a_mir": "{address} is not a MiR robot",
+    "redirected": "{address} points to {target}, which is not followed; enter the robot's own address",
+    "web_page": "{address} answers with a web page, not like a MiR robot",
+    "no_interface": "{address} answers, but has no MiR interface (status {status})",
+    "no_status": "{address} answers, but not with the status of a MiR robot",
+    "another_robot": "{address} has serial number {found} instead of {expected}, so nothing was sent; is it still the same robot?",
+    "unreadable": "{address} gave an answer that can't be read: {problem}",
+    "too_long": "{address} gave an answer longer than {limit} MiB",
+}
+
+
+class RobotError(Exception):
+    """Anything that kept a call to a robot from succeeding. Every call of ``RobotClient`` raises only this."""
+
+    code = "robot_error"
+    _delivery = Delivery.UNKNOWN
+
+    def __init__(self, msgid: str = "", *, code: str = "", **params: Any) -> None:
+        super().__init__(msgid, code, params)
+        self.code = code or self.code
+        self.msgid = msgid or SENTENCES[self.code]
+        self.params: dict[str, Any] = {"address": told("the robot"), **params}
+
+    @property
+    def text(self) -> str:
+        """One English sentence: what is wrong and, where it can be said, what to mend. Begins small, has no full stop."""
+        return tell(self.told)
+
+    @property
+    def told(self) -> Mapping[str, Any]:
+        """What its sentence is made of."""
+        return told(self.msgid, **self.params)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def at(self, address: str) -> Self:
+        """The same error, naming the robot's address."""
+        self.params["address"] = address
+        return self
+
+    @property
+    def delivery(self) -> Delivery:
+        return self._delivery
+
+    @property
+    def certainly_without_effect(self) -> bool:
+        """Whether a request that should change something has certainly changed nothing."""
+        return self.delivery is not Delivery.UNKNOWN
+
+
+class Unreachable(RobotError):
+    """No connection was made, so nothing was sent: refused, no route, unknown name, time-out while connecting."""
+    code = "unreachable"
+    _delivery = Delivery.NOT_SENT
+
+
+class CertificateProblem(Unreachable):
+    """The TLS handshake failed or its certificate is not trusted. Nothing was sent."""
+    code = "tls_failed"
+
+
+class CertificateMismatch(CertificateProblem):
+    """Another certificate than the pinned one. Nothing was sent."""
+    code = "certificate_mismatch"
+
+
+class ConnectionLost(RobotError):
+    """The connection broke after the request had begun to leave."""
+    code = "connection_lost"
+
+
+class TimedOut(RobotError):
+    """Connected, but no complete answer in time."""
+    code = "timed_out"
+
+
+class Refusal(RobotError):
+    """The robot answered with a ``status`` of failure (HTTP). ``robot_code`` and ``reason`` are its own words, often empty."""
+
+    def __init__(self, msgid: str = "", *, status: int, robot_code: str = "", reason: Told = "", code: str = "", **params: Any) -> None:
+        self.status, self.robot_code, self.reason = status, robot_code, reason
+        own = code or type(self).code
+        if reason and f"{own}_with_reason" in SENTENCES:
+            own += "_with_reason"
+        super().__init__(msgid, code=own, status=status, reason=reason, **params)
+
+
+class Unauthorized(Refusal):
+    """401 or 403: the user, the password or the user's rights are wrong."""
+    code = "unauthorized"
+    _delivery = Delivery.REFUSED
+
+    def __init__(self, msgid: str = "", *, status: int = 401, **params: Any) -> None:
+        super().__init__(msgid, status=status, **{"code": "forbidden" if status == 403 else "unauthorized", **params})
+
+
+MAY_STILL_HAPPEN = frozenset({408, 425, 429})     # of the 4xx: "too slow", "too early", "too many" don't say that it was not done
+
+
+class Rejected(Refusal):
+    """Any other 4xx: the robot says no (400 wrong argument, 404 no such thing, 409 exists already …)."""
+    code = "rejected"
+
+    @property
+    def delivery(self) -> Delivery:
+        return Delivery.UNKNOWN if self.status in MAY_STILL_HAPPEN else Delivery.REFUSED
+
+
+class Busy(Refusal):
+    """503: while docking or while its REST API restarts (reference, section 1). It may have taken the request all the same."""
+    code = "busy"
+
+    def __init__(self, msgid: str = "", *, status: int = 503, **params: Any) -> None:
+        super().__init__(msgid, status=status, **params)
+
+
+class RobotFault(Refusal):
+    """Any other 5xx."""
+    code = "robot_fault"
+
+
+class NotAMir(RobotError):
+    """Something else answers at this address: a web page, a redirect, a device without MiR's interface."""
+    code = "not_a_mir"
+
+
+class AnotherRobot(NotAMir):
+    """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent. Raised by who compares them."""
+    code = "another_robot"
+    _delivery = Delivery.NOT_SENT
+
+
+class Unreadable(RobotError):
+    """The answer is not what this call's answer has to be: not JSON, wrong shape, too long."""
+    code = "unreadable"

@@ -1,0 +1,90 @@
+"""Reading a queue whose history may have tens of thousands of items, on robots that know more or less of filters, order and paging.
+
+Most is C in the reference ("Query features"), but it also records that one robot pages its bare list and that lists give short items.
+So nothing is taken for granted: the newest items are never assumed to be in a bare list, order is checked, what is missing is asked for
+one by one, and what can't be read completely within bounds raises instead of passing for all there is.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from app.domain.message import told
+from app.domain.robot import QueueItem, QueueState
+from app.mir import parse
+from app.mir.errors import Refusal, Unreadable
+
+PAGE = 200                  # items asked for at once
+MOST_ITEMS = 5000           # looked through in one call
+MOST_SINGLE_READS = 100     # asked for one by one in one call, where the robot's lists are short
+NOT_OFFERED = (400, 404, 405, 410, 501)      # how a robot may answer a feature that it doesn't have
+
+Ask = Callable[[str, str, Mapping[str, str], Any], list[parse.Object]]
+Wanted = Callable[[parse.Object], bool]
+
+
+class QueueReader:
+    """``ask(method, path, query, json)`` gives the entries of a list, ``read_item`` one whole item; both raise RobotError."""
+
+    def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem]) -> None:
+        self._ask, self._read_item = ask, read_item
+        self._has_search = True              # until the robot says otherwise
+
+    def open_items(self) -> list[QueueItem]:
+        states = [QueueState.PENDING.value, QueueState.EXECUTING.value]
+        items = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: parse.queue_item(entry).is_open)
+        return [item for item in items if item.is_open]
+
+    def items_after(self, floor: int) -> list[QueueItem]:
+        return self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor)
+
+    def highest_id(self) -> int | None:
+        newest = self.ids({"sort_by": "id,desc", "limit": "2"})
+        if len(newest) == 2 and newest[0] < newest[1]:       # it doesn't sort; perhaps it doesn't page either
+            newest += self.ids({})
+        return max(newest, default=None)
+
+    def ids(self, query: Mapping[str, str]) -> list[int]:
+        return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]
+
+    def _search(self, filter_: Mapping[str, Any], wanted: Wanted) -> list[QueueItem]:
+        """By the robot's search, or where it has none, from its list: newest first, until a page has nothing wanted."""
+        if self._has_search:
+            try:
+                entries = list(self._pages("POST", "/mission_queue/search", {"filters": [filter_]}, wanted))
+            except Refusal as error:
+                if error.status not in NOT_OFFERED:
+                    raise
+                self._has_search = False
+        if not self._has_search:
+            entries = list(self._pages("GET", "/mission_queue", None, wanted))
+        return self._whole(entries)
+
+    def _pages(self, method: str, path: str, body: Any, wanted: Wanted) -> Iterator[parse.Object]:
+        """Each wanted entry once, whether or not the robot heeds filter, order, limit and offset."""
+        seen: set[int] = set()
+        for offset in range(0, MOST_ITEMS, PAGE):
+            query = {"whitelist": "all", "sort_by": "id,desc", "limit": str(PAGE), "offset": str(offset)}
+            page = {parse.queue_id(entry): entry for entry in self._ask(method, path, query, body)}
+            fresh = [entry for number, entry in page.items() if number not in seen]
+            found = list(filter(wanted, fresh))
+            yield from found
+            is_last = len(page) != PAGE or not fresh              # a full page of the size asked for may have a next one
+            is_sorted = list(page) == sorted(page, reverse=True)
+            if is_last or (is_sorted and not found):
+                return
+            seen |= page.keys()
+        raise Unreadable(problem=told("more than {n} queue items", n=MOST_ITEMS))
+
+    def _whole(self, entries: Sequence[parse.Object]) -> list[QueueItem]:
+        """Items with all their fields, by ascending id; those that the list gave in short form are asked for."""
+        items: list[QueueItem] = []
+        reads = 0
+        for entry in entries:
+            if parse.is_whole_item(entry):
+                items.append(parse.queue_item(entry))
+                continue
+            if (reads := reads + 1) > MOST_SINGLE_READS:
+                raise Unreadable(problem=told("more than {n} queue items in short form", n=MOST_SINGLE_READS))
+            items.append(self._read_item(parse.queue_id(entry)))
+        return sorted(items, key=lambda item: item.id)

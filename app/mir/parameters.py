@@ -1,0 +1,58 @@
+"""Which parameters a mission wants when it is queued.
+
+The reference confirms the path /missions/{guid}/definition but not what it holds: MiR's definition file says "the mission as an action
+definition", so its parameters are read like those of /actions/{type}. Where that brings nothing, the mission's actions are looked
+through: a value that is asked for has an ``input_name`` there. Both readings are G.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from app.domain.robot import MissionParameter
+from app.mir.parse import LONGEST_LIST, Object, float_or_none
+from app.mir.texts import clean
+
+
+def from_definition(value: Any) -> list[MissionParameter]:
+    """The parameters named by a mission's definition, which some software wraps into a list of one."""
+    definitions = value if isinstance(value, list) else [value]
+    return _unique(_parameter(entry) for definition in definitions[:LONGEST_LIST] if isinstance(definition, dict)
+                   for entry in _objects(definition.get("parameters")))
+
+
+def from_actions(value: Any) -> list[MissionParameter]:
+    """The parameters of a mission's actions whose value is asked for; ``type`` is what the action takes it for ("position", "time" …)."""
+    return _unique(_parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")})
+                   for action in _objects(value) for entry in _objects(action.get("parameters")))
+
+
+def _objects(value: Any) -> list[Object]:
+    return [entry for entry in value[:LONGEST_LIST] if isinstance(entry, dict)] if isinstance(value, list) else []
+
+
+def _unique(found: Iterable[MissionParameter]) -> list[MissionParameter]:
+    by_name: dict[str, MissionParameter] = {}
+    for parameter in found:
+        if parameter.name:
+            by_name.setdefault(parameter.name, parameter)
+    return list(by_name.values())
+
+
+def _parameter(value: Object) -> MissionParameter:
+    constraints = value.get("constraints")
+    constraints = constraints if isinstance(constraints, dict) else {}
+    choices = constraints.get("choices", value.get("choices"))
+    default = next((place[key] for place, key in ((constraints, "default"), (value, "default"), (value, "value")) if key in place), None)
+    labelled = tuple((_plain(entry.get("value")), clean(entry.get("name") or str(entry.get("value")))) for entry in _objects(choices))
+    return MissionParameter(
+        name=clean(value.get("input_name")) or clean(value.get("id")), label=clean(value.get("name") or value.get("label")),
+        type=clean(value.get("type"), 40), default=clean(default) if isinstance(default, str) else _plain(default),
+        minimum=float_or_none(constraints.get("minimum")), maximum=float_or_none(constraints.get("maximum")),
+        choices=labelled)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, str):
+        return clean(value)
+    return value if isinstance(value, bool | int | float) else None

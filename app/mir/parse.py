@@ -1,0 +1,310 @@
+"""From a robot's JSON to our types. Nothing gets past here unchecked: what is wrong raises Unreadable, what is missing is None."""
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import math
+import struct
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
+from typing import Any, TypeVar
+
+from app.domain.message import Told, told
+from app.domain.robot import (
+    MapPosition,
+    MissionDetail,
+    MissionInfo,
+    Pose,
+    QueueItem,
+    QueueState,
+    Register,
+    RobotMap,
+    RobotProblem,
+    RobotState,
+    RobotStatus,
+    UserPrompt,
+)
+from app.mir.errors import NotAMir, Unreadable
+from app.mir.texts import clean, resolve
+
+LARGEST_INT = 2**63 - 1
+LONGEST_LIST = 1000             # of things inside one object: errors, options, parameters
+LARGEST_MAP = 64_000_000        # pixels
+_NOT_SET = datetime(1970, 1, 1)  # noqa: DTZ001  # how some software writes "not yet" (reference, section 6)
+
+Object = dict[str, Any]
+T = TypeVar("T")
+
+
+# ---------------------------------------------------------------------- JSON
+def loads(body: bytes) -> Any:
+    """Strict JSON: UTF-8, no NaN or Infinity, no key twice, no integer beyond 64 bit, no bottomless nesting. Raises Unreadable."""
+    try:
+        return json.loads(body.decode("utf-8-sig"), parse_constant=_no_constant, parse_int=_int, parse_float=_float,
+                          object_pairs_hook=_object)
+    except RecursionError:
+        raise Unreadable(problem=told("it is nested too deep")) from None
+    except UnicodeDecodeError:
+        raise Unreadable(problem=told("it is no UTF-8")) from None
+    except ValueError:
+        raise Unreadable(problem=told("it is no JSON")) from None
+
+
+def _no_constant(name: str) -> Any:
+    raise Unreadable(problem=told("it has {name} where a number should be", name=name))
+
+
+def _int(digits: str) -> int:
+    if len(digits) > 20 or abs(number := int(digits)) > LARGEST_INT:
+        raise Unreadable(problem=told("it has a number beyond 64 bit"))
+    return number
+
+
+def _float(digits: str) -> float:
+    if not math.isfinite(number := float(digits)):
+        raise Unreadable(problem=told("it has an infinite number"))
+    return number
+
+
+def _object(pairs: list[tuple[str, Any]]) -> Object:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise Unreadable(problem=told("it has a key twice"))
+    return found
+
+
+def looks_like_web_page(body: bytes) -> bool:
+    return body[:200].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
+
+
+# ---------------------------------------------------------------------- values
+def object_(value: Any, what: Told) -> Object:
+    if not isinstance(value, dict):
+        raise Unreadable(problem=told("{what} is no JSON object", what=what))
+    return value
+
+
+def objects(value: Any, what: Told) -> list[Object]:
+    if not isinstance(value, list):
+        raise Unreadable(problem=told("{what} is no JSON list", what=what))
+    return [object_(entry, told("an entry of {what}", what=what)) for entry in value]
+
+
+def single(value: Any, what: Told) -> Object:
+    """One object, which MiR's definition file types as a list in places (reference, section 5)."""
+    return object_(value[0] if isinstance(value, list) and value else value, what)
+
+
+def text_or_none(value: Any) -> str | None:
+    """Identifiers: a cleaned text or a number written as one; None for anything else and for an empty one."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return str(value)
+    return clean(value) or None
+
+
+def int_or_none(value: Any) -> int | None:
+    """Whole numbers, also when written as 5.0."""
+    if isinstance(value, float) and value.is_integer() and abs(value) <= LARGEST_INT:
+        return int(value)
+    return value if isinstance(value, int) and not isinstance(value, bool) else None
+
+
+def float_or_none(value: Any) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return None
+    return float(value)
+
+
+def bool_or_none(value: Any) -> bool | None:
+    return value if isinstance(value, bool) else None
+
+
+def instant(value: Any) -> datetime | None:
+    """A robot's time stamp as a naive time of its clock; one with an offset becomes UTC, so that differences stay right."""
+    if not isinstance(value, str) or len(value) > 40:
+        return None
+    try:
+        found = datetime.fromisoformat(value)
+        if found.tzinfo is not None:
+            found = found.astimezone(UTC).replace(tzinfo=None)
+    except (ValueError, OverflowError):
+        return None
+    return None if found == _NOT_SET else found
+
+
+def http_date(value: str | None) -> datetime | None:
+    """An HTTP ``Date`` header, aware UTC."""
+    if not value or len(value) > 60:
+        return None
+    try:
+        found = parsedate_to_datetime(value)
+        return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
+    except (ValueError, TypeError, IndexError, OverflowError):
+        return None
+
+
+def battery(value: Any) -> float | None:
+    """Percent, 0–100. The emergency stop makes it −1; that and anything else out of range is unknown."""
+    percent = float_or_none(value)
+    return percent if percent is not None and 0.0 <= percent <= 100.0 else None
+
+
+def not_negative(value: Any) -> float | None:
+    number = float_or_none(value)
+    return number if number is not None and number >= 0 else None
+
+
+def api_url(value: Any) -> str:
+    """``url`` values begin with /v2.0.0, without the /api that a client has to ask for (reference, section 1). "" for anything else."""
+    url = clean(value, 300)
+    if url.startswith("/v2.0.0/"):
+        return "/api" + url
+    return url if url.startswith("/api/v2.0.0/") else ""
+
+
+# ---------------------------------------------------------------------- status
+def status(value: Any, *, software: str | None = None, date: datetime | None = None, elapsed_s: float = 0.0) -> RobotStatus:
+    """Raises NotAMir when it is no status at all."""
+    if not isinstance(value, dict) or not ("state_id" in value or "state_text" in value):
+        raise NotAMir(code="no_status")
+    state_id = int_or_none(value.get("state_id"))
+    velocity = value.get("velocity")
+    velocity = velocity if isinstance(velocity, dict) else {}
+    return RobotStatus(
+        state=_robot_state(state_id, clean(value.get("state_text"))), state_id=state_id, state_text=clean(value.get("state_text")),
+        mode_text=clean(value.get("mode_text")), mission_text=resolve(value.get("mission_text")),
+        mission_queue_id=int_or_none(value.get("mission_queue_id")), battery_percentage=battery(value.get("battery_percentage")),
+        battery_time_remaining_s=not_negative(value.get("battery_time_remaining")), robot_name=clean(value.get("robot_name"), 80),
+        robot_model=clean(value.get("robot_model"), 80), serial_number=text_or_none(value.get("serial_number")),
+        errors=tuple(_problem(entry) for entry in _some(value.get("errors"))), user_prompt=_prompt(value.get("user_prompt")),
+        position=_pose(value.get("position")), map_id=text_or_none(value.get("map_id")),
+        linear_velocity=float_or_none(velocity.get("linear")), angular_velocity=float_or_none(velocity.get("angular")),
+        distance_to_next_target=not_negative(value.get("distance_to_next_target")), moved=not_negative(value.get("moved")),
+        uptime_s=not_negative(value.get("uptime")), software=software, date=date, elapsed_s=elapsed_s)
+
+
+def _robot_state(state_id: int | None, text: str) -> RobotState:
+    """By number; by its text only where there is no number."""
+    if state_id is not None:
+        return RobotState(state_id) if state_id in set(RobotState) else RobotState.UNKNOWN
+    return _STATE_TEXTS.get(text.replace(" ", "").casefold(), RobotState.UNKNOWN)
+
+
+_STATE_TEXTS = {state.name.replace("_", "").casefold(): state for state in RobotState}
+
+
+def _some(value: Any) -> list[Object]:
+    return [entry for entry in value[:LONGEST_LIST] if isinstance(entry, dict)] if isinstance(value, list) else []
+
+
+def _problem(value: Object) -> RobotProblem:
+    return RobotProblem(int_or_none(value.get("code")), resolve(value.get("description")), clean(value.get("module"), 80),
+                        resettable=value.get("non_resettable") is not True)
+
+
+def _prompt(value: Any) -> UserPrompt | None:
+    if not isinstance(value, dict) or not (guid := text_or_none(value.get("guid"))):
+        return None
+    options = value.get("options")
+    return UserPrompt(guid, resolve(value.get("question")), tuple(map(clean, options[:LONGEST_LIST])) if isinstance(options, list) else (),
+                      not_negative(value.get("timeout")), clean(value.get("user_group"), 80))
+
+
+def _pose(value: Any, x: str = "x", y: str = "y") -> Pose | None:
+    if not isinstance(value, dict):
+        return None
+    numbers = [float_or_none(value.get(name)) for name in (x, y, "orientation")]
+    return Pose(*(number for number in numbers if number is not None)) if None not in numbers else None
+
+
+# ---------------------------------------------------------------------- queue
+_QUEUE_STATES = {"pending": QueueState.PENDING, "executing": QueueState.EXECUTING, "starting": QueueState.EXECUTING,
+                 "done": QueueState.DONE, "aborted": QueueState.ABORTED, "abort": QueueState.ABORTING}
+
+
+def queue_id(value: Any) -> int:
+    """The ``id`` of a queue item, the one thing to rely on in the answer of a POST. Raises Unreadable."""
+    number = object_(value, told("the queue item")).get("id")
+    if isinstance(number, bool) or not isinstance(number, int) or number < 0:
+        raise Unreadable(problem=told("the queue item has no number"))
+    return number
+
+
+def is_whole_item(value: Object) -> bool:
+    """Lists often have only id, state and url."""
+    return "mission_id" in value and "description" in value
+
+
+def queue_item(value: Any) -> QueueItem:
+    """Raises Unreadable without id or state."""
+    number = queue_id(value)
+    state = clean(value.get("state"), 40)
+    if not state:
+        raise Unreadable(problem=told("the queue item has no state"))
+    parameters = value.get("parameters")
+    return QueueItem(
+        id=number, state=_QUEUE_STATES.get(state.casefold(), QueueState.UNKNOWN), state_text=state,
+        mission_id=text_or_none(value.get("mission_id")), message=resolve(value.get("message")),
+        description=clean(value.get("description")), priority=int_or_none(value.get("priority")),
+        parameters=tuple(parameters[:LONGEST_LIST]) if isinstance(parameters, list) else (),
+        ordered=instant(value.get("ordered")), started=instant(value.get("started")), finished=instant(value.get("finished")),
+        created_by_id=text_or_none(value.get("created_by_id")), created_by_name=clean(value.get("created_by_name"), 80),
+        control_state=int_or_none(value.get("control_state")))
+
+
+# ---------------------------------------------------------------------- missions, map, registers
+def mission_info(value: Object) -> MissionInfo | None:
+    guid = text_or_none(value.get("guid"))
+    return MissionInfo(guid, clean(value.get("name"), 255) or guid, api_url(value.get("url"))) if guid else None
+
+
+def mission_detail(value: Any) -> MissionDetail:
+    found = object_(value, told("the mission"))
+    guid = text_or_none(found.get("guid"))
+    if guid is None:
+        raise Unreadable(problem=told("the mission has no guid"))
+    return MissionDetail(
+        guid, clean(found.get("name"), 255) or guid, clean(found.get("description")), text_or_none(found.get("group_id")),
+        hidden=found.get("hidden") is True, is_template=found.get("is_template") is True, valid=bool_or_none(found.get("valid")),
+        has_user_parameters=bool_or_none(found.get("has_user_parameters")), actions_url=api_url(found.get("actions")),
+        definition_url=api_url(found.get("definition")), created_by_name=clean(found.get("created_by_name"), 80))
+
+
+def map_position(value: Object, map_id: str | None) -> MapPosition | None:
+    guid = text_or_none(value.get("guid"))
+    if guid is None:
+        return None
+    return MapPosition(guid, clean(value.get("name"), 255), int_or_none(value.get("type_id")), text_or_none(value.get("map_id")) or map_id,
+                       _pose(value, "pos_x", "pos_y"))
+
+
+def register(value: Object) -> Register | None:
+    number = int_or_none(value.get("id"))
+    return Register(number, float_or_none(value.get("value")), clean(value.get("label"), 80)) if number is not None else None
+
+
+def robot_map(value: Any) -> RobotMap:
+    """The picture is ``map`` on software 2.x and ``base_map`` on 3.x. Raises Unreadable when it is no PNG of a sane size."""
+    found = object_(value, told("the map"))
+    encoded = next((found[key] for key in ("base_map", "map") if isinstance(found.get(key), str) and found[key]), "")
+    try:
+        png = base64.b64decode(encoded.partition(",")[2] if encoded.startswith("data:") else encoded)
+    except (binascii.Error, ValueError):
+        png = b""
+    if len(png) < 24 or png[:8] != b"\x89PNG\r\n\x1a\n" or png[12:16] != b"IHDR":
+        raise Unreadable(problem=told("the map has no PNG picture"))
+    width, height = struct.unpack(">II", png[16:24])
+    if not 0 < width * height <= LARGEST_MAP:
+        raise Unreadable(problem=told("the map's picture is too large"))
+    x, y, theta = (float_or_none(found.get(f"origin_{axis}")) or 0.0 for axis in ("x", "y", "theta"))
+    resolution = float_or_none(found.get("resolution"))
+    return RobotMap(text_or_none(found.get("guid")) or "", clean(found.get("name"), 255), png, width, height,
+                    resolution if resolution is not None and 0 < resolution < 10 else 0.05, Pose(x, y, theta))
+
+
+def listed(value: Any, what: Told, read: Callable[[Object], T | None]) -> list[T]:
+    """The entries of a list that can be read; one without an identity is passed over."""
+    found: Iterable[T | None] = map(read, objects(value, what))
+    return [entry for entry in found if entry is not None]

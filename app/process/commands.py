@@ -1,0 +1,305 @@
+"""The one-shot commands: import, export, run now, restore.
+
+Exports read beside a running app; the others are handed to it when there is one.
+"""
+from __future__ import annotations
+
+import argparse
+import errno
+import hashlib
+import json
+import os
+import shlex
+import sqlite3
+import sys
+import tempfile
+import uuid
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+from app.container import Container
+from app.database.backups import restore
+from app.database.errors import DatabaseError
+from app.database.executions import ExecutionRepository
+from app.domain.clock import SystemClock
+from app.domain.message import tell
+from app.domain.models import Execution, InvalidInput, State
+from app.failures import BadInput, Failure
+from app.process import log_file
+from app.process.data_directory import DataDirectory
+from app.process.inbox import NoAnswer, ask
+from app.process.lock import AlreadyRunning, InstanceLock
+from app.process.opening import open_container, open_for_reading
+from app.process.requests import MORE_THAN_A_WINDOW, find_mission, find_robot, outcome
+from app.services.catalogue import configuration
+from app.services.files.history_export import write_history
+
+IMPORT_WITHIN = 30.0        # s for the running app to take a configuration up
+LARGEST_CONFIGURATION = 5 * 1024 * 1024
+
+
+def run(options: argparse.Namespace, directory: DataDirectory) -> int:
+    """Returns the exit code. Raises BadInput or Failure with the one line to say."""
+    log_file.start(directory.logs, stderr=False, only_to_read=directory.only_to_read)
+    if options.restore_backup:
+        return _restore(directory, options.restore_backup)
+    if options.remove_pin:
+        return _remove_pin(directory)
+    if options.import_config:
+        return _import(directory, Path(options.import_config))
+    if options.run_now:
+        robot, mission = options.run_now
+        return _run_now(directory, robot, mission, options.parameter)
+    _begin_if_new(directory)
+    db = open_for_reading(directory)
+    try:
+        if options.export_config:
+            text = configuration.export_configuration(db.read())
+            _write(options.export_config, text.encode("utf-8"))
+        else:
+            with ExportTarget(options.export_log) as file:
+                write_history(db.read(), file)
+    finally:
+        db.close()
+    return 0
+
+
+def _begin_if_new(directory: DataDirectory) -> None:
+    """An export of a directory without data writes the defaults, or a log without rows."""
+    if directory.database.exists():
+        return
+    if not os.access(directory.path, os.W_OK):
+        return                                    # and reading says that there is none
+    lock = InstanceLock(directory.path)
+    if lock.try_acquire():
+        try:
+            open_container(directory).db.close()
+        finally:
+            lock.release()
+
+
+# ------------------------------------------------------------------ import
+def _import(directory: DataDirectory, path: Path) -> int:
+    content = read_configuration(path)
+    lock = InstanceLock(directory.path)
+    if lock.try_acquire():
+        try:
+            container = open_container(directory)
+            try:
+                changes = [tell(line) for line in configuration.import_configuration(container.catalogue, content)]
+            finally:
+                container.db.close()
+        except InvalidInput as error:
+            raise BadInput(f"{path}: {error}; nothing was changed") from None
+        finally:
+            lock.release()
+    else:
+        digest = hashlib.sha256(content).hexdigest()
+        answer = _ask_to_change(directory, "import", IMPORT_WITHIN, path=str(path.resolve()), sha256=digest)
+        _raise_for(answer)
+        changes = answer["changes"]
+    for line in changes:
+        print(line)
+    if not changes:
+        print("nothing changed")
+    return 0
+
+
+def read_configuration(path: Path) -> bytes:
+    """The file's bytes. Raises BadInput."""
+    try:
+        with open(path, "rb") as file:
+            content = file.read(LARGEST_CONFIGURATION + 1)
+    except OSError as error:
+        raise BadInput(f"{path} can't be read: {error.strerror}; nothing was changed") from None
+    if len(content) > LARGEST_CONFIGURATION:
+        raise BadInput(f"{path} is larger than 5 MiB; nothing was changed")
+    return content
+
+
+# ------------------------------------------------------------------ run now
+def _run_now(directory: DataDirectory, robot: str, mission: str, given: Sequence[str]) -> int:
+    parameters = dict(_parameter(text) for text in given)
+    token = str(uuid.uuid4())
+    lock = InstanceLock(directory.path)
+    if lock.try_acquire():
+        try:
+            container = open_container(directory)
+            try:
+                ended = _submit(container, robot, mission, parameters, token)
+            finally:
+                container.db.close()
+        except InvalidInput as error:
+            raise BadInput(str(error)) from None
+        finally:
+            lock.release()
+        answer = outcome(ended)
+    else:
+        try:
+            answer = ask_running(directory, "run_now", MORE_THAN_A_WINDOW, robot=robot, mission=mission, parameters=parameters, token=token)
+        except NoAnswer as error:
+            answer = _found_out(directory, token, error)
+    _raise_for(answer)
+    print(answer["queue_id"])
+    return 0
+
+
+def _found_out(directory: DataDirectory, token: str, error: NoAnswer) -> dict[str, Any]:
+    """What the running app did not say itself: whether it had taken the mission up. Then it may start yet, once an app goes on with it."""
+    where = f"see Logs in the app, or python main.py --data-dir {shlex.quote(str(directory.path))} --export-log -"
+    try:
+        db = open_for_reading(directory)
+        try:
+            execution = ExecutionRepository().by_token(db.read(), token)
+        finally:
+            db.close()
+    except (Failure, sqlite3.Error):
+        return {"exit": 1, "error": f"{error}; the mission may still start: {where}"}
+    if execution is None:
+        return {"exit": 1, "error": f"{error} and had not taken the mission up, so it will not start: give the command again"}
+    if execution.state in (State.WAITING, State.SUBMITTING):
+        which = f"{execution.mission} on {execution.robot}"
+        return {"exit": 1, "error": f"{error}; {which} may still start, now or when the app runs again: {where}"}
+    return outcome(execution)
+
+
+def _parameter(text: str) -> tuple[str, Any]:
+    name, sign, value = text.partition("=")
+    if not sign or not name:
+        raise BadInput(f"--parameter {text!r} is not NAME=VALUE")
+    try:
+        number = json.loads(value)
+    except ValueError:
+        return name, value
+    return name, number if isinstance(number, int | float) else value
+
+
+def _submit(container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str) -> Execution:
+    """The same exactly-once path as in the running app, for this one execution only."""
+    robot = find_robot(container, robot_name)
+    mission = find_mission(container, mission_name, robot)
+    execution = container.operator.run_now(robot.id, mission.id, parameters, token)
+    lane = container.make_lane(robot)
+    try:
+        while execution.state in (State.WAITING, State.SUBMITTING):
+            wait = lane.dispatch_only(execution.id)
+            execution = container.ledger.get(execution.id) or execution
+            if execution.state in (State.WAITING, State.SUBMITTING):
+                container.clock.sleep(min(wait, 1.0))
+    finally:
+        lane.close()
+    return execution
+
+
+# ------------------------------------------------------------------ a forgotten PIN
+def _remove_pin(directory: DataDirectory) -> int:
+    """Who may run commands on the data directory may open Settings."""
+    lock = InstanceLock(directory.path)
+    if lock.try_acquire():
+        try:
+            container = open_container(directory)
+            try:
+                was_set = container.access.remove()
+            finally:
+                container.db.close()
+        finally:
+            lock.release()
+    else:
+        answer = _ask_to_change(directory, "remove_pin", IMPORT_WITHIN)
+        _raise_for(answer)
+        was_set = answer["was_set"]
+    print("the PIN for Settings was removed" if was_set else "there was no PIN for Settings")
+    return 0
+
+
+# ------------------------------------------------------------------ restore
+def _restore(directory: DataDirectory, backup: Path) -> int:
+    lock = InstanceLock(directory.path)
+    try:
+        lock.acquire()
+    except AlreadyRunning as error:
+        raise BadInput(str(error)) from None
+    try:
+        kept = restore(backup, directory.database, SystemClock().now())
+    except DatabaseError as error:
+        raise BadInput(error.text) from None
+    finally:
+        lock.release()
+    print(f"{backup} restored" + (f"; the former database is kept as {kept}" if kept else ""))
+    return 0
+
+
+# ------------------------------------------------------------------ talking to the running app, and to files
+def ask_running(directory: DataDirectory, kind: str, timeout: float, **request: Any) -> dict[str, Any]:
+    """What the running app answers. Raises NoAnswer."""
+    def holder_is_gone() -> bool:
+        probe = InstanceLock(directory.path)
+        gone = probe.try_acquire()
+        probe.release()
+        return gone
+    return ask(directory.path, kind, timeout=timeout, holder_is_gone=holder_is_gone, **request)
+
+
+def _ask_to_change(directory: DataDirectory, kind: str, timeout: float, **request: Any) -> dict[str, Any]:
+    """For what may be asked twice. Raises Failure."""
+    try:
+        return ask_running(directory, kind, timeout, **request)
+    except NoAnswer as error:
+        raise Failure(f"{error}; it may have been done or not: give the command again, twice changes nothing more") from None
+
+
+def _raise_for(answer: dict[str, Any]) -> None:
+    if error := answer.get("error"):
+        raise BadInput(error) if answer.get("exit") == 2 else Failure(error)
+
+
+class ExportTarget:
+    """Where an export goes. A file is written beside and renamed, so that a failed export leaves the old one; ``-`` is stdout; what is
+    there already and isn't a plain file (a pipe, a device) is written into and never replaced."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._path = Path(name)
+        self._draft: str | None = None
+
+    def __enter__(self) -> TextIO:
+        try:
+            self._file = self._open()
+        except OSError as error:
+            raise self._unwritable(error) from None
+        return self._file
+
+    def _open(self) -> TextIO:
+        if self._name == "-":
+            if sys.stdout is None:                        # closed; its number may be another file's by now
+                raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+            return open(sys.stdout.fileno(), "w", encoding="utf-8", newline="", closefd=False)
+        if self._path.exists() and not (self._path.is_file() or self._path.is_dir()):
+            return open(self._path, "w", encoding="utf-8", newline="")
+        self._path = self._path.resolve()                 # a link goes on pointing at what it names
+        descriptor, self._draft = tempfile.mkstemp(dir=self._path.parent, prefix=f".{self._path.name}.")
+        return os.fdopen(descriptor, "w", encoding="utf-8", newline="")
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        try:
+            self._file.close()                            # what is still in memory is written only now
+            if self._draft and kind is None:
+                os.replace(self._draft, self._path)
+                self._draft = None
+        except OSError as problem:
+            error = error or problem
+        finally:
+            if self._draft:
+                os.unlink(self._draft)
+        if isinstance(error, OSError):
+            raise self._unwritable(error) from None
+
+    def _unwritable(self, error: OSError) -> BadInput:
+        where = "stdout" if self._name == "-" else self._name
+        return BadInput(f"{where} can't be written: {error.strerror}; give another file to write to")
+
+
+def _write(name: str, content: bytes) -> None:
+    with ExportTarget(name) as file:
+        file.write(content.decode("utf-8"))

@@ -1,0 +1,57 @@
+"""The directory where everything lives: database, backups, logs, lock, inbox; readable by its owner only."""
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import platformdirs
+
+from app.container import DATABASE_NAME
+from app.failures import BadInput
+from app.process.log_file import FILE_NAME as LOG_NAME
+
+_OURS = (DATABASE_NAME, "scheduler.lock")
+
+
+@dataclass(frozen=True)
+class DataDirectory:
+    """``only_to_read``: it may lie where nothing can be written."""
+    path: Path
+    only_to_read: bool = False
+
+    @classmethod
+    def prepare(cls, path: Path | None, *, only_to_read: bool = False) -> DataDirectory:
+        """Make the directory, or take the one there. Raises BadInput for one that is neither empty nor ours, or, unless it is
+        ``only_to_read``, that can't be written."""
+        path = path or platformdirs.user_data_path("amr-scheduler", appauthor=False)
+        try:
+            path.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if not _is_ours(path):
+                raise BadInput(f"{path} holds other files; give an empty directory or one of {DATABASE_NAME}")
+            if not only_to_read:
+                path.chmod(0o700)
+            elif path.stat().st_mode & 0o077:
+                with contextlib.suppress(OSError):
+                    path.chmod(path.stat().st_mode & 0o700)
+        except FileExistsError:
+            raise BadInput(f"{path} is not a directory; give a directory with --data-dir") from None
+        except OSError as error:
+            raise BadInput(f"{path} can't be used: {error.strerror}; give another directory with --data-dir") from None
+        return cls(path.resolve(), only_to_read)
+
+    @property
+    def database(self) -> Path:
+        return self.path / DATABASE_NAME
+
+    @property
+    def logs(self) -> Path:
+        return self.path / "logs"
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether it is empty, or holds what the app leaves; after a command that failed early that is its log alone."""
+    names = {entry.name for entry in path.iterdir()}
+    if names == {"logs"}:
+        return all(file.name.startswith(LOG_NAME) for file in (path / "logs").iterdir())
+    return not names or any(name.startswith(_OURS) for name in names)

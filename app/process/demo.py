@@ -1,0 +1,145 @@
+"""What ``--demo`` shows: three simulated robots, ready-made missions and schedules, and a history of some weeks."""
+from __future__ import annotations
+
+import random
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from zoneinfo import ZoneInfo
+
+from app.container import Container
+from app.domain import rules
+from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger
+from app.failures import BadInput
+
+USER, PASSWORD = "distributor", "distributor"          # the simulator's
+DAYS = 21
+LIVE = "Deliver kits to line 2"                         # every ten minutes, whatever day it is, so that there is always something to see
+FAVOURITES = ("Deliver kits to line 2", "Collect empties", "Return to charger")
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """A schedule of the demo: mission, hour and minute, recurrence, and how many minutes the mission usually takes."""
+    mission: str
+    hour: int
+    minute: int
+    recurrence: str
+    minutes: float
+
+
+PLAN: Sequence[Sequence[_Rule]] = (
+    (_Rule("Deliver kits to line 2", 6, 0, "FREQ=DAILY;BYHOUR=6,8,10,12,14,16;BYMINUTE=0", 6.5),
+     _Rule("Collect empties", 7, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 8.0),
+     _Rule("Return to charger", 21, 0, "FREQ=DAILY", 3.4)),
+    (_Rule("Collect empties", 6, 20, "FREQ=DAILY;BYHOUR=6,9,12,15;BYMINUTE=20", 8.2),
+     _Rule("Waste to compactor", 16, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 12.0)),
+    (_Rule("Move coils to press", 6, 15, "FREQ=DAILY;BYHOUR=6,10,14;BYMINUTE=15", 10.5),
+     _Rule("Bring pallet to dock", 11, 45, "FREQ=WEEKLY;BYDAY=TU,TH", 22.0)),
+)
+
+
+def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: Mapping[str, str]) -> None:
+    """Fill an empty database; in one of an earlier demo only the robots' addresses are brought up to date.
+
+    Raises BadInput for a database that is no demo's: its robots are real ones.
+    """
+    c = container.db.read()
+    known = {robot.name: robot for robot in container.repositories.robots.all(c)}
+    if known:
+        if any("//127.0.0.1:" not in robot.address for robot in known.values()):
+            raise BadInput("this data directory is no demo's, its robots are real: leave --data-dir out, or give the demo one of its own")
+        for name, url in robots:
+            if name in known:
+                container.catalogue.save_robot(replace(known[name], address=url))
+        return
+    saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
+    by_name = {name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES)) for name, guid in missions.items()}
+    settings = container.settings()
+    now = container.clock.now()
+    history: list[Execution] = []
+    rng = random.Random(20)
+    for robot, its_rules in zip(saved, PLAN, strict=False):
+        for rule in its_rules:
+            mission = by_name[rule.mission]
+            schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
+            history += _history(schedule, rule, robot, mission, settings, now, rng)
+    container.catalogue.save_schedule(_live_schedule(saved[-1], by_name[LIVE], settings, now))
+    container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
+    container.db.write(lambda w: container.repositories.executions.add_many(w, sorted(history, key=lambda e: e.planned_at)))
+    for robot in saved:
+        seen = _observed(robot, history, settings, now)
+        container.db.write(lambda w, robot=robot, seen=seen: container.repositories.observed.add_many(w, robot.id, seen))  # type: ignore[misc]
+    container.catalogue.change_settings(history_limit=None, selected_robot_id=saved[0].id)
+
+
+def _schedule(rule: _Rule, robot: Robot, mission: Mission, settings: Settings, now: datetime) -> Schedule:
+    first = (now.astimezone(ZoneInfo(settings.timezone)) - timedelta(days=DAYS)).replace(
+        hour=rule.hour, minute=rule.minute, second=0, microsecond=0, tzinfo=None)
+    return Schedule(f"{mission.name} on {robot.name}", robot.id, mission.id, first, settings.timezone, rule.recurrence)
+
+
+def _live_schedule(robot: Robot, mission: Mission, settings: Settings, now: datetime) -> Schedule:
+    first = (now.astimezone(ZoneInfo(settings.timezone)) + timedelta(seconds=90)).replace(second=0, microsecond=0, tzinfo=None)
+    return Schedule(f"{mission.name} on {robot.name}", robot.id, mission.id, first, settings.timezone, "FREQ=MINUTELY;INTERVAL=10",
+                    respect_working_days=False)
+
+
+def _instants(rule: _Rule, settings: Settings, now: datetime) -> Iterator[datetime]:
+    """The starts of the last weeks, in UTC."""
+    zone = ZoneInfo(settings.timezone)
+    parts = dict(part.split("=") for part in rule.recurrence.split(";"))
+    today = now.astimezone(zone).date()
+    for day in (today - timedelta(days=back) for back in range(DAYS, -1, -1)):
+        if not settings.is_working_day(day) or day.strftime("%a")[:2].upper() not in parts.get("BYDAY", "MO,TU,WE,TH,FR,SA,SU"):
+            continue
+        for hour in parts.get("BYHOUR", str(rule.hour)).split(","):
+            instant = datetime(day.year, day.month, day.day, int(hour), rule.minute, tzinfo=zone).astimezone(UTC)
+            if instant < now - timedelta(hours=1):
+                yield instant
+
+
+def _history(schedule: Schedule, rule: _Rule, robot: Robot, mission: Mission, settings: Settings, now: datetime,
+             rng: random.Random) -> Iterator[Execution]:
+    for number, planned_at in enumerate(_instants(rule, settings, now)):
+        row = Execution(
+            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
+            mission=mission.name, mission_guid=mission.guid, planned_at=planned_at, created_at=planned_at,
+            closes_at=rules.closes_at(planned_at, None, settings),
+            token=str(uuid.UUID(int=rng.getrandbits(128), version=4)), timezone=schedule.timezone)
+        yield _ended(row, rule, number, rng)
+
+
+def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Execution:
+    """One run as it may have gone: most well, some not."""
+    luck = rng.random()
+    if luck < .03:
+        reason = Reason(ReasonCode.BATTERY_LOW, {"battery": rng.randint(8, 28), "minimum": 30, "until": row.closes_at.isoformat()})
+        return replace(row, state=State.SKIPPED, reason=reason, ended_at=row.closes_at)
+    wait, took = rng.expovariate(1 / 20), max(30.0, rng.gauss(rule.minutes, rule.minutes * .12) * 60)
+    submitted = row.planned_at + timedelta(seconds=rng.uniform(.1, .6))
+    started = submitted + timedelta(seconds=wait)
+    ran = replace(row, attempts=1 if rng.random() < .95 else 2, submitted_at=submitted, started_at=started, robot_delay_s=wait,
+                  queue_id=12_000 + number, queue_floor=11_999 + number)
+    if luck < .06:
+        reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": f"Failed to reach goal position 'Dock {rng.randint(1, 4)}'"})
+        return replace(ran, state=State.FAILED, reason=reason, duration_s=took / 3, ended_at=started + timedelta(seconds=took / 3))
+    if luck < .075:
+        reason = Reason(ReasonCode.USER_CANCELLED)
+        return replace(ran, state=State.CANCELLED, reason=reason, duration_s=took / 2, ended_at=started + timedelta(seconds=took / 2))
+    return replace(ran, state=State.COMPLETED, duration_s=took, ended_at=started + timedelta(seconds=took))
+
+
+def _observed(robot: Robot, history: Sequence[Execution], settings: Settings, now: datetime) -> dict[tuple[str, str], float]:
+    """Time seen per day and activity that goes with the history."""
+    zone = ZoneInfo(settings.timezone)
+    seen: dict[tuple[str, str], float] = {}
+    for row in history:
+        if row.robot_id == robot.id and row.duration_s:
+            day = row.planned_at.astimezone(zone).date().isoformat()
+            seen[day, "executing"] = seen.get((day, "executing"), 0.0) + row.duration_s
+    for day in {day for day, _ in seen}:
+        seen[day, "charging"] = 5400.0 + 600.0 * (robot.id % 3)
+        seen[day, "idle"] = 16 * 3600.0 - seen[day, "executing"] - seen[day, "charging"]
+    return seen

@@ -1,0 +1,47 @@
+"""The life without a window: schedule until SIGINT or SIGTERM."""
+from __future__ import annotations
+
+import contextlib
+import queue
+import signal
+import sys
+import time
+from collections.abc import Mapping, Sequence
+
+from app.container import Container
+from app.process import log_file
+from app.process.data_directory import DataDirectory
+from app.process.host import host
+
+DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
+
+
+def live(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
+    """Returns the exit code, 0, after a stop was asked for."""
+    # Not an Event: its lock may be held by the very wait that the signal interrupts, which would then wait for ever.
+    stop: queue.SimpleQueue[int] = queue.SimpleQueue()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _frame: stop.put(number))
+    log_file.start(directory.logs, stderr=True)
+    with host(directory, demo=demo_robots) as container:
+        if stop.empty():
+            _say_ready(container, stop)
+        _wait_for(stop)
+    return 0
+
+
+def _wait_for(stop: queue.SimpleQueue[int]) -> None:
+    """Look again each second: a signal that comes in the moment before a wait begins does not end that one."""
+    while True:
+        with contextlib.suppress(queue.Empty):
+            stop.get(timeout=1.0)
+            return
+
+
+def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
+    """Once every robot has answered its first poll, or 5 s after the start (contract: "ready")."""
+    deadline = container.clock.monotonic() + 5.0
+    while not container.loop.is_ready and container.clock.monotonic() < deadline and stop.empty():
+        time.sleep(0.02)
+    print("ready", flush=True)
+    sys.stdout.flush()

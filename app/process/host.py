@@ -1,0 +1,48 @@
+"""The process that schedules on a data directory: holds the lock, runs the loop, serves the inbox. The window and headless are both one."""
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+from app import NAME, __version__
+from app.container import Container
+from app.failures import BadInput
+from app.process.data_directory import DataDirectory
+from app.process.demo import furnish
+from app.process.inbox import Inbox
+from app.process.lock import AlreadyRunning, InstanceLock
+from app.process.opening import open_container
+from app.process.requests import handlers
+from app.services.files.daily_backup import DailyBackup
+
+log = logging.getLogger(__name__)
+
+
+@contextmanager
+def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Mapping[str, str]] | None = None,
+         with_window: bool = False) -> Iterator[Container]:
+    """Open the data and schedule until the block ends. Raises BadInput when another process does, or when the database is damaged."""
+    began = time.time()
+    lock = InstanceLock(directory.path)
+    try:
+        lock.acquire()
+    except AlreadyRunning as error:
+        raise BadInput(str(error)) from None
+    try:
+        container = open_container(directory, with_window=with_window)
+        try:
+            if demo is not None:
+                furnish(container, *demo)
+            container.loop.add_chore(Inbox(directory.path, handlers(container), began - 1.0).tick)
+            container.loop.add_chore(DailyBackup(container.db, container.clock, container.alarms).tick)
+            log.info("%s %s schedules on %s", NAME, __version__, directory.path)
+            container.loop.start()
+            yield container
+        finally:
+            container.close()
+            log.info("stopped")
+    finally:
+        lock.release()
+

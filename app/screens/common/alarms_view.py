@@ -1,0 +1,271 @@
+"""Alarms in words: the sentence, where it stands (active or over, acknowledged or not, shelved), what to do and where. Pure."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime
+from enum import StrEnum
+from typing import Any
+
+from app.domain.models import Alarm, Priority, Robot, Settings
+from app.i18n import _, ngettext
+from app.screens.common import formats
+from app.services.live.alarms import EVENTS, SHELF_HOURS, alarm_sentence
+
+
+class Act(StrEnum):
+    """What a button at an alarm, a hold or a late start does."""
+    NOTHING = "nothing"
+    SHOW_ROBOT = "show_robot"            # select it and go Home
+    ROBOT_SETTINGS = "robot_settings"    # where address and password are mended
+    DATA_SETTINGS = "data_settings"      # where the database and its backups lie
+    LOGS = "logs"
+    SHOW_RUN = "show_run"                # the story of an execution
+    SCHEDULE_RUN = "schedule_run"        # the story of a schedule's last execution
+    ACKNOWLEDGE = "acknowledge"
+    HOLD = "hold"                        # the late starts
+    RELEASE = "release"                  # a hold
+
+
+@dataclass(frozen=True)
+class Way:
+    """A button: its word, what it does, and the id of what that is about."""
+    word: str
+    act: Act
+    about: int | None = None
+
+
+@dataclass(frozen=True)
+class Here:
+    """Where the operator is already."""
+    screen: str = ""
+    robot_id: int | None = None
+
+    def is_at(self, way: Way) -> bool:
+        """Nothing new would be seen there."""
+        if way.act is Act.SHOW_ROBOT:
+            return self.screen == "home" and self.robot_id == way.about
+        return self.screen == "logs" and way.act in (Act.LOGS, Act.SHOW_RUN, Act.SCHEDULE_RUN)
+
+
+NOWHERE = Here()
+
+
+# ---------------------------------------------------------------------- what is the case
+def is_shelved(alarm: Alarm, now: datetime) -> bool:
+    return alarm.shelved_until is not None and alarm.shelved_until > now
+
+
+def is_over(alarm: Alarm) -> bool:
+    """Whether its cause is gone; an event has none that lasts."""
+    return alarm.cleared_at is not None and alarm.code not in EVENTS
+
+
+def is_past(alarm: Alarm) -> bool:
+    """Over *and* acknowledged."""
+    return alarm.cleared_at is not None and alarm.acknowledged_at is not None
+
+
+def can_be_handled(alarm: Alarm) -> bool:
+    """Acknowledged or shelved; the one alarm that can't be written can't be."""
+    return alarm.id > 0
+
+
+def urgency(alarm: Alarm) -> tuple[bool, bool, float, float]:
+    """What nobody has seen before what somebody has, what lasts before what is over, then by priority, the newest first."""
+    newest = (alarm.last_at or alarm.raised_at).timestamp()
+    return alarm.acknowledged_at is not None, is_over(alarm), list(Priority).index(alarm.priority), -newest
+
+
+def state_words(alarm: Alarm, settings: Settings, now: datetime) -> tuple[str, str]:
+    """Icon and words of where it stands."""
+    if is_shelved(alarm, now):
+        until = formats.day_and_time(alarm.shelved_until, settings.timezone, now)
+        return "bell-sleep-outline", _("Shelved until {time}").format(time=until)
+    is_seen = alarm.acknowledged_at is not None
+    if alarm.code in EVENTS:
+        return ("bell-check-outline", _("Acknowledged")) if is_seen else ("bell-ring-outline", _("Not acknowledged"))
+    if is_over(alarm):
+        return ("check-all", _("Over, acknowledged")) if is_seen else ("bell-badge-outline", _("Over, not acknowledged"))
+    return ("bell-check-outline", _("Active, acknowledged")) if is_seen else ("bell-ring-outline", _("Active, not acknowledged"))
+
+
+# ---------------------------------------------------------------------- texts
+# code: what a person does about it
+_ADVICE: Mapping[str, Callable[[], str]] = {
+    "emergency_stop": lambda: _("release the red button, then press Reset on the robot"),
+    "robot_error": lambda: _("see the robot on Home"),
+    "unreachable": lambda: _("is it switched on, and on this network?"),
+    "unauthorized": lambda: _("enter user name and password anew"),
+    "not_a_robot": lambda: _("correct its address"),
+    "wrong_robot": lambda: _("correct its address, or remove and add the robot"),
+    "clock_implausible": lambda: _("set the tablet's clock"),
+    "database": lambda: _("see to the tablet's disk"),
+    "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
+    "unknown_outcome": lambda: _("look at the robot's queue before starting it anew"),
+}
+_LOUD: Mapping[str, Callable[[], str]] = {
+    "emergency_stop": lambda: _("{robot} stands still: emergency stop pressed"),
+    "unreachable": lambda: _("{robot} doesn't answer"),
+}
+
+
+def alarm_text(alarm: Alarm, settings: Settings, now: datetime) -> str:
+    """One sentence in the operator's language, instants in the zone of the settings."""
+    if alarm.code in _LOUD and alarm.details.get("robot"):
+        return _LOUD[alarm.code]().format(robot=alarm.details["robot"])
+    details = {name: _readable(value, settings, now) for name, value in alarm.details.items()}
+    return alarm_sentence(replace(alarm, details=details), _)
+
+
+def _readable(value: Any, settings: Settings, now: datetime) -> Any:
+    """Instants are kept as ISO text in details; people want the time of their zone."""
+    if not isinstance(value, str) or "T" not in value:
+        return value
+    try:
+        return formats.day_and_time(datetime.fromisoformat(value), settings.timezone, now)
+    except ValueError:
+        return value
+
+
+def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = False) -> str:
+    """Since when or when, whether it is over, how often, and what to do. ``whole``: also since when of what is over."""
+    zone = settings.timezone
+    raised = formats.day_and_time(alarm.raised_at, zone, now)
+    parts = []
+    if alarm.code in EVENTS:
+        parts = [raised] if alarm.count == 1 else [_("First {time}").format(time=raised)] if whole else []
+    elif whole or not is_over(alarm):
+        parts = [_("Since {time}").format(time=raised)]
+    if is_over(alarm):
+        parts.append(_("Over since {time}").format(time=formats.day_and_time(alarm.cleared_at, zone, now)))
+    if alarm.count > 1:
+        last = formats.day_and_time(alarm.last_at, zone, now)
+        parts.append(ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count).format(n=alarm.count, time=last))
+    if not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
+        parts.append(_ADVICE[alarm.code]())
+    return " · ".join(parts)
+
+
+def alarm_tone(alarm: Alarm) -> str:
+    """Red only for what is high and lasts or has just happened."""
+    if is_over(alarm) or is_past(alarm):
+        return "neutral"
+    return "fault" if alarm.priority is Priority.HIGH else "attention"
+
+
+def alarm_icon(alarm: Alarm) -> str:
+    if is_over(alarm) or is_past(alarm):
+        return "check-circle-outline"
+    return "alert-octagon" if alarm.priority is Priority.HIGH else "alert"
+
+
+# ---------------------------------------------------------------------- what can be done
+_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot")
+_OF_THE_TABLET = ("app_was_off", "clock_stepped", "clock_implausible")
+_OF_THE_DISK = ("database", "backup_failed")
+_OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed")
+
+
+def robot_of(alarm: Alarm) -> int | None:
+    """The robot it is about, from its key "robot:3"."""
+    return _id_in(alarm.key, "robot")
+
+
+def _id_in(key: str, wanted: str) -> int | None:
+    kind, _colon, number = key.partition(":")
+    return int(number) if kind == wanted and number.isdecimal() else None
+
+
+def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
+    """To where it is solved, or told at length. None where there is nothing more to see than that it was: the tablet's clock and its being
+    off are no matter of the app, and what is over needs no solving."""
+    if is_over(alarm) or alarm.code in _OF_THE_TABLET:
+        return None
+    if alarm.code in _OF_THE_DISK:
+        return Way(_("Open settings"), Act.DATA_SETTINGS)
+    if alarm.code in _OF_THE_PLAN:
+        if (execution_id := _id_in(alarm.key, "execution")) is not None:
+            return Way(_("Show in Logs"), Act.SHOW_RUN, execution_id)
+        schedule_id = _id_in(alarm.key, "schedule")
+        return Way(_("Show in Logs"), Act.LOGS if schedule_id is None else Act.SCHEDULE_RUN, schedule_id)
+    name = alarm.details.get("robot")
+    robot = robots.get(robot_of(alarm) or 0) or next((robot for robot in robots.values() if robot.name == name), None)
+    if robot is None:
+        return None
+    if alarm.code in _OF_THE_CONFIGURATION:
+        return Way(_("Open settings"), Act.ROBOT_SETTINGS, robot.id)
+    return Way(_("Show {robot}").format(robot=robot.name), Act.SHOW_ROBOT, robot.id)
+
+
+def acknowledging(alarm: Alarm) -> Way:
+    """That it was seen, unless somebody has said so already."""
+    if alarm.acknowledged_at is None and can_be_handled(alarm):
+        return Way(_("Acknowledge"), Act.ACKNOWLEDGE, alarm.id)
+    return Way("", Act.NOTHING)
+
+
+def menu_of(alarm: Alarm, robots: Mapping[int, Robot]) -> list[dict[str, Any]]:
+    """What else can be done about a standing alarm; the keys are "way", "note", and a number of hours."""
+    items: list[dict[str, Any]] = []
+    if (way := way_to(alarm, robots)) is not None:
+        items.append({"key": "way", "text": way.word, "icon": "arrow-right"})
+    if can_be_handled(alarm):
+        if alarm.acknowledged_at is None:
+            items.append({"key": "note", "text": _("Acknowledge with a note"), "icon": "note-edit-outline"})
+        items += [{"key": hours, "text": ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours),
+                   "icon": "bell-sleep-outline"} for hours in SHELF_HOURS]
+    return items
+
+
+# ---------------------------------------------------------------------- rows of the list
+def alarm_row(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> dict[str, Any]:
+    """A standing alarm: acknowledging it is the button, all else in the menu; where that can't be, the way is the button."""
+    way = acknowledging(alarm)
+    if not way.word and not can_be_handled(alarm):
+        way = way_to(alarm, robots) or way
+    return {**_told(alarm, settings, now), "action": way.word, "has_menu": can_be_handled(alarm)}
+
+
+def shelved_row(alarm: Alarm, settings: Settings, now: datetime) -> dict[str, Any]:
+    return {**_told(alarm, settings, now), "tone": "neutral", "action": _("Take back")}
+
+
+def past_row(alarm: Alarm, settings: Settings, now: datetime) -> dict[str, Any]:
+    return {**_told(alarm, settings, now), "tone": "neutral"}
+
+
+def _told(alarm: Alarm, settings: Settings, now: datetime) -> dict[str, Any]:
+    icon, words = state_words(alarm, settings, now)
+    return {"key": ("alarm", alarm.id), "icon": alarm_icon(alarm), "tone": alarm_tone(alarm), "text": alarm_text(alarm, settings, now),
+            "state_icon": icon, "state_words": words, "note": alarm_note(alarm, settings, now, whole=True),
+            "answer": acknowledged_words(alarm, settings, now)}
+
+
+def acknowledged_words(alarm: Alarm, settings: Settings, now: datetime) -> str:
+    """When somebody said that it was seen, and what they noted."""
+    if alarm.acknowledged_at is None:
+        return ""
+    time = formats.day_and_time(alarm.acknowledged_at, settings.timezone, now)
+    if alarm.note:
+        return _("Acknowledged {time}: {note}").format(time=time, note=alarm.note)
+    return _("Acknowledged {time}").format(time=time)
+
+
+def tab_words(standing: int, shelved: int) -> list[tuple[str, str]]:
+    """The parts of the list, with how many are in them."""
+    return [("standing", _("Standing ({n})").format(n=standing)), ("shelved", _("Shelved ({n})").format(n=shelved)), ("past", _("Past"))]
+
+
+def past_count(shown: int, total: int) -> str:
+    """How many of the past ones are in sight."""
+    if shown < total:
+        return _("The newest {n} of {total}").format(n=shown, total=total)
+    return ngettext("{n} past alarm", "{n} past alarms", total).format(n=total)
+
+
+def bell(standing: int, shelved: int) -> tuple[str, str]:
+    """Icon and number of the bell in the top bar: what stands, else what is shelved."""
+    if standing:
+        return "bell-ring-outline", str(standing)
+    return ("bell-sleep-outline", str(shelved)) if shelved else ("bell-outline", "")

@@ -1,0 +1,37 @@
+"""How the states of an execution look: icon, word and tone, always all three."""
+from __future__ import annotations
+
+from app.domain.models import Execution, State, Trigger
+from app.i18n import _, pgettext
+
+# state: (icon, tone)
+LOOKS = {
+    State.WAITING: ("timer-sand", "attention"),
+    State.SUBMITTING: ("upload-outline", "neutral"),
+    State.QUEUED: ("tray-full", "neutral"),
+    State.EXECUTING: ("play-circle-outline", "accent"),
+    State.COMPLETED: ("check-circle-outline", "done"),
+    State.FAILED: ("alert-circle", "fault"),
+    State.CANCELLED: ("cancel", "neutral"),
+    State.SKIPPED: ("skip-next-circle", "attention"),
+    State.MISSED: ("clock-alert-outline", "attention"),
+}
+
+
+def word(state: State) -> str:
+    """The state as one word."""
+    return {
+        State.WAITING: _("Waiting"), State.SUBMITTING: _("Sending"), State.QUEUED: _("Queued"), State.EXECUTING: _("Running"),
+        State.COMPLETED: _("Completed"), State.FAILED: pgettext("run", "Failed"), State.CANCELLED: _("Cancelled"),
+        State.SKIPPED: _("Skipped"), State.MISSED: _("Missed"),
+    }[state]
+
+
+def trigger_word(trigger: Trigger) -> str:
+    return {Trigger.SCHEDULED: _("Schedule"), Trigger.MANUAL: _("Run now"), Trigger.IDLE: pgettext("trigger", "Idle")}[trigger]
+
+
+def look(execution: Execution) -> dict[str, str]:
+    """Icon, tone and word of a row, as row classes take them."""
+    icon, tone = LOOKS[execution.state]
+    return {"icon": icon, "tone": tone, "outcome": word(execution.state)}

@@ -1,0 +1,197 @@
+"""Dates, times, durations and numbers as each language writes them. Explicit tables instead of the process's locale, which a kiosk
+rarely sets; no kivy. The functions write in the language the app speaks now; instants are aware datetimes, shown in an IANA zone.
+
+    duration(200)                        "3 min 20 s"
+    until(at, now, zone)                 "in 2 h 10 min"; further off than a day "Mon 23 Nov 06:30"
+    ago(2)                               "2 s ago"
+    clock_time(at, zone)                 "14:38"
+    day(at, zone, year=True)             "Fri 20 Nov 2026"
+    number(98.13, 1, "%")                "98.1 %"
+
+What is not known (None) is "–", never 0.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date, datetime, time, tzinfo
+from functools import lru_cache
+
+from app.domain.reasons import known_zone
+from app.i18n import SOURCE_LANGUAGE, translator
+
+NOTHING = "–"
+DAY = 86400.0
+
+
+@dataclass(frozen=True)
+class Table:
+    """The writing habits of one language. Patterns are ``str.format`` templates."""
+    months: tuple[str, ...]
+    months_short: tuple[str, ...]
+    weekdays: tuple[str, ...]            # from Monday
+    weekdays_short: tuple[str, ...]      # two letters, for chips and calendars
+    weekdays_date: tuple[str, ...]       # before a date
+    date_pattern: str                    # with the year
+    day_pattern: str                     # without
+    time_separator: str
+    decimal: str
+    in_pattern: str
+    ago_pattern: str
+    now_word: str
+    units: tuple[str, str, str, str] = ("s", "min", "h", "d")
+
+
+LANGUAGES = {
+    "en": Table(
+        months=("January", "February", "March", "April", "May", "June", "July", "August", "September", "October", "November", "December"),
+        months_short=("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"),
+        weekdays=("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"),
+        weekdays_short=("Mo", "Tu", "We", "Th", "Fr", "Sa", "Su"),
+        weekdays_date=("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"),
+        date_pattern="{weekday} {day} {month} {year}", day_pattern="{weekday} {day} {month}", time_separator=":", decimal=".",
+        in_pattern="in {}", ago_pattern="{} ago", now_word="now"),
+    "fi": Table(
+        months=("tammikuu", "helmikuu", "maaliskuu", "huhtikuu", "toukokuu", "kesäkuu", "heinäkuu", "elokuu", "syyskuu", "lokakuu",
+                "marraskuu", "joulukuu"),
+        months_short=("tammi", "helmi", "maalis", "huhti", "touko", "kesä", "heinä", "elo", "syys", "loka", "marras", "joulu"),
+        weekdays=("maanantai", "tiistai", "keskiviikko", "torstai", "perjantai", "lauantai", "sunnuntai"),
+        weekdays_short=("ma", "ti", "ke", "to", "pe", "la", "su"),
+        weekdays_date=("ma", "ti", "ke", "to", "pe", "la", "su"),
+        date_pattern="{weekday} {day}.{number}.{year}", day_pattern="{weekday} {day}.{number}.", time_separator=".", decimal=",",
+        in_pattern="{} kuluttua", ago_pattern="{} sitten", now_word="nyt", units=("s", "min", "h", "pv")),
+}
+
+
+def of(language: str) -> Table:
+    """The habits of ``language``; English ones where there is no table."""
+    return LANGUAGES.get(language, LANGUAGES[SOURCE_LANGUAGE])
+
+
+def current() -> Table:
+    """The habits of the language the app speaks now: names of months and weekdays."""
+    return of(translator.language)
+
+
+# ---------------------------------------------------------------------- instants
+@lru_cache(maxsize=32)
+def _zone(name: str) -> tzinfo:
+    return known_zone(name)
+
+
+def local(moment: datetime, zone: str) -> datetime:
+    """The wall-clock time of ``moment`` (aware) in ``zone``."""
+    return moment.astimezone(_zone(zone))
+
+
+def wall_time(moment: datetime | time | None, seconds: bool = False) -> str:
+    """14:38, with ``seconds`` 14:38:05, of a time that is a wall-clock time already."""
+    if moment is None:
+        return NOTHING
+    parts = [moment.hour, moment.minute, *([moment.second] if seconds else [])]
+    return current().time_separator.join(f"{part:02d}" for part in parts)
+
+
+def clock_time(moment: datetime | None, zone: str, seconds: bool = False) -> str:
+    """14:38 in ``zone``."""
+    return NOTHING if moment is None else wall_time(local(moment, zone), seconds)
+
+
+def wall_day(when: date | None, year: bool = False) -> str:
+    """Fri 20 Nov, with ``year`` Fri 20 Nov 2026, of a date that is a local one already."""
+    if when is None:
+        return NOTHING
+    table = current()
+    pattern = table.date_pattern if year else table.day_pattern
+    return pattern.format(weekday=table.weekdays_date[when.weekday()], day=when.day, month=table.months_short[when.month - 1],
+                          number=when.month, year=when.year)
+
+
+def day(moment: datetime | None, zone: str, year: bool = False) -> str:
+    """Fri 20 Nov in ``zone``, with ``year`` Fri 20 Nov 2026."""
+    return NOTHING if moment is None else wall_day(local(moment, zone), year)
+
+
+def day_and_time(moment: datetime | None, zone: str, now: datetime | None = None) -> str:
+    """Thu 19 Nov 14:38. With ``now`` only as much as is needed: 14:38 of today, and the year of another one."""
+    if moment is None:
+        return NOTHING
+    there = local(moment, zone)
+    if now is None:
+        return f"{wall_day(there)} {wall_time(there)}"
+    today = local(now, zone).date()
+    return wall_time(there) if there.date() == today else f"{wall_day(there, year=there.year != today.year)} {wall_time(there)}"
+
+
+# ---------------------------------------------------------------------- spans in seconds
+def duration(seconds: float | None) -> str:
+    """The two largest units: 20 s, 3 min 20 s, 2 h 10 min, 3 d 4 h. Seconds are rounded down, as clocks do."""
+    if seconds is None:
+        return NOTHING
+    whole = max(0, int(seconds))
+    s, minutes, h, d = current().units
+    if whole < 60:
+        return f"{whole} {s}"
+    if whole < 3600:
+        return _pair(whole // 60, minutes, whole % 60, s, pad=True)
+    if whole < DAY:
+        return _pair(whole // 3600, h, whole % 3600 // 60, minutes)
+    return _pair(int(whole // DAY), d, int(whole % DAY // 3600), h)
+
+
+def _pair(large: int, large_unit: str, small: int, small_unit: str, pad: bool = False) -> str:
+    if not small:
+        return f"{large} {large_unit}"
+    return f"{large} {large_unit} {small:02d} {small_unit}" if pad else f"{large} {large_unit} {small} {small_unit}"
+
+
+def rough_duration(seconds: float | None) -> str:
+    """20 s, 3 min, 2 h 10 min, 3 d 4 h: for what is counted down, ages, or is estimated anyway."""
+    if seconds is None:
+        return NOTHING
+    return duration(seconds if seconds < 60 or seconds >= 3600 else int(seconds) // 60 * 60)
+
+
+def ago(seconds: float | None) -> str:
+    """2 s ago, 3 min ago; "now" below a second."""
+    if seconds is None:
+        return NOTHING
+    table = current()
+    return table.now_word if seconds < 1 else table.ago_pattern.format(rough_duration(seconds))
+
+
+def ahead(seconds: float) -> str:
+    """in 22 min, in 2 h 10 min; "now" below a second."""
+    table = current()
+    return table.now_word if seconds < 1 else table.in_pattern.format(rough_duration(seconds))
+
+
+def until(moment: datetime | None, now: datetime, zone: str) -> str:
+    """How soon within a day ("in 22 min"), when beyond it ("Mon 23 Nov 06:30")."""
+    if moment is None:
+        return NOTHING
+    seconds = (moment - now).total_seconds()
+    return ahead(seconds) if seconds < DAY else day_and_time(moment, zone, now)
+
+
+# ---------------------------------------------------------------------- numbers and names
+def number(value: float | None, digits: int = 0, unit: str = "") -> str:
+    """46, 98.1 % or 98,1 %"""
+    if value is None:
+        return NOTHING
+    text = f"{value:.{digits}f}".replace(".", current().decimal)
+    return f"{text} {unit}" if unit else text
+
+
+def plain(value: float) -> str:
+    """12 or 12.5 or 12,5: as many decimals as it has, at most six digits."""
+    return f"{value:g}".replace(".", current().decimal)
+
+
+def percent(value: float | None, digits: int = 0) -> str:
+    """78 % of a value that is in percent already."""
+    return number(value, digits, "%")
+
+
+def address(url: str) -> str:
+    """The address of a robot without what goes without saying: 10.40.12.21, robot.local:8080, https://robot.local."""
+    return url.removeprefix("http://").rstrip("/")

@@ -1,0 +1,88 @@
+"""Dialogs and menus as calls. Screens get a ``Dialogs`` injected; tests may give them a fake with the same methods."""
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from datetime import date, time
+from typing import Any
+
+from kivy.uix.widget import Widget
+
+from app.i18n import _
+from app.screens.common import formats
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu, Overlay
+from app.widgets.pickers import DateDialog, TimeDialog
+
+
+class Dialogs:
+    """Opens dialogs and remembers which are open. ``animate`` False opens and closes them at once (pictures, tests)."""
+
+    def __init__(self, animate: bool = True) -> None:
+        self._animate = animate
+        self._open: list[Overlay] = []
+
+    def open(self, dialog: Overlay) -> Overlay:
+        """Show a dialog built by the caller."""
+        self._open.append(dialog)
+        dialog.bind(on_dismiss=self._closed)
+        dialog.open(animation=self._animate)
+        return dialog
+
+    @property
+    def top(self) -> Overlay | None:
+        """The topmost open dialog or menu."""
+        return self._open[-1] if self._open else None
+
+    def close_all(self) -> None:
+        for dialog in reversed(self._open[:]):
+            dialog.dismiss(animation=False)
+
+    def confirm(self, title: str, text: str, action: str, done: Callable[[], object], *, danger: bool = False,
+                decline: str = "", declined: Callable[[], object] | None = None) -> Overlay:
+        """Ask before what cannot be taken back; ``action`` is the word on the button that does it."""
+        dialog = ConfirmDialog(title=title, text=text, confirm=action, decline=decline or _("Cancel"), danger=danger)
+        dialog.bind(on_confirmed=lambda *_args: done(), on_declined=lambda *_args: declined() if declined else None)
+        return self.open(dialog)
+
+    def choose(self, title: str, options: Sequence[dict[str, Any]], done: Callable[[Any], object], *,
+               selected: Hashable | None = None) -> Overlay:
+        """Pick one of ``options`` = [{"key", "text", "note", "icon"}, …]; ``done(key)``. Eight and more can be searched."""
+        dialog = ChoiceDialog(title=title, options=options, selected=[] if selected is None else [selected],
+                              hint=_("Search"), nothing=_("Nothing found"))
+        dialog.bind(on_choose=lambda _dialog, key: done(key))
+        return self.open(dialog)
+
+    def choose_many(self, title: str, options: Sequence[dict[str, Any]], action: str, done: Callable[[list[Any]], object], *,
+                    selected: Iterable[Hashable] = ()) -> Overlay:
+        """Tick any of ``options``; ``action`` is the word on the confirming button; ``done(keys)``."""
+        dialog = ChoiceDialog(title=title, options=options, selected=list(selected), multiple=True, confirm=action,
+                              decline=_("Cancel"), hint=_("Search"), nothing=_("Nothing found"))
+        dialog.bind(on_choose_many=lambda _dialog, keys: done(keys))
+        return self.open(dialog)
+
+    def pick_time(self, title: str, start: time | None, done: Callable[[time], object]) -> Overlay:
+        """Ask for a time of day, 24 hours."""
+        dialog = TimeDialog(start, title=title, hour_word=_("Hour"), minute_word=_("Minute"), confirm=_("Set"), decline=_("Cancel"),
+                            separator=formats.current().time_separator)
+        dialog.bind(on_pick=lambda _dialog, value: done(value))
+        return self.open(dialog)
+
+    def pick_date(self, title: str, start: date | None, done: Callable[[date], object], *, today: date,
+                  first: date | None = None, last: date | None = None) -> Overlay:
+        """Ask for a day between ``first`` and ``last``; ``today`` is ringed."""
+        words = formats.current()
+        dialog = DateDialog(title=title, chosen=start, today=today, first=first, last=last, months=words.months,
+                            weekdays=words.weekdays_short, today_word=_("Today"), confirm=_("Set"), decline=_("Cancel"))
+        dialog.bind(on_pick=lambda _dialog, value: done(value))
+        return self.open(dialog)
+
+    def menu(self, anchor: Widget, items: Sequence[dict[str, Any]], done: Callable[[Any], object]) -> Menu:
+        """Hang a menu on ``anchor``: ``items`` = [{"key", "text", "icon", "tone", "disabled"}, …]; ``done(key)``."""
+        menu = Menu(items=items)
+        menu.bind(on_choose=lambda _menu, key: done(key), on_dismiss=self._closed)
+        self._open.append(menu)
+        menu.open_at(anchor, animation=self._animate)
+        return menu
+
+    def _closed(self, dialog: Overlay) -> None:
+        if dialog in self._open:
+            self._open.remove(dialog)

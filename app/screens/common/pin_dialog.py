@@ -1,0 +1,65 @@
+"""A PIN entered by taps, or on a keyboard where there is one: to open Settings, and to set it."""
+from __future__ import annotations
+
+from typing import Any
+
+from kivy.properties import BooleanProperty, StringProperty
+
+from app.services.live.access import LONGEST, SHORTEST
+from app.widgets import load_kv, number_pad  # noqa: F401  (kivy's Factory learns it)
+from app.widgets.dialogs import FormDialog
+
+BACKSPACE, ENTER, KEYPAD_ENTER = 8, 13, 271
+
+
+class PinDialog(FormDialog):
+    """Digits as dots; ``on_entered(pin)`` when they are done. ``busy`` and ``waiting`` take none."""
+    text = StringProperty()
+    pin = StringProperty()
+    dots = StringProperty()
+    problem = StringProperty()
+    ready = BooleanProperty(False)
+    busy = BooleanProperty(False)            # it is being looked at
+    waiting = BooleanProperty(False)         # too many were wrong
+
+    __events__ = ("on_entered",)
+
+    def __init__(self, **kwargs: Any) -> None:
+        load_kv("common/pin")
+        super().__init__(**kwargs)
+
+    def on_entered(self, pin: str) -> None:
+        """The digits are done."""
+
+    def on_pin(self, *_args: Any) -> None:
+        self.dots = "•" * len(self.pin)
+        self.ready = len(self.pin) >= SHORTEST
+
+    def add_digit(self, digit: str) -> None:
+        if not (self.busy or self.waiting) and len(self.pin) < LONGEST:
+            self.pin, self.problem = self.pin + digit, ""
+
+    def take_back(self) -> None:
+        if not (self.busy or self.waiting):
+            self.pin = self.pin[:-1]
+
+    def done(self) -> None:
+        if self.ready and not (self.busy or self.waiting):
+            self.dispatch("on_entered", self.pin)
+
+    def ask_again(self, problem: str = "", text: str = "") -> None:
+        """From the first digit, and why."""
+        self.pin, self.problem, self.busy = "", problem, False
+        self.text = text or self.text
+
+    def _handle_keyboard(self, window: Any, key: int, *rest: Any) -> bool:
+        text = rest[1] if len(rest) > 1 and isinstance(rest[1], str) else ""
+        if text.isascii() and text.isdecimal():
+            self.add_digit(text)
+        elif key == BACKSPACE:
+            self.take_back()
+        elif key in (ENTER, KEYPAD_ENTER):
+            self.done()
+        else:
+            return bool(super()._handle_keyboard(window, key, *rest))
+        return True

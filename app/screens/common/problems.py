@@ -1,0 +1,25 @@
+"""What went wrong, as one sentence in the language the app speaks now."""
+from __future__ import annotations
+
+from app.database.errors import DatabaseError
+from app.domain.message import Told, is_told, made_of, tell
+from app.domain.models import InvalidInput
+from app.failures import Failure
+from app.i18n import _
+from app.mir.errors import RobotError
+
+
+def sentence_of(problem: BaseException) -> str:
+    """Never a traceback and never an exception's class: what nobody foresaw is in the log."""
+    if isinstance(problem, Failure):
+        cause = problem.__cause__
+        return sentence_of(cause) if isinstance(cause, DatabaseError) else str(problem)
+    if isinstance(problem, RobotError | InvalidInput | DatabaseError):
+        return words_of(made_of(problem))
+    return _("Something unexpected went wrong; the log file has the details")
+
+
+def words_of(problem: Told) -> str:
+    """With a capital, unless it begins with a name or an address; texts of elsewhere as they are."""
+    text = tell(problem, _)
+    return text if not is_told(problem) or problem["msgid"].startswith("{") else text[:1].upper() + text[1:]

@@ -1,0 +1,52 @@
+"""What a screen is to the window around it, and what the window offers to a screen.
+
+A screen is a widget, built lazily on its first visit as ``HomeScreen(container, shell)``; the four are listed in ``SCREENS``. The window
+calls ``shown(**intent)`` each time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when it
+leaves: between the two it subscribes to ``container.changes`` and ticks, outside it does nothing. The frame (top bar, banner, navigation)
+is the window's own; a screen fills what is between them, and the margins around it are the frame's.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.screens.common.problems import sentence_of
+
+if TYPE_CHECKING:
+    from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
+
+PROBLEM_SECONDS = 8.0
+
+# name: (module, class)
+SCREENS = {
+    "home": ("app.screens.home.screen", "HomeScreen"),
+    "scheduler": ("app.screens.scheduler.screen", "SchedulerScreen"),
+    "logs": ("app.screens.logs.screen", "LogsScreen"),
+    "settings": ("app.screens.settings.screen", "SettingsScreen"),
+}
+
+
+@dataclass(frozen=True)
+class Shell:
+    """The services of the window (app/screens/common/view_model.py tells how they are used); tests pass fakes.
+
+    ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` says what was done, with Undo; ``bus`` brings what happens on other
+    threads to the UI thread; ``background`` runs work off the UI thread and its result back on it. ``restore`` closes the services, puts a
+    backup in the place of the database and goes on with it; None: this window can't.
+    """
+    navigator: Navigator
+    dialogs: Dialogs
+    snackbars: Snackbars
+    bus: UiBus
+    background: Background
+    restore: Callable[[Path], object] | None = None
+
+    def go(self, screen: str, **intent: Any) -> None:
+        """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""
+        self.navigator.go(screen, **intent)
+
+    def say_problem(self, problem: BaseException) -> None:
+        """One sentence about what went wrong, long enough to be read."""
+        self.snackbars.show(sentence_of(problem), icon="alert-circle-outline", seconds=PROBLEM_SECONDS)

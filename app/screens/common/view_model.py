@@ -1,0 +1,212 @@
+"""How a screen is written.
+
+A screen is three things: a kv file (layout only), a widget class as thin as possible (``ScreenBase``), and a view model whose properties kv
+reads. The view model asks services in the background and shows what comes back; it never computes what a service could decide, and never
+holds a truth of its own.
+
+    class LogsViewModel(ViewModel):
+        rows = ListProperty()
+        loading = BooleanProperty(False)
+
+        def __init__(self, history, shell):
+            super().__init__()
+            self._history, self._shell = history, shell
+
+        def opened(self, execution_id=None):                  # on screen now; the intent of shell.go("logs", execution_id=7)
+            self.keep(self._shell.bus.subscribe(HistoryChanged, lambda _event: self.load()))
+            self.every(30, self.load)
+            self.load()
+
+        def load(self):
+            self.loading = True
+            self._shell.background.run(self._history.newest, self._show, self._failed, key=("logs", "rows"))
+
+        def _show(self, runs):
+            self.loading = False
+            self.rows = [log_row(run) for run in runs]        # a pure function of plain values, tested without kivy
+
+        def retranslated(self):                               # the language was switched: build the texts anew
+            self.load()
+
+    class LogsScreen(ScreenBase):
+        def __init__(self, container, shell, **kwargs):
+            super().__init__(vm=LogsViewModel(container.history, shell), **kwargs)
+
+    # kv/logs/screen.kv
+    <LogsScreen>:
+        orientation: "vertical" if root.portrait else "horizontal"
+        spacing: GAP
+        LongList:
+            viewclass: "LogRow"
+            data: root.vm.rows
+            on_action: root.vm.toggle(args[1])                # args: list, key, action, values …
+
+Rules
+- Everything here lives on the UI thread. Workers publish: ``bus.publish(event, key=robot_id)`` from any thread; events with one key are
+  coalesced, handlers get at most a hundred a frame. ``background.run(work, done, failed)`` runs ``work`` elsewhere and the rest here;
+  ``key=`` makes newer work supersede older. Setting a kivy property or building a widget on a worker is a crash or a heisenbug.
+- Between ``opened`` and ``closed`` a view model subscribes (``keep``) and ticks (``every``); the base class lets go of both. A screen
+  that is not shown costs nothing.
+- In kv: ids directly (``field.text``), never ``root.ids.field.text`` (it leaks the widget); no arithmetic beyond layout; texts as
+  ``tr._("Save")``; ``root.vm`` is rebindable. In Python: ``_("…")``, and ``ngettext`` for counts; never join halves of sentences.
+- Work over 300 ms shows itself: give the button ``busy: root.vm.saving``. Every action ends in something visible: the new state, a
+  sentence at the field, or ``shell.snackbars.show(_("Saved"))``. Deleting: do it, then ``shell.snackbars.undo(text, _("Undo"), undo)``.
+- Ask only where there is no way back: ``shell.dialogs.confirm(title, text, action, done, danger=True)``. Also ``choose``, ``choose_many``,
+  ``pick_time``, ``pick_date``, ``menu``, and ``open`` for dialogs of your own (``FormDialog``, app/widgets/dialogs.py).
+- Sizes of targets come from ``tk.h_touch``, ``tk.h_field``, ``tk.h_action``; they grow in glove mode, and ``Navigator.rebuild`` then
+  builds the screens anew. Landscape and portrait: ``root.portrait``; a low window (600 px): let cards scroll (``ScrollPage``).
+- Fields go red with a sentence in ``problem``; fields of settings commit when they are left (``on_commit``).
+
+Tests: ``tests/ui/conftest.py`` gives the fixture ``ui`` (taps, typing, virtual time); ``tests/screenshots`` takes the pictures.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from kivy.clock import Clock
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
+
+from app.i18n import translator
+from app.screens.common.overlays import Dialogs
+from app.screens.common.threads import Background, Job, UiBus
+from app.widgets.snackbar import Snackbars
+
+__all__ = ["Background", "Dialogs", "Job", "Navigator", "ScreenBase", "Snackbars", "UiBus", "ViewModel"]
+
+
+class ViewModel(EventDispatcher):
+    """Properties for kv, and what has to be let go when the screen leaves. Override ``opened``, ``closed``, ``retranslated``."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._kept: list[Callable[[], object]] = []
+        self.is_open = False
+
+    def opened(self, **intent: Any) -> None:
+        """The screen is shown: subscribe, tick, load. ``intent`` is what ``shell.go`` was given."""
+
+    def closed(self) -> None:
+        """The screen has left; what was kept is released already."""
+
+    def retranslated(self) -> None:
+        """The language has changed: build the texts of the properties anew."""
+
+    def keep(self, release: Callable[[], object]) -> None:
+        """Call ``release`` when the screen leaves."""
+        self._kept.append(release)
+
+    def every(self, seconds: float, call: Callable[[], object]) -> None:
+        """Call ``call()`` every ``seconds`` while the screen is shown."""
+        self.keep(Clock.schedule_interval(lambda _dt: call(), seconds).cancel)
+
+    def open(self, **intent: Any) -> None:
+        """Called by the screen."""
+        if self.is_open:
+            self.close()
+        self.is_open = True
+        self.keep(translator.subscribe(self.retranslated))
+        self.opened(**intent)
+
+    def close(self) -> None:
+        """Called by the screen."""
+        self.is_open = False
+        while self._kept:
+            self._kept.pop()()
+        self.closed()
+
+
+class ScreenBase(BoxLayout):
+    """A screen: a widget with a view model, told when it comes and goes."""
+    vm = ObjectProperty(None, rebind=True, allownone=True)
+    portrait = BooleanProperty(False)
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.fbind("size", self._turned)
+
+    def shown(self, **intent: Any) -> None:
+        if self.vm is not None:
+            self.vm.open(**intent)
+
+    def hidden(self) -> None:
+        if self.vm is not None:
+            self.vm.close()
+
+    def _turned(self, *_: Any) -> None:
+        self.portrait = self.height > self.width
+
+
+class Navigator(EventDispatcher):
+    """Shows one screen at a time in ``body``, built on its first visit by ``builders[name]()``; there is no transition to wait for.
+
+    A screen may have ``shown(**intent)``, ``hidden()`` and ``place()``. Going to the screen that is already there shows it again with the
+    new intent.
+    """
+    current = StringProperty()
+    guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; calls what shows it, or not
+
+    def __init__(self, body: Widget, builders: Mapping[str, Callable[[], Widget]], **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._body = body
+        self._builders = dict(builders)
+        self._screens: dict[str, Widget] = {}
+        self._shown: Widget | None = None
+
+    def go(self, name: str, **intent: Any) -> None:
+        """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""
+        if self.guard is None:
+            self._go(name, intent)
+        else:
+            self.guard(name, lambda: self._go(name, intent))
+
+    def _go(self, name: str, intent: dict[str, Any]) -> None:
+        screen = self.screen(name)
+        self._hide()
+        if screen.parent is None:
+            self._body.clear_widgets()
+            self._body.add_widget(screen)
+        self.current = name
+        self._shown = screen
+        self._tell(screen, "shown", intent)
+
+    def screen(self, name: str) -> Widget:
+        """The screen ``name``, built if it was never visited."""
+        if name not in self._screens:
+            self._screens[name] = self._builders[name]()
+        return self._screens[name]
+
+    @property
+    def built(self) -> list[str]:
+        return list(self._screens)
+
+    def rebuild(self) -> None:
+        """Throw all screens away and build the present one anew (glove mode, size of texts), at the place in it that its ``place()`` tells
+        as an intent."""
+        intent = getattr(self._shown, "place", dict)()
+        self._hide()
+        self._body.clear_widgets()
+        self._screens.clear()
+        if self.current:
+            self._go(self.current, intent)
+
+    def close(self) -> None:
+        """The window is closing: the present screen leaves."""
+        self._hide()
+        self._body.clear_widgets()
+        self._screens.clear()
+        self.current = ""
+
+    def _hide(self) -> None:
+        if self._shown is not None:
+            self._tell(self._shown, "hidden", {})
+            self._shown = None
+
+    @staticmethod
+    def _tell(screen: Widget, name: str, intent: dict[str, Any]) -> None:
+        call = getattr(screen, name, None)
+        if call is not None:
+            call(**intent)

@@ -1,0 +1,238 @@
+"""Two lists over any screen: the alarms (standing, shelved, past), and the late starts that the operator may still hold."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.domain.models import Alarm, Execution, Robot, Settings
+from app.i18n import _, ngettext
+from app.screens.common.alarms_view import (
+    Act,
+    acknowledging,
+    alarm_text,
+    can_be_handled,
+    is_shelved,
+    menu_of,
+    past_count,
+    past_row,
+    shelved_row,
+    tab_words,
+    way_to,
+)
+from app.screens.common.shell import Shell
+from app.screens.frame.view import Worries, Worry, late_line, open_worries, seconds_left, worry_row
+from app.services.live.alarms import LONGEST_NOTE
+from app.widgets import load_kv
+from app.widgets.dialogs import Dialog, FormDialog
+from app.widgets.lists import Row
+from app.widgets.surfaces import TonedSurface
+
+if TYPE_CHECKING:
+    from app.container import Container
+
+PAGE = 50                                # past alarms shown at first, and added by each press
+NOTHING_THERE: Mapping[str, Callable[[], str]] = {
+    "standing": lambda: _("No alarms. Everything is as it should be."),
+    "shelved": lambda: _("Nothing is shelved. Shelving keeps an alarm out of the way for some hours, then it comes back by itself."),
+    "past": lambda: _("No past alarms"),
+}
+Do = Callable[[Act, int | None], object]
+
+
+class AlarmRow(Row, TonedSurface):
+    """One alarm: what, where it stands, since when, how often, what to do, who took note. ``action`` is the word of its button."""
+    icon = StringProperty()
+    text = StringProperty()
+    state_icon = StringProperty()
+    state_words = StringProperty()
+    note = StringProperty()
+    answer = StringProperty()
+    action = StringProperty()
+    has_menu = BooleanProperty(False)
+
+
+class LateRow(Row, BoxLayout):
+    """One late start: what, where, when it should have been."""
+    text = StringProperty()
+    note = StringProperty()
+
+
+class AlarmsDialog(Dialog):
+    """Alarms in three parts, most serious first. The rows fire ``on_row(key, action, …)``."""
+    tabs = ListProperty()
+    tab = StringProperty("standing")
+    rows = ListProperty()
+    empty = StringProperty()             # said where there are no rows
+    count = StringProperty()             # under the past ones
+    more = StringProperty()              # the word of the button that shows further ones
+
+    __events__ = ("on_row", "on_show_more")
+
+    def __init__(self, **kwargs: Any) -> None:
+        load_kv("frame/alarm_list")
+        super().__init__(title=_("Alarms"), **kwargs)
+
+    def on_row(self, key: tuple[str, int], action: str, *values: Any) -> None:
+        """The button or the menu of a row was pressed."""
+
+    def on_show_more(self) -> None:
+        """Further past alarms are wanted."""
+
+
+class NoteDialog(FormDialog):
+    """Take note of an alarm in one's own words: ``done(note)``."""
+    text = StringProperty()
+    longest = LONGEST_NOTE
+
+    def __init__(self, alarm: str, done: Callable[[str], object], **kwargs: Any) -> None:
+        load_kv("frame/alarm_list")
+        self._done = done
+        super().__init__(title=_("Acknowledge"), text=alarm, **kwargs)
+
+    def acknowledge(self, note: str) -> None:
+        self._done(note)
+        self.dismiss()
+
+
+class AlarmList:
+    """Opens the list over any screen, keeps it up to date, and does what its rows ask for; ``do`` is what the banner can do too."""
+
+    def __init__(self, container: Container, shell: Shell, do: Do) -> None:
+        self._container, self._shell, self._do = container, shell, do
+        self._dialog: AlarmsDialog | None = None
+        self._worries, self._settings = Worries(), Settings()
+        self._robots: Mapping[int, Robot] = {}
+        self._past: Sequence[Alarm] | None = None        # None: not read yet
+        self._past_total = 0
+        self._wanted = PAGE
+
+    # ------------------------------------------------------------------ showing
+    def open(self) -> None:
+        if self._dialog is not None:
+            return
+        self._wanted = PAGE
+        self._dialog = dialog = AlarmsDialog()
+        dialog.bind(on_dismiss=self._closed, on_row=self._row_used, on_show_more=self._show_more, tab=lambda *_args: self._tab_chosen())
+        self._show()
+        self._shell.dialogs.open(dialog)
+
+    def _closed(self, _dialog: AlarmsDialog) -> None:
+        self._dialog, self._past, self._past_total = None, None, 0
+
+    def show(self, worries: Worries, robots: Mapping[int, Robot], settings: Settings) -> None:
+        """What stands now; called every second."""
+        self._worries, self._robots, self._settings = worries, robots, settings
+        self._show()
+
+    def changed(self) -> None:
+        """Something was raised, cleared, acknowledged or shelved."""
+        if self._dialog is not None and self._dialog.tab == "past":
+            self._read_past()
+
+    def _show(self) -> None:
+        dialog = self._dialog
+        if dialog is None:
+            return
+        now, settings = self._container.clock.now(), self._settings
+        standing = open_worries(self._worries, self._robots, settings, now)
+        shelved = [alarm for alarm in self._worries.alarms if is_shelved(alarm, now)]
+        dialog.tabs = tab_words(len(standing), len(shelved))
+        dialog.rows = self._rows(dialog.tab, standing, shelved, now)
+        past = (self._past or ()) if dialog.tab == "past" else ()
+        dialog.empty = "" if dialog.rows or (dialog.tab == "past" and self._past is None) else NOTHING_THERE[dialog.tab]()
+        dialog.count = past_count(len(past), self._past_total) if past else ""
+        dialog.more = _("Show more") if past and len(past) < self._past_total else ""
+
+    def _rows(self, tab: str, standing: Sequence[Worry], shelved: Sequence[Alarm], now: datetime) -> list[dict[str, Any]]:
+        settings = self._settings
+        if tab == "standing":
+            return [worry_row(worry, self._robots, settings, now) for worry in standing]
+        if tab == "shelved":
+            return [shelved_row(alarm, settings, now) for alarm in shelved]
+        return [past_row(alarm, settings, now) for alarm in self._past or ()]
+
+    # ------------------------------------------------------------------ the past ones
+    def _tab_chosen(self) -> None:
+        self._wanted = PAGE
+        self.changed()
+        self._show()
+
+    def _show_more(self, _dialog: AlarmsDialog) -> None:
+        self._wanted += PAGE
+        self._read_past()
+
+    def _read_past(self) -> None:
+        wanted = self._wanted
+        self._shell.background.run(lambda: self._container.alarms.past(wanted), self._take_past, self._shell.say_problem,
+                                   key=("alarms", "past"))
+
+    def _take_past(self, found: tuple[Sequence[Alarm], int]) -> None:
+        self._past, self._past_total = found
+        self._show()
+
+    # ------------------------------------------------------------------ what the rows ask for
+    def _row_used(self, _dialog: AlarmsDialog, key: tuple[str, int], action: str, *values: Any) -> None:
+        kind, about = key
+        alarm = next((alarm for alarm in self._worries.alarms if alarm.id == about), None) if kind == "alarm" else None
+        if kind == "hold":
+            self._do(Act.RELEASE, about or None)
+        elif kind == "late":
+            self._do(Act.HOLD, None)
+        elif alarm is None:
+            return                               # gone meanwhile
+        elif action == "menu":
+            self._shell.dialogs.menu(values[0], menu_of(alarm, self._robots), lambda chosen: self._menu_used(alarm, chosen))
+        elif is_shelved(alarm, self._container.clock.now()):
+            self._work(lambda: self._container.alarms.take_back(alarm.id))
+        elif not can_be_handled(alarm):
+            self._go(alarm)
+        else:
+            way = acknowledging(alarm)
+            self._do(way.act, way.about)
+
+    def _menu_used(self, alarm: Alarm, chosen: str | int) -> None:
+        if chosen == "way":
+            self._go(alarm)
+        elif chosen == "note":
+            text = alarm_text(alarm, self._settings, self._container.clock.now())
+            self._shell.dialogs.open(NoteDialog(text, lambda note: self._work(
+                lambda: self._container.alarms.acknowledge(alarm.id, note))))
+        else:
+            hours = int(chosen)
+            self._work(lambda: self._container.alarms.shelve(alarm.id, hours))
+
+    def _go(self, alarm: Alarm) -> None:
+        way = way_to(alarm, self._robots)
+        if way is not None and self._dialog is not None:
+            self._dialog.dismiss()
+            self._do(way.act, way.about)
+
+    def _work(self, work: Callable[[], object]) -> None:
+        """What changes comes back by ``container.changes``."""
+        self._shell.background.run(work, None, self._shell.say_problem)
+
+
+class LateStartsDialog(FormDialog):
+    """What fell due while the app was off, counted down; ``hold()`` keeps it all from being sent."""
+    text = StringProperty()
+    rows = ListProperty()
+
+    def __init__(self, hold: Callable[[], object], **kwargs: Any) -> None:
+        load_kv("frame/alarm_list")
+        self._hold = hold
+        super().__init__(**kwargs)
+
+    def show(self, executions: Sequence[Execution], settings: Settings, now: datetime) -> None:
+        left, many = seconds_left(executions, now), len(executions)
+        self.title = ngettext("The app was off. Start this now?", "The app was off. Start these {n} now?", many).format(n=many)
+        text = _("It starts in {n} s unless you hold it.") if many == 1 else _("They start in {n} s unless you hold them.")
+        self.text = text.format(n=left)
+        self.rows = [{"key": e.id, "text": late_line(e, settings), "note": e.schedule} for e in executions]
+
+    def hold(self) -> None:
+        self._hold()
+        self.dismiss()

@@ -1,0 +1,159 @@
+"""What is always there, in words: the selected robot in the top bar, and the banner with the most serious alarm or hold. Pure."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import Any
+
+from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings, State, Wait
+from app.i18n import _, ngettext
+from app.screens.common import formats
+from app.screens.common.alarms_view import (
+    NOWHERE,
+    Act,
+    Here,
+    acknowledging,
+    alarm_icon,
+    alarm_note,
+    alarm_row,
+    alarm_text,
+    alarm_tone,
+    is_shelved,
+    urgency,
+    way_to,
+)
+from app.screens.common.robot_appearance import battery_look, is_old, link_look, state_look
+from app.services.live.holds import Hold
+
+
+@dataclass(frozen=True)
+class BarView:
+    """The top bar, but for the screen's name."""
+    date: str = ""
+    clock: str = ""
+    robot: str = ""
+    link: str = ""
+    icon: str = "robot-off-outline"
+    tone: str = "offline"
+
+
+def top_bar(robot: Robot | None, snapshot: RobotSnapshot | None, settings: Settings, now: datetime) -> BarView:
+    date, clock = formats.day(now, settings.timezone, year=True), formats.clock_time(now, settings.timezone)
+    if robot is None:
+        return BarView(date, clock, _("No robot"))
+    look = link_look(robot, snapshot or RobotSnapshot(robot.id), now, settings)
+    return BarView(date, clock, robot.name, look.word, look.icon, look.tone)
+
+
+def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> dict[str, Any]:
+    """One robot in the list to choose from."""
+    look = state_look(robot, snapshot, is_old(snapshot, now, settings))
+    battery = battery_look(snapshot.status, settings)
+    return {"key": robot.id, "text": robot.name, "icon": look.icon, "note": f"{look.word} · {battery.text}"}
+
+
+@dataclass(frozen=True)
+class BannerView:
+    """Empty ``text``: no banner."""
+    text: str = ""
+    note: str = ""
+    tone: str = "fault"
+    icon: str = "alert-octagon"
+    others: str = ""
+    action: str = ""
+    act: Act = Act.NOTHING
+    about: int | None = None             # id of the robot or alarm that ``act`` is about
+
+
+@dataclass(frozen=True)
+class Worries:
+    """Everything a banner may have to tell."""
+    alarms: Sequence[Alarm] = ()         # standing
+    holds: Sequence[Hold] = ()           # the operator's, of all robots or of one
+    late_starts: Sequence[Execution] = ()
+
+
+def late_starts(executions: Sequence[Execution]) -> list[Execution]:
+    """Fell due while the app was off; sent when the operator's seconds are over."""
+    return [e for e in executions if e.state is State.WAITING and e.wait is Wait.LATE_START]
+
+
+def banner(worries: Worries, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> BannerView:
+    """The most serious one, and how many others the list has. ``here`` is where one is already, so that nothing leads there."""
+    found = open_worries(worries, robots, settings, now, here)
+    if not found:
+        return BannerView()
+    count = len(found) - 1
+    others = ngettext("+{n} more", "+{n} more", count).format(n=count) if count else _("Details") if found[0].alarm else ""
+    return replace(found[0].view, others=others)
+
+
+@dataclass(frozen=True)
+class Worry:
+    """One line that the banner counts and the list shows: an alarm, a hold, or the late starts."""
+    key: tuple[str, int]
+    view: BannerView
+    alarm: Alarm | None = None
+
+
+def open_worries(worries: Worries, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> list[Worry]:
+    """Everything that stands and is not shelved, most serious first."""
+    lines = [(urgency(alarm), Worry(("alarm", alarm.id), _alarm(alarm, robots, settings, now, here), alarm))
+             for alarm in worries.alarms if not is_shelved(alarm, now)]
+    lines += [(_HOLD, Worry(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
+              for hold in worries.holds if not hold.clock and not hold.is_over(now)]             # a doubted clock has its own alarm
+    lines.sort(key=lambda line: line[0])
+    late = [Worry(("late", 0), _late(worries.late_starts, settings, now))] if worries.late_starts else []
+    return [*late, *(worry for _urgency, worry in lines)]
+
+
+def worry_row(worry: Worry, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> dict[str, Any]:
+    """Its line in the list."""
+    if worry.alarm is not None:
+        return alarm_row(worry.alarm, robots, settings, now)
+    view = worry.view
+    return {"key": worry.key, "icon": view.icon, "tone": view.tone, "text": view.text, "note": view.note, "action": view.action}
+
+
+_HOLD = (False, False, 0.5, 0.0)         # a hold comes after what is high and new, before all others
+
+
+def _alarm(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here) -> BannerView:
+    way = way_to(alarm, robots)
+    if way is None or here.is_at(way):
+        way = acknowledging(alarm)
+    return BannerView(alarm_text(alarm, settings, now), alarm_note(alarm, settings, now), alarm_tone(alarm), alarm_icon(alarm), "",
+                      way.word, way.act, way.about)
+
+
+# ---------------------------------------------------------------------- holds and late starts
+def _late(executions: Sequence[Execution], settings: Settings, now: datetime) -> BannerView:
+    left = seconds_left(executions, now)
+    count = len(executions)
+    first = ngettext("{n} late mission starts in {s} s", "{n} late missions start in {s} s", count).format(n=count, s=left)
+    names = ", ".join(late_line(e, settings) for e in executions[:3])
+    note = _("Due while the app was off: {missions}").format(missions=names)
+    return BannerView(first, note, "attention", "timer-alert-outline", "", _("Hold"), Act.HOLD)
+
+
+def late_line(execution: Execution, settings: Settings) -> str:
+    return _("{mission} on {robot} ({time})").format(mission=execution.mission, robot=execution.robot,
+                                                     time=formats.clock_time(execution.planned_at, settings.timezone))
+
+
+def seconds_left(executions: Sequence[Execution], now: datetime) -> int:
+    """Whole seconds until the first of them is sent."""
+    ends = [e.hold_until for e in executions if e.hold_until is not None]
+    return max(0, round((min(ends) - now).total_seconds())) if ends else 0
+
+
+def _hold(hold: Hold, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> BannerView:
+    robot = robots.get(hold.robot_id or 0)
+    text = _("Nothing is sent to {robot}").format(robot=robot.name) if robot else _("Nothing is sent to any robot")
+    until = _("Held until released")
+    if hold.until is not None:
+        until = _("Held until {time}").format(time=formats.day_and_time(hold.until, settings.timezone, now))
+    since = _("since {time}").format(time=formats.day_and_time(hold.since, settings.timezone, now)) if hold.since else ""
+    note = " · ".join(filter(None, (until, since, hold.reason and _(hold.reason))))
+    return BannerView(text, note, "attention", "hand-back-right-outline", "", _("Release"), Act.RELEASE, hold.robot_id)

@@ -1,0 +1,274 @@
+"""The form of the Scheduler as plain values: what a person has chosen so far, and the schedule it stands for. No kivy.
+
+The form speaks of once, daily, weekly, "every" and monthly; a rule that it can't say (yearly, every second week, a count …), as files may
+bring, is kept as it is under ``Kind.OTHER``. A draft that was opened and not touched gives back the very schedule it came from.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from datetime import date, datetime, time, timedelta
+from enum import StrEnum
+from typing import Any
+
+from app.domain.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
+from app.services.planning.working_days import WorkingCalendar
+
+LAST = -1                                # day of month or number of a weekday: the last one
+MOST_MINUTES, MOST_HOURS = 720, 24       # "every …": what the form offers
+SOON = 60                                # days in which a working day is looked for
+
+
+class Kind(StrEnum):
+    """How often, as the chips of the form say it."""
+    ONCE = "once"
+    DAILY = "daily"
+    WEEKLY = "weekly"
+    EVERY = "every"
+    MONTHLY = "monthly"
+    OTHER = "other"
+
+
+class Unit(StrEnum):
+    """Of "every n …"."""
+    MINUTES = "minutes"
+    HOURS = "hours"
+
+
+@dataclass(frozen=True)
+class Draft:
+    """What the form shows. ``base`` is the schedule being edited; None: a new one."""
+    day: date
+    at: time
+    timezone: str
+    mission_id: int | None = None
+    robot_id: int | None = None
+    kind: Kind = Kind.ONCE
+    more_hours: tuple[int, ...] = ()         # daily, weekly, monthly: also at the same minute of these hours
+    weekdays: tuple[str, ...] = WEEKDAYS     # of weekly and every
+    every: int = 1
+    unit: Unit = Unit.HOURS
+    all_day: bool = False                    # every: round the clock instead of between two times
+    until_time: time = time(18, 0)           # every: the second of the two times
+    by_weekday: bool = False                 # monthly: n-th weekday instead of day of month
+    month_day: int = 1                       # 1–31 or LAST
+    nth: int = 1                             # 1–5 or LAST
+    month_weekday: str = "MO"
+    last_day: date | None = None
+    other_rule: str = ""
+    minimum_battery_percent: float | None = None
+    start_window_minutes: int | None = None
+    overlap: Overlap = Overlap.SKIP
+    priority: int = 0
+    respect_working_days: bool = True
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    name: str = ""
+    base: Schedule | None = None
+    origin: Schedule | None = None           # where its times come from: the base, or what it is a copy of
+
+    @property
+    def is_new(self) -> bool:
+        return self.base is None
+
+    @property
+    def start(self) -> datetime:
+        """Naive local: the earliest of its times on the first day."""
+        return datetime.combine(self.day, self.at.replace(hour=min(self._hours())))
+
+    @property
+    def recurrence(self) -> str | None:
+        """RFC 5545 RRULE value of what is chosen; None for once. Raises InvalidInput for what can't be."""
+        if self.kind is Kind.ONCE:
+            return None
+        if self.kind is Kind.OTHER:
+            return self.other_rule
+        parts = [_FREQUENCIES[self.kind](self)]
+        if self.kind in (Kind.WEEKLY, Kind.EVERY):
+            parts += self._by_day()
+        if len(hours := self._hours()) > 1:
+            parts += ["BYHOUR=" + ",".join(map(str, hours)), f"BYMINUTE={self.at.minute}"]
+        if self.last_day is not None:
+            if self.last_day < self.day:
+                raise InvalidInput("last_day", "The last day is before the first")
+            parts.append(f"UNTIL={self.last_day:%Y%m%d}")
+        return ";".join(parts)
+
+    @property
+    def between(self) -> Between | None:
+        """The part of the day of "every …". Raises InvalidInput when its end is not after its beginning."""
+        if self.kind is Kind.OTHER:
+            return self.origin.between if self.origin else None
+        if self.kind is not Kind.EVERY or self.all_day:
+            return None
+        if self.until_time <= self.at:
+            raise InvalidInput("until_time", "It must end after it begins")
+        return Between(self.at, self.until_time)
+
+    def schedule(self) -> Schedule:
+        """The schedule that this would be. Raises InvalidInput whose ``field`` is the form's (mission, robot, weekdays, every …)."""
+        if self.mission_id is None:
+            raise InvalidInput("mission", "Choose a mission")
+        if self.robot_id is None:
+            raise InvalidInput("robot", "Choose a robot")
+        base = self.base or Schedule(self.name, self.robot_id, self.mission_id, self.start, self.timezone)
+        origin = self.origin
+        if origin is not None and self._times() == Draft.of(origin)._times():    # its exact wording stays, also if there are others
+            rule = {"start": origin.start, "timezone": origin.timezone, "recurrence": origin.recurrence, "between": origin.between}
+        else:
+            rule = {"start": self.start, "timezone": self.timezone, "recurrence": self.recurrence, "between": self.between}
+        return replace(base, name=self.name.strip(), robot_id=self.robot_id, mission_id=self.mission_id,
+                       minimum_battery_percent=self.minimum_battery_percent, start_window_minutes=self.start_window_minutes,
+                       overlap=self.overlap, priority=self.priority, respect_working_days=self.respect_working_days,
+                       parameters=self.parameters, **rule)
+
+    def with_day(self, day: date) -> Draft:
+        """Another first day; what was derived from the old one follows."""
+        old = Draft.derived(self.day)
+        follow = {name: value for name, value in Draft.derived(day).items() if getattr(self, name) == old[name]}
+        return replace(self, day=day, **follow)
+
+    @staticmethod
+    def derived(day: date) -> dict[str, Any]:
+        """What a monthly rule begins with when this is its first day."""
+        nth = (day.day - 1) // 7 + 1 if day.day <= 28 else LAST       # a fifth Monday is rare: the last one is meant
+        return {"month_day": day.day, "nth": nth, "month_weekday": WEEKDAYS[day.weekday()]}
+
+    @classmethod
+    def new(cls, now: datetime, settings: Settings, robot_id: int | None = None, mission_id: int | None = None,
+            calendar: WorkingCalendar | None = None) -> Draft:
+        """An empty form. ``now`` is local: the next full hour, on the next working day."""
+        start = (now + timedelta(minutes=65)).replace(minute=0, second=0, microsecond=0, tzinfo=None)
+        calendar = calendar or WorkingCalendar(settings)
+        start = next((day for n in range(SOON) if calendar.is_working_day((day := start + timedelta(days=n)).date())), start)
+        return cls(day=start.date(), at=start.time(), timezone=settings.timezone, robot_id=robot_id, mission_id=mission_id,
+                   weekdays=tuple(settings.working_days), **cls.derived(start.date()))
+
+    @classmethod
+    def of(cls, schedule: Schedule) -> Draft:
+        """The form as it stands for a schedule that exists."""
+        draft = cls(
+            day=schedule.start.date(), at=schedule.start.time(), timezone=schedule.timezone, mission_id=schedule.mission_id,
+            robot_id=schedule.robot_id, minimum_battery_percent=schedule.minimum_battery_percent,
+            start_window_minutes=schedule.start_window_minutes, overlap=schedule.overlap, priority=schedule.priority,
+            respect_working_days=schedule.respect_working_days, parameters=schedule.parameters, name=schedule.name, base=schedule,
+            origin=schedule, **cls.derived(schedule.start.date()))
+        return replace(draft, **_read_rule(schedule))
+
+    def copy(self, name: str = "") -> Draft:
+        """The same as a new schedule."""
+        return replace(self, base=None, name=name)
+
+    # ------------------------------------------------------------------ inside
+    def _hours(self) -> list[int]:
+        more = self.more_hours if self.kind in (Kind.DAILY, Kind.WEEKLY, Kind.MONTHLY) else ()
+        return sorted({self.at.hour, *more})
+
+    def _times(self) -> tuple[Any, ...]:
+        """What makes the instants, as far as this kind uses it."""
+        own: dict[Kind, tuple[Any, ...]] = {
+            Kind.WEEKLY: (self.weekdays,), Kind.OTHER: (self.other_rule,),
+            Kind.EVERY: (self.weekdays, self.every, self.unit, self.all_day, None if self.all_day else self.until_time),
+            Kind.MONTHLY: (self.by_weekday, *((self.nth, self.month_weekday) if self.by_weekday else (self.month_day,)))}
+        last = None if self.kind is Kind.ONCE else self.last_day
+        return self.day, self.at.minute, self._hours(), self.timezone, self.kind, last, *own.get(self.kind, ())
+
+    def _by_day(self) -> list[str]:
+        days = [day for day in WEEKDAYS if day in self.weekdays]
+        if not days:
+            raise InvalidInput("weekdays", "Choose at least one day")
+        if self.kind is Kind.EVERY and len(days) == len(WEEKDAYS):
+            return []
+        return ["BYDAY=" + ",".join(days)]
+
+    def _interval(self) -> str:
+        most = MOST_HOURS if self.unit is Unit.HOURS else MOST_MINUTES
+        if not 1 <= self.every <= most:
+            raise InvalidInput("every", "A number from 1 to {most}", most=most)
+        interval = f";INTERVAL={self.every}" if self.every > 1 else ""
+        return f"FREQ={'HOURLY' if self.unit is Unit.HOURS else 'MINUTELY'}{interval}"
+
+    def _monthly(self) -> str:
+        if self.by_weekday:
+            return f"FREQ=MONTHLY;BYDAY={self.nth}{self.month_weekday}"
+        return f"FREQ=MONTHLY;BYMONTHDAY={self.month_day}"
+
+
+_FREQUENCIES = {
+    Kind.DAILY: lambda draft: "FREQ=DAILY", Kind.WEEKLY: lambda draft: "FREQ=WEEKLY",
+    Kind.EVERY: Draft._interval, Kind.MONTHLY: Draft._monthly,
+}
+
+
+def _read_rule(schedule: Schedule) -> dict[str, Any]:
+    """The form's fields for a schedule's recurrence; Kind.OTHER when the form can't say it."""
+    if schedule.recurrence is None:
+        return {"kind": Kind.ONCE}
+    other = {"kind": Kind.OTHER, "other_rule": schedule.recurrence}
+    parts = dict(part.split("=", 1) for part in schedule.recurrence.upper().split(";") if "=" in part)
+    fields = _read_frequency(parts, schedule)
+    if fields is None:
+        return other
+    if (until := parts.pop("UNTIL", None)) is not None:
+        if len(until) != len("20261231"):
+            return other                 # a time of day, too
+        fields["last_day"] = datetime.strptime(until, "%Y%m%d").date()      # noqa: DTZ007 - a date
+    return other if parts else fields
+
+
+def _read_frequency(parts: dict[str, str], schedule: Schedule) -> dict[str, Any] | None:
+    """Takes what it understands out of ``parts``."""
+    frequency, interval = parts.pop("FREQ", ""), int(parts.pop("INTERVAL", "1"))
+    if frequency in ("MINUTELY", "HOURLY"):
+        return _read_every(Unit.HOURS if frequency == "HOURLY" else Unit.MINUTES, interval, parts, schedule.between)
+    times = _read_hours(parts, schedule.start)
+    if interval != 1 or schedule.between is not None or times is None:
+        return None
+    first = schedule.start.date()
+    match frequency:
+        case "DAILY":
+            return {"kind": Kind.DAILY, **times}
+        case "WEEKLY":
+            days = _plain_days(parts.pop("BYDAY", WEEKDAYS[first.weekday()]))
+            return None if days is None else {"kind": Kind.WEEKLY, "weekdays": days, **times}
+        case "MONTHLY":
+            monthly = _read_monthly(parts, first)
+            return None if monthly is None else {**monthly, **times}
+    return None
+
+
+def _read_hours(parts: dict[str, str], start: datetime) -> dict[str, Any] | None:
+    """Several hours with one minute; other times of day are more than the form can say."""
+    hours = [int(hour) for hour in parts.pop("BYHOUR", str(start.hour)).split(",")]
+    minutes = parts.pop("BYMINUTE", str(start.minute)).split(",")
+    if len(minutes) != 1:
+        return None
+    first = start.hour if start.hour in hours else min(hours)
+    return {"at": time(first, int(minutes[0])), "more_hours": tuple(sorted({*hours} - {first}))}
+
+
+def _read_every(unit: Unit, interval: int, parts: dict[str, str], between: Between | None) -> dict[str, Any] | None:
+    days = _plain_days(parts.pop("BYDAY", ",".join(WEEKDAYS)))
+    if days is None or interval > (MOST_HOURS if unit is Unit.HOURS else MOST_MINUTES):
+        return None
+    fields: dict[str, Any] = {"kind": Kind.EVERY, "unit": unit, "every": interval, "weekdays": days, "all_day": between is None}
+    if between is not None:
+        fields |= {"at": between.start, "until_time": between.end}
+    return fields
+
+
+def _read_monthly(parts: dict[str, str], first: date) -> dict[str, Any] | None:
+    if "BYDAY" in parts:
+        value = parts.pop("BYDAY")
+        number, day = value[:-2], value[-2:]
+        if day not in WEEKDAYS or number not in ("1", "2", "3", "4", "5", "+1", "+2", "+3", "+4", "+5", "-1"):
+            return None
+        return {"kind": Kind.MONTHLY, "by_weekday": True, "nth": int(number), "month_weekday": day}
+    value = parts.pop("BYMONTHDAY", str(first.day))
+    if not value.lstrip("+-").isdigit() or not (1 <= int(value) <= 31 or int(value) == LAST):
+        return None
+    return {"kind": Kind.MONTHLY, "by_weekday": False, "month_day": int(value)}
+
+
+def _plain_days(value: str) -> tuple[str, ...] | None:
+    days = value.split(",")
+    return tuple(day for day in WEEKDAYS if day in days) if all(day in WEEKDAYS for day in days) else None

@@ -1,0 +1,285 @@
+"""The Scheduler's form: keeps the draft, asks for its forecast while it is edited, saves it. The words are scheduler_form_view's."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime, time
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from kivy.clock import Clock
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
+
+from app.container import Container
+from app.domain.models import InvalidInput, Overlap, Schedule
+from app.domain.robot import MissionParameter
+from app.i18n import _
+from app.screens.common.parameters_view import Problems, fields_of, values_of
+from app.screens.common.shell import Shell
+from app.screens.scheduler import form_view as words
+from app.screens.scheduler.draft import Draft, Kind, Unit
+from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.form_view import FormView, Preview
+from app.services.catalogue.preview import Forecast, Forecasts
+from app.services.robots.missions import RobotMissions
+
+AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
+
+
+class FormModel(EventDispatcher):
+    """``view`` is what is shown; ``saved(schedule)`` is called when a schedule stands in the database."""
+    view = ObjectProperty(FormView(), rebind=True)
+    more = BooleanProperty(False)        # the seldom needed fields are open
+    saving = BooleanProperty(False)
+    parameters = ListProperty()          # fields of the chosen mission
+    problems = ObjectProperty({})        # by name of the parameter
+
+    def __init__(self, container: Container, shell: Shell, forecasts: Forecasts, robot_missions: RobotMissions,
+                 saved: Callable[[Schedule], object]) -> None:
+        super().__init__()
+        self._container, self._shell, self._forecasts, self._robot_missions = container, shell, forecasts, robot_missions
+        self._saved = saved
+        self._facts = SchedulerFacts()
+        self._preview = Preview()
+        self._refused: InvalidInput | None = None             # by the last attempt to save this draft
+        self._wanted: tuple[MissionParameter, ...] = ()
+        self._asked_for: tuple[int | None, int | None] = (None, None)
+        self._forecast_soon = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
+        self._draft = self._fresh()
+
+    # ------------------------------------------------------------------ what is edited
+    @property
+    def draft(self) -> Draft:
+        return self._draft
+
+    @property
+    def editing(self) -> int | None:
+        """The schedule that is being edited."""
+        return self._draft.base.id if self._draft.base else None
+
+    def take(self, facts: SchedulerFacts) -> None:
+        """What is known has changed. A form that nobody has begun follows; one being edited keeps what was entered."""
+        first = self._facts.robots == () and facts.robots != ()
+        self._facts = facts
+        if first and self._draft.is_new and self._draft.mission_id is None:
+            self._draft = self._fresh()
+        if self._draft.base is not None:
+            now_stored = facts.schedule(self._draft.base.id)  # None: deleted meanwhile, so what stands here may become a new one
+            self._draft = replace(self._draft, base=now_stored) if now_stored else self._draft.copy()
+        self.forecast()
+
+    def begin(self, draft: Draft | None = None) -> None:
+        """Show ``draft``, or an empty form."""
+        self._draft = draft or self._fresh()
+        self.more = _uses_more(self._draft)
+        self.problems = {}
+        self._changed()
+
+    def edit(self, schedule: Schedule) -> None:
+        self.begin(Draft.of(schedule))
+
+    def duplicate(self, schedule: Schedule) -> None:
+        self.begin(Draft.of(schedule).copy())
+
+    def set(self, **values: Any) -> None:
+        """Change fields of the draft."""
+        self._change(replace(self._draft, **values))
+
+    def show(self) -> None:
+        """Build the words anew: time has passed, or the language was switched."""
+        preview = Preview(problem=self._refused) if self._refused else self._preview
+        self.view = words.present(self._facts, self._draft, preview, self._container.clock.now())
+
+    # ------------------------------------------------------------------ its fields
+    def choose_mission(self) -> None:
+        options = words.mission_options(self._facts, self._draft.robot_id)
+        if not options:
+            self._shell.dialogs.confirm(_("No missions yet"), _("Missions are made on the robot; in Settings they are fetched from it."),
+                                        _("Open Settings"), lambda: self._shell.go("settings", section="missions"))
+            return
+        self._choose(_("Mission"), options, "mission_id", self._draft.mission_id)
+
+    def choose_robot(self) -> None:
+        self._choose(_("Robot"), words.robot_options(self._facts), "robot_id", self._draft.robot_id)
+
+    def pick_day(self) -> None:
+        today = self._local_now().date()
+        self._shell.dialogs.pick_date(self.view.day_label, self._draft.day, lambda day: self._change(self._draft.with_day(day)),
+                                      today=today, first=min(today, self._draft.day))
+
+    def take_free(self) -> None:
+        """The offered time, at which no other run of the robot is in the way."""
+        if self._preview.forecast is not None and (free := self._preview.forecast.free_at) is not None:
+            self.set(at=free.time())
+
+    def pick_time(self) -> None:
+        self._shell.dialogs.pick_time(self.view.time_label, self._draft.at, lambda at: self.set(at=at))
+
+    def pick_until(self) -> None:
+        self._shell.dialogs.pick_time(_("Until"), self._draft.until_time, lambda at: self.set(until_time=at))
+
+    def pick_last_day(self) -> None:
+        self._shell.dialogs.pick_date(_("Last day"), self._draft.last_day or self._draft.day, lambda day: self.set(last_day=day),
+                                      today=self._local_now().date(), first=self._draft.day)
+
+    def choose_kind(self, kind: str) -> None:
+        """The first look at "every …" is one that can be."""
+        draft = self._draft
+        later = {}
+        if kind == Kind.EVERY and draft.until_time <= draft.at:
+            later["until_time"] = time(min(draft.at.hour + 8, 23), 59 if draft.at.hour >= 16 else draft.at.minute)
+        self.set(kind=Kind(kind), **later)
+
+    def toggle_day(self, day: str) -> None:
+        days = self._draft.weekdays
+        self.set(weekdays=tuple(d for d in days if d != day) if day in days else (*days, day))
+
+    def choose_unit(self, unit: str) -> None:
+        self.set(unit=Unit(unit))
+
+    def choose_nth(self) -> None:
+        self._choose(_("Which one of the month"), words.nth_options(), "nth", self._draft.nth)
+
+    def choose_month_weekday(self) -> None:
+        self._choose(_("Weekday"), words.weekday_options(), "month_weekday", self._draft.month_weekday)
+
+    def choose_month_day(self) -> None:
+        self._choose(_("Day of the month"), words.month_day_options(), "month_day", self._draft.month_day)
+
+    def choose_also(self) -> None:
+        self._shell.dialogs.choose_many(_("Also at"), words.also_options(self._draft), _("Set"),
+                                        lambda hours: self.set(more_hours=tuple(hours)), selected=self._draft.more_hours)
+
+    def choose_battery(self) -> None:
+        options = words.battery_options(self._facts, self._draft.minimum_battery_percent)
+        self._choose(_("Start only if the battery is at least"), options, "minimum_battery_percent", self._draft.minimum_battery_percent)
+
+    def choose_window(self) -> None:
+        options = words.window_options(self._facts, self._draft.start_window_minutes)
+        self._choose(_("How late it may start"), options, "start_window_minutes", self._draft.start_window_minutes)
+
+    def choose_overlap(self) -> None:
+        self._choose(_("When the previous run is still open"), words.overlap_options(), "overlap", self._draft.overlap)
+
+    def _choose(self, title: str, options: Sequence[dict[str, Any]], field: str, selected: Any) -> None:
+        def chosen(key: Any) -> None:
+            self.set(**{field: None if key == words.INHERIT else key})
+
+        self._shell.dialogs.choose(title, options, chosen, selected=words.INHERIT if selected is None else selected)
+
+    # ------------------------------------------------------------------ saving
+    def save(self, parameters: Mapping[str, Any] | None = None) -> None:
+        """``parameters``: what stands in their fields."""
+        if self.saving or self.view.save_off:
+            return
+        if self._wanted:
+            try:
+                self._draft = replace(self._draft, parameters=values_of(self._wanted, parameters or {}))
+            except Problems as problems:
+                self.problems = dict(problems.by_name)
+                return
+        self.problems = {}
+        schedule = self._draft.schedule()
+        self.saving = True
+        self._shell.background.run(lambda: self._container.catalogue.save_schedule(schedule), self._is_saved, self._not_saved)
+
+    def _is_saved(self, schedule: Schedule) -> None:
+        self.saving = False
+        new = self._draft.is_new
+        self.begin()
+        self._shell.snackbars.show(_("{name} is planned").format(name=schedule.name) if new else
+                                   _("{name} is changed").format(name=schedule.name), icon="calendar-check")
+        self._saved(schedule)
+
+    def _not_saved(self, problem: BaseException) -> None:
+        self.saving = False
+        if isinstance(problem, InvalidInput):
+            self._refused = problem
+            self.show()
+        else:
+            self._shell.say_problem(problem)
+
+    # ------------------------------------------------------------------ inside
+    def _fresh(self) -> Draft:
+        robots = [robot for robot in self._facts.robots if robot.enabled] or list(self._facts.robots)
+        selected = self._facts.settings.selected_robot_id
+        robot_id = selected if any(robot.id == selected for robot in robots) else robots[0].id if robots else None
+        return Draft.new(self._local_now(), self._facts.settings, robot_id, calendar=self._facts.calendar)
+
+    def _local_now(self) -> datetime:
+        return self._container.clock.now().astimezone(ZoneInfo(self._facts.settings.timezone))
+
+    def _change(self, draft: Draft) -> None:
+        if draft != self._draft:
+            self._draft = draft
+            self._changed()
+
+    def _changed(self) -> None:
+        self._refused = None
+        self._preview = replace(self._preview, problem=None)
+        self._ask_parameters()
+        self.show()                                           # at once what needs no service
+        self._forecast_soon()
+
+    def forecast(self) -> None:
+        """Ask what the draft would bring; of several questions only the newest is answered."""
+        draft = self._draft
+        try:
+            schedule = draft.schedule()
+        except InvalidInput:
+            self._preview = Preview()
+            self.show()
+            return
+        known = self._robot_missions.names(schedule.robot_id)
+        self._shell.background.run(lambda: self._look_ahead(schedule, known), lambda preview: self._take_preview(draft, preview),
+                                   self._shell.say_problem, key=("scheduler", "forecast"))
+
+    def _look_ahead(self, schedule: Schedule, known: Mapping[str, str]) -> Preview:
+        try:
+            return Preview(self._forecasts.of(schedule, known))
+        except InvalidInput as problem:
+            return Preview(Forecast(), problem)
+
+    def _take_preview(self, draft: Draft, preview: Preview) -> None:
+        if draft == self._draft:
+            self._preview = preview
+            self.show()
+
+    # ------------------------------------------------------------------ parameters
+    def _ask_parameters(self) -> None:
+        """Ask the robot once what the chosen mission wants to be told; without an answer those stand that the schedule has."""
+        wanted = (self._draft.robot_id, self._draft.mission_id)
+        if wanted == self._asked_for:
+            return
+        self._asked_for = wanted
+        robot_id, mission = wanted[0], self._facts.mission(wanted[1])
+        self._take_parameters(_remembered(self._draft.parameters))
+        if robot_id is None or mission is None:
+            return
+        self._shell.background.run(lambda: self._ask_robot(robot_id, mission.guid), self._robot_told, lambda _problem: None,
+                                   key=("scheduler", "parameters"))
+
+    def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
+        self._robot_missions.learn_names(robot_id)
+        return tuple(self._robot_missions.parameters(robot_id, guid))
+
+    def _robot_told(self, found: tuple[MissionParameter, ...]) -> None:
+        kept = self._draft.parameters
+        self._take_parameters(tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found) or _remembered(kept))
+        self._forecast_soon()                                 # it may not have the mission at all
+
+    def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
+        self._wanted = found
+        self.problems = {}
+        self.parameters = fields_of(found)
+
+
+def _remembered(parameters: Mapping[str, Any]) -> tuple[MissionParameter, ...]:
+    """What a schedule carries, as if the robot had asked for it."""
+    return tuple(MissionParameter(name, type="integer" if type(value) is int else "", default=value) for name, value in parameters.items())
+
+
+def _uses_more(draft: Draft) -> bool:
+    """Whether one of the seldom needed fields says something."""
+    return bool(draft.last_day or draft.more_hours or draft.priority or draft.overlap is Overlap.QUEUE or not draft.respect_working_days)

@@ -1,0 +1,370 @@
+"""The Scheduler's form in words: what is chosen, what is wrong with it and where, what it would bring. Pure."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date, datetime, timedelta
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from app.domain import rules
+from app.domain.models import WEEKDAYS, InvalidInput, Mission, Overlap, Robot, Schedule
+from app.i18n import _, ngettext
+from app.screens.common import formats
+from app.screens.common.problems import sentence_of
+from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Unit
+from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.words import rule_sentence
+from app.services.catalogue.preview import Concern, ConcernCode, Forecast
+from app.services.planning.overlaps import ASSUMED_S
+
+Row = dict[str, Any]
+
+# field of a service's InvalidInput -> the form's field that shows it
+FIELDS = {
+    "start": "day", "recurrence": "kind", "between": "until_time", "minimum_battery_percent": "battery", "start_window_minutes": "window",
+    "until": "last_day", "respect_working_days": "day", "overlap": "overlap",
+}
+SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "last_day", "battery", "window", "overlap",
+                "name", "priority", "parameters")
+INHERIT = "inherit"          # key of the option that a setting decides
+BATTERIES = tuple(range(5, 100, 5))
+WINDOWS = (5, 10, 15, 20, 30, 45, 60, 90, 120, 180, 240, 480, 720, 1440)
+
+
+@dataclass(frozen=True)
+class Preview:
+    """What the services say of a draft: a forecast, or why it can't be."""
+    forecast: Forecast | None = None
+    problem: InvalidInput | None = None
+
+
+@dataclass(frozen=True)
+class FormView:
+    title: str = ""
+    is_new: bool = True
+    mission: str = ""
+    robot: str = ""
+    day_label: str = ""
+    day: str = ""
+    time_label: str = ""
+    time: str = ""
+    until: str = ""
+    kind: str = Kind.ONCE
+    kinds: tuple[tuple[str, str], ...] = ()
+    day_chips: tuple[Row, ...] = ()
+    every: int = 1
+    most_every: int = MOST_HOURS
+    unit: str = Unit.HOURS
+    all_day: bool = False
+    by_weekday: bool = False
+    nth: str = ""
+    month_weekday: str = ""
+    month_day: str = ""
+    repeats: bool = False
+    last_day: str = ""
+    ends: bool = False                   # a last day is set
+    can_also: bool = False
+    also: str = ""
+    battery: str = ""
+    window: str = ""
+    overlap: str = ""
+    respect_working_days: bool = True
+    priority: int = 0
+    name: str = ""
+    name_hint: str = ""
+    problems: Mapping[str, str] = field(default_factory=dict)
+    sentence: str = ""
+    starts: tuple[Row, ...] = ()
+    starts_label: str = ""
+    lasts: str = ""                      # how long it takes, and who says so
+    warnings: tuple[str, ...] = ()
+    free: str = ""                       # the offer of a time at which no other run is in the way
+    save: str = ""
+    save_off: bool = True
+    why: str = ""                        # it can't be saved
+
+
+def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> FormView:
+    """``preview`` belongs to this very draft, or says nothing yet."""
+    words = formats.current()
+    mission, robot = facts.mission(draft.mission_id), facts.robot(draft.robot_id)
+    field_name, problem = _problem(facts, draft, preview, now)
+    forecast = None if problem else preview.forecast
+    waits = draft.mission_id is None or draft.robot_id is None       # not begun rather than wrong
+    repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
+    return FormView(
+        title=_("New schedule") if draft.is_new else _("Edit schedule"), is_new=draft.is_new,
+        mission=mission.name if mission else _("Choose a mission"), robot=robot.name if robot else _("Choose a robot"),
+        day_label=_("First day") if draft.kind is not Kind.ONCE else _("Day"), day=formats.wall_day(draft.day, year=True),
+        time_label=_("From") if draft.kind is Kind.EVERY and not draft.all_day else _("Time"), time=formats.wall_time(draft.at),
+        until=formats.wall_time(draft.until_time), kind=draft.kind, kinds=kinds(draft), day_chips=_day_chips(draft),
+        every=draft.every, most_every=MOST_HOURS if draft.unit is Unit.HOURS else MOST_MINUTES, unit=draft.unit, all_day=draft.all_day,
+        by_weekday=draft.by_weekday, nth=nth_word(draft.nth), month_day=month_day_word(draft.month_day),
+        month_weekday=words.weekdays[WEEKDAYS.index(draft.month_weekday)],
+        repeats=repeats, last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
+        ends=repeats and draft.last_day is not None, can_also=repeats and draft.kind is not Kind.EVERY, also=_also(draft),
+        battery=battery_word(rules.minimum_battery(draft_schedule(draft), facts.settings)),
+        window=window_word(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
+        overlap=overlap_word(draft.overlap), respect_working_days=draft.respect_working_days,
+        priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
+        problems={} if waits or not problem else {field_name: problem},
+        sentence="" if problem else rule_sentence(draft.schedule(), facts.settings, facts.calendar), starts=_starts(forecast, draft, now),
+        starts_label=_starts_label(forecast), lasts=_lasts(forecast, robot), warnings=_warnings(facts, draft, forecast, now),
+        free=_free(forecast),
+        save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem)
+
+
+def _name_hint(mission: Mission | None, robot: Robot | None) -> str:
+    """What it is called when no name is given."""
+    return _("{mission} on {robot}").format(mission=mission.name, robot=robot.name) if mission and robot else ""
+
+
+def draft_schedule(draft: Draft) -> Schedule:
+    """As much of a schedule as the battery limit needs, also of a draft that is not complete."""
+    return Schedule("", 0, 0, draft.start, draft.timezone, minimum_battery_percent=draft.minimum_battery_percent)
+
+
+# ---------------------------------------------------------------------- what is wrong
+def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> tuple[str, str]:
+    """The form's field and one sentence; empty when it can be saved."""
+    try:
+        schedule = draft.schedule()
+    except InvalidInput as problem:
+        return problem.field, sentence_of(problem)
+    look = facts.calendar.look(draft.day)
+    if draft.kind is Kind.ONCE and draft.respect_working_days and not look.is_working:
+        if look.name:
+            return "day", _("Not a working day: {name}. Choose another day, or any day under More").format(name=look.name)
+        weekday = formats.current().weekdays[draft.day.weekday()]
+        return "day", _("{weekday} is not a working day: choose another day, or any day under More").format(
+            weekday=weekday[:1].upper() + weekday[1:])
+    if preview.problem is not None:
+        return form_field(preview.problem), sentence_of(preview.problem)
+    if _is_over(draft, schedule, preview.forecast, facts, now):
+        return "time", _("This time has passed: choose a later one")
+    return "", ""
+
+
+def _is_over(draft: Draft, schedule: Schedule, forecast: Forecast | None, facts: SchedulerFacts, now: datetime) -> bool:
+    """A one-time start in the past would never run, or at once: neither is what a person plans."""
+    return draft.kind is Kind.ONCE and forecast is not None and not forecast.starts and (
+        draft.base is None or (schedule.start, schedule.recurrence) != (draft.base.start, draft.base.recurrence))
+
+
+def form_field(problem: InvalidInput) -> str:
+    """Where the form shows it."""
+    name = FIELDS.get(problem.field, problem.field)
+    return name if name in SHOWN_FIELDS else "kind"
+
+
+# ---------------------------------------------------------------------- what is chosen
+def kinds(draft: Draft) -> tuple[tuple[str, str], ...]:
+    own = ((Kind.OTHER, _("Own rule")),) if draft.kind is Kind.OTHER or draft.other_rule else ()
+    return ((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (Kind.EVERY, _("Every …")),
+            (Kind.MONTHLY, _("Monthly")), *own)
+
+
+def _day_chips(draft: Draft) -> tuple[Row, ...]:
+    words = formats.current()
+    return tuple({"key": day, "text": word[:1].upper() + word[1:], "selected": day in draft.weekdays}
+                 for day, word in zip(WEEKDAYS, words.weekdays_short, strict=True))
+
+
+def _also(draft: Draft) -> str:
+    return ", ".join(formats.wall_time(draft.at.replace(hour=hour)) for hour in draft.more_hours) or _("No other time")
+
+
+def also_options(draft: Draft) -> list[Row]:
+    return [{"key": hour, "text": formats.wall_time(draft.at.replace(hour=hour))} for hour in range(24) if hour != draft.at.hour]
+
+
+def nth_word(nth: int) -> str:
+    return {1: _("first"), 2: _("second"), 3: _("third"), 4: _("fourth"), 5: _("fifth"), LAST: _("last")}[nth]
+
+
+def month_day_word(day: int) -> str:
+    return _("the last day") if day == LAST else _("day {n}").format(n=day)
+
+
+def battery_word(percent: float | None) -> str:
+    return formats.percent(percent) if percent else _("No minimum")
+
+
+def window_word(minutes: int) -> str:
+    return formats.duration(minutes * 60) if minutes else _("1 min")
+
+
+def overlap_word(overlap: Overlap) -> str:
+    return {Overlap.SKIP: _("Skip"), Overlap.QUEUE: _("Queue")}[overlap]
+
+
+# ---------------------------------------------------------------------- the options of its pickers
+def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Row]:
+    """Those that the robot can be asked for, favourites first; without a robot all of them."""
+    fitting = [mission for mission in facts.missions if robot_id is None or mission.robot_id in (None, robot_id)]
+    own = {mission.name for mission in fitting if mission.robot_id is not None}          # a robot's own guid stands for the general one
+    rows = []
+    for mission in sorted(fitting, key=lambda m: (not m.favourite, m.name.casefold())):
+        if mission.robot_id is None and mission.name in own and robot_id is not None:
+            continue
+        robot = facts.robot(mission.robot_id)
+        rows.append({"key": mission.id, "text": mission.name, "icon": "star" if mission.favourite else "flag-outline",
+                     "note": _("only on {robot}").format(robot=robot.name) if robot else ""})
+    return rows
+
+
+def robot_options(facts: SchedulerFacts) -> list[Row]:
+    return [{"key": robot.id, "text": robot.name, "icon": "robot-outline",
+             "note": " · ".join(filter(None, (robot.model, "" if robot.enabled else _("switched off"))))} for robot in facts.robots]
+
+
+def battery_options(facts: SchedulerFacts, present: float | None) -> list[Row]:
+    general = battery_word(facts.settings.minimum_battery_percent)
+    values = sorted({*BATTERIES, *({present} if present else ())})
+    return [{"key": INHERIT, "text": _("As in Settings"), "note": general},
+            {"key": 0.0, "text": _("No minimum"), "note": _("starts at any charge")},
+            *({"key": float(value), "text": formats.percent(value), "note": ""} for value in values)]
+
+
+def window_options(facts: SchedulerFacts, present: int | None) -> list[Row]:
+    general = window_word(facts.settings.start_window_minutes)
+    values = sorted({*WINDOWS, *({present} if present else ())})
+    return [{"key": INHERIT, "text": _("As in Settings"), "note": general},
+            {"key": 0, "text": _("Not at all"), "note": _("one minute at most")},
+            *({"key": value, "text": window_word(value), "note": ""} for value in values)]
+
+
+def overlap_options() -> list[Row]:
+    return [{"key": Overlap.SKIP, "text": _("Skip the new start"), "note": _("while the previous run of this schedule is open")},
+            {"key": Overlap.QUEUE, "text": _("Queue it"), "note": _("it runs when the previous one has ended")}]
+
+
+def nth_options() -> list[Row]:
+    return [{"key": nth, "text": nth_word(nth)} for nth in (1, 2, 3, 4, 5, LAST)]
+
+
+def weekday_options() -> list[Row]:
+    return [{"key": day, "text": word} for day, word in zip(WEEKDAYS, formats.current().weekdays, strict=True)]
+
+
+def month_day_options() -> list[Row]:
+    months = _("not in every month")
+    return [{"key": day, "text": month_day_word(day), "note": months if day > 28 else ""} for day in (*range(1, 32), LAST)]
+
+
+# ---------------------------------------------------------------------- what it would bring
+def _starts(forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[Row, ...]:
+    if forecast is None:
+        return ()
+    zone = ZoneInfo(draft.timezone)
+    marked = {concern.at for concern in forecast.concerns if concern.at is not None}
+    rows = []
+    for start in forecast.starts:
+        local = start.instant.astimezone(zone)
+        rows.append({"key": start.instant, "day": dated(local.date(), now.astimezone(zone).date()), "time": formats.wall_time(local),
+                     "icon": "alert" if start.instant in marked else ""})
+    return tuple(rows)
+
+
+def _starts_label(forecast: Forecast | None) -> str:
+    count = len(forecast.starts) if forecast else 0
+    if count == 5:
+        return _("Next five starts")
+    return ngettext("{n} start", "{n} starts", count).format(n=count) if count else ""
+
+
+def _lasts(forecast: Forecast | None, robot: Robot | None) -> str:
+    """What the lengths of its bars and its warnings rest on."""
+    if forecast is None or robot is None:
+        return ""
+    usual = forecast.usual
+    if usual is None:
+        return _("How long it takes on {robot} is not known yet: {duration} are assumed").format(
+            robot=robot.name, duration=formats.duration(ASSUMED_S))
+    if usual.typed:
+        return _("{duration} as typed in Settings: no run was completed on {robot} yet").format(
+            robot=robot.name, duration=formats.duration(usual.median_s))
+    return ngettext("Usually {duration}, by its one run on {robot}", "Usually {duration}, by the last {n} runs on {robot}",
+                    usual.runs).format(duration=formats.duration(usual.median_s), n=usual.runs, robot=robot.name)
+
+
+def dated(day: date, today: date) -> str:
+    """A day as a person would name it from today: the year only where it is another one."""
+    return formats.wall_day(day) if day.year == today.year or day - today < timedelta(days=180) else formats.wall_day(day, year=True)
+
+
+def _warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now: datetime) -> tuple[str, ...]:
+    """One sentence for each concern; meetings with the same schedule are told once."""
+    told: dict[Any, list[Concern]] = {}
+    for concern in forecast.concerns if forecast else ():
+        told.setdefault(concern.details.get("schedule_id", (concern.code, concern.at)), []).append(concern)
+    return tuple(_warning(facts, draft, same[0], len(same), now) for same in told.values())
+
+
+def _free(forecast: Forecast | None) -> str:
+    if forecast is None or forecast.free_at is None:
+        return ""
+    return _("Take {time}: free").format(time=formats.wall_time(forecast.free_at))
+
+
+def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:
+    """The first of ``times`` alike."""
+    zone, details = ZoneInfo(draft.timezone), concern.details
+    robot = facts.robot(draft.robot_id)
+    day = dated(concern.at.astimezone(zone).date(), now.astimezone(zone).date()) if concern.at else ""
+    match concern.code:
+        case ConcernCode.OVERLAP:
+            begins, ends = (formats.wall_time(details[name].astimezone(zone)) for name in ("start", "end"))
+            return _overlap_text(concern, times).format(n=times, day=day, robot=robot.name if robot else "–", mission=details["mission"],
+                                                        start=begins, end=ends) + _likely(details.get("likely"))
+        case ConcernCode.LOW_BATTERY:
+            text = ngettext("The battery of {robot} was too low around this time {n} time in the last {days} days",
+                            "The battery of {robot} was too low around this time {n} times in the last {days} days", details["count"])
+            return text.format(robot=robot.name if robot else "–", n=details["count"], days=details["days"])
+        case ConcernCode.DAY_OFF:
+            if details.get("name"):
+                return _("{day} is not a working day: {name}. It begins later").format(day=formats.wall_day(details["day"]),
+                                                                                       name=details["name"])
+            return _("{day} is not a working day, so it begins later").format(day=formats.wall_day(details["day"]))
+        case ConcernCode.PASSED_OVER:
+            return _passed_over(details["days"])
+        case ConcernCode.CLOCK_CHANGE:
+            text = _("{day}: {time} comes twice that night, it starts the first time") if details["twice"] else \
+                _("{day}: there is no {time} that night, it starts at {start}")
+            begins = formats.wall_time((concern.at or now).astimezone(zone))
+            return text.format(day=day, time=formats.wall_time(details["nominal"]), start=begins)
+        case ConcernCode.MISSION_MISSING:
+            return _("{robot} does not have the mission {mission}").format(**details)
+        case ConcernCode.ROBOT_OFF:
+            return _("{robot} is switched off in Settings: nothing will be sent").format(**details)
+        case ConcernCode.NO_START:
+            return _("No start is left to come")
+
+
+def _passed_over(days: Sequence[tuple[date, str]]) -> str:
+    """The first of the days that are left out, by name."""
+    day, name = days[0]
+    if len(days) == 1:
+        return _("Not on {day}, not a working day: {name}").format(day=formats.wall_day(day), name=name)
+    text = ngettext("Not on {day} ({name}) nor {n} other day: not working days",
+                    "Not on {day} ({name}) nor {n} other days: not working days", len(days) - 1)
+    return text.format(day=formats.wall_day(day), name=name, n=len(days) - 1)
+
+
+def _likely(share: float | None) -> str:
+    """How likely two runs meet, where that is not as good as sure; coarse, for twenty runs tell no more."""
+    if share is None or share > 0.9:
+        return ""
+    return _(" (about {percent} % of the runs)").format(percent=max(5, round(share * 20) * 5))
+
+
+def _overlap_text(concern: Concern, times: int) -> str:
+    begins = concern.details["start"]
+    if times > 1:
+        return _("{n} of these runs overlap with {mission} on {robot}: first {day}, {start}–{end}")
+    if concern.at is None or begins < concern.at:
+        return _("{day}: still running then on {robot} is {mission}, {start}–{end}")
+    if begins == concern.at:
+        return _("{day}: {mission} starts on {robot} at the same time, {start}–{end}")
+    return _("{day}: {mission} follows meanwhile on {robot}, {start}–{end}")

@@ -1,0 +1,97 @@
+"""Holding everything, or one robot, in words: why, until when, and what is held already. Pure."""
+from __future__ import annotations
+
+from datetime import datetime, time, timedelta
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from app.i18n import _
+from app.screens.common import formats
+from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.view import moment
+from app.services.live.holds import Hold
+
+Row = dict[str, Any]
+
+# stored in English, so that files are; shown in the language the app speaks then
+REASONS = ("Maintenance", "Audit", "Cleaning")
+ALL = 0                                  # key of all robots
+HOUR, DAY, CHOSEN, OPEN = "hour", "day", "chosen", "open"
+
+
+def reason_words() -> dict[str, str]:
+    return {"Maintenance": _("Maintenance"), "Audit": _("Audit"), "Cleaning": _("Cleaning")}
+
+
+def reason_chips(typed: str) -> list[Row]:
+    return [{"key": key, "text": word, "selected": typed.strip() == word} for key, word in reason_words().items()]
+
+
+def reason_of(typed: str) -> str:
+    """As it is stored."""
+    plain = " ".join(typed.split())
+    return next((key for key, word in reason_words().items() if word == plain), plain)
+
+
+def end_chips(chosen: str, until: datetime | None, zone: str, now: datetime) -> list[Row]:
+    at = _("Until {time}").format(time=moment(until, zone, now)) if chosen == CHOSEN and until else _("Until a time …")
+    words = {HOUR: _("1 hour"), DAY: _("Rest of the day"), CHOSEN: at, OPEN: _("Until released")}
+    return [{"key": key, "text": word, "selected": key == chosen} for key, word in words.items()]
+
+
+def end_of(choice: str, chosen: datetime | None, zone: str, now: datetime) -> datetime | None:
+    """UTC; None: until it is released. ``chosen`` is the time picked for CHOSEN."""
+    match choice:
+        case "hour":
+            return now + timedelta(hours=1)
+        case "day":
+            local = now.astimezone(ZoneInfo(zone))
+            return datetime.combine(local.date() + timedelta(days=1), time(), ZoneInfo(zone)).astimezone(now.tzinfo)
+        case "chosen":
+            return chosen
+    return None
+
+
+def robot_word(facts: SchedulerFacts, robot_id: int) -> str:
+    robot = facts.robot(robot_id)
+    return robot.name if robot else _("All robots")
+
+
+def robot_options(facts: SchedulerFacts) -> list[Row]:
+    return [{"key": ALL, "text": _("All robots"), "icon": "robot-outline", "note": ""},
+            *({"key": robot.id, "text": robot.name, "icon": "robot-outline", "note": robot.model or ""} for robot in facts.robots)]
+
+
+def held(facts: SchedulerFacts, robot_id: int) -> Hold | None:
+    """The hold that a new one would replace."""
+    return next((hold for hold in facts.holds if (hold.robot_id or ALL) == robot_id), None)
+
+
+def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
+    """What stands already; empty: nothing."""
+    if hold is None or hold.since is None:
+        return ""
+    since, reason = formats.day_and_time(hold.since, zone, now), _(hold.reason) if hold.reason else ""
+    if hold.until is None:
+        text = _("Held since {since}, until it is released").format(since=since)
+    else:
+        text = _("Held since {since} until {until}").format(since=since, until=moment(hold.until, zone, now))
+    return f"{text} · {reason}" if reason else text
+
+
+def what_follows(until: datetime | None, zone: str, now: datetime) -> str:
+    """What will happen to the starts meanwhile."""
+    if until is None:
+        return _("Starts wait until somebody releases it; those that get too late meanwhile are skipped. Running missions go on.")
+    return _("Starts wait until {time}; those that are too late by then are skipped. Running missions go on.").format(
+        time=moment(until, zone, now))
+
+
+def held_message(robot: str | None, until: datetime | None, zone: str, now: datetime) -> str:
+    """Said when it stands."""
+    if until is None:
+        return _("Nothing is sent to {robot} until it is released").format(robot=robot) if robot else \
+            _("Nothing is sent until it is released")
+    time_word = moment(until, zone, now)
+    return _("Nothing is sent to {robot} until {time}").format(robot=robot, time=time_word) if robot else \
+        _("Nothing is sent to any robot until {time}").format(time=time_word)

@@ -1,0 +1,155 @@
+"""The Scheduler in words: the list of days, the list of schedules. Pure; scheduler_timeline has the bars, scheduler_form_view the form."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from datetime import UTC, date, datetime, time, timedelta
+from itertools import groupby
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from app.domain import rules
+from app.domain.models import Robot, Schedule
+from app.i18n import _, ngettext
+from app.screens.common import execution_appearance, formats
+from app.screens.scheduler.facts import DAYS, SchedulerFacts
+from app.screens.scheduler.words import rule_line
+from app.services.files.plan_export import PlanExport
+from app.services.planning.plan import PlannedRun
+
+Row = dict[str, Any]
+
+GROUPED_FROM = 4                         # starts of one schedule on one day become one line
+PICK = "pick"                            # key of the option that asks for a day
+
+
+# ---------------------------------------------------------------------- the days to come
+def days(facts: SchedulerFacts, now: datetime) -> list[Row]:
+    """The plan as a list: a heading for each of the days, below it its starts; many of one schedule are one line."""
+    zone = facts.zone
+    today = now.astimezone(zone).date()
+    by_day: dict[date, list[PlannedRun]] = {today + timedelta(days=n): [] for n in range(DAYS)}
+    for run in facts.planned:
+        by_day.setdefault(run.at.astimezone(zone).date(), []).append(run)
+    rows: list[Row] = []
+    for day, runs in sorted(by_day.items()):
+        rows.append(_day_heading(facts, day, today, len(runs)))
+        rows += (row for _at, row in sorted(_day_rows(facts, runs, now), key=lambda entry: entry[0]))
+    return rows
+
+
+def _day_heading(facts: SchedulerFacts, day: date, today: date, count: int) -> Row:
+    names = {0: _("Today"), 1: _("Tomorrow")}
+    dated = formats.wall_day(day)
+    near = names.get((day - today).days)
+    notes = [ngettext("{n} start", "{n} starts", count).format(n=count) if count else _("nothing planned")]
+    look = facts.calendar.look(day)
+    if not look.is_working:
+        notes.append(_("not a working day: {name}").format(name=look.name) if look.name else _("not a working day"))
+    elif look.name:
+        notes.append(_("extra working day: {name}").format(name=look.name))
+    return {"key": ("day", day.isoformat()), "heading": f"{near}, {dated}" if near else dated, "note": " · ".join(notes)}
+
+
+def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> Iterable[tuple[datetime, Row]]:
+    """Lines with the instant by which they are ordered."""
+    zone = facts.zone
+    by_schedule = sorted(runs, key=lambda run: (run.schedule.id, run.at))
+    for _id, group in groupby(by_schedule, key=lambda run: run.schedule.id):
+        same = list(group)
+        first = same[0]
+        common = {"mission": first.mission.name, "heading": "", "robot": first.robot.name}
+        if len(same) >= GROUPED_FROM:
+            begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
+            note = ngettext("{n} start until {time}", "{n} starts until {time}", len(same)).format(n=len(same), time=ends)
+            if held := sum(facts.hold(run.robot.id, run.at) is not None for run in same):
+                note = f"{note} · " + _("{n} held").format(n=held)
+            yield first.at, {**common, "key": ("schedule", first.schedule.id, first.at), "time": begins, "note": note}
+            continue
+        for run in same:
+            yield run.at, {**common, "key": ("schedule", run.schedule.id, run.at), "time": formats.wall_time(run.at.astimezone(zone)),
+                           "note": held_note(facts, run.schedule, run.at, now) or formats.ahead((run.at - now).total_seconds())}
+
+
+# ---------------------------------------------------------------------- the schedules
+def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = None) -> list[Row]:
+    """In the order in which they come next; those that are off or over stand last, by name."""
+    never = datetime.max.replace(tzinfo=UTC)
+    in_order = sorted(facts.schedules, key=lambda s: (not s.enabled, max(s.next_at, s.paused_until or s.next_at) if s.next_at else never,
+                                                      s.name.casefold()))
+    return [_schedule_row(facts, schedule, now, schedule.id == selected) for schedule in in_order]
+
+
+def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> Row:
+    robot, mission, last = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.last.get(schedule.id)
+    row = {"key": schedule.id, "on": schedule.enabled, "mission": mission.name if mission else schedule.name,
+           "rule": rule_line(schedule),
+           "next": " · ".join(filter(None, (robot.name if robot else "", _next(facts, schedule, robot, now)))), "selected": selected,
+           "icon": "", "tone": "neutral", "last": ""}
+    if last is not None:
+        look = execution_appearance.look(last)
+        row |= {"icon": look["icon"], "tone": look["tone"], "last": look["outcome"]}
+    return row
+
+
+def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: datetime) -> str:
+    if not schedule.enabled:
+        return _("switched off")
+    if schedule.next_at is None:
+        return _("no start left")
+    if robot is not None and not robot.enabled:
+        return _("the robot is switched off")
+    if schedule.paused_until is not None and schedule.paused_until > now:
+        return _("paused until {time}").format(time=moment(schedule.paused_until, facts.settings.timezone, now))
+    return held_note(facts, schedule, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)
+
+
+def held_note(facts: SchedulerFacts, schedule: Schedule, at: datetime, now: datetime) -> str:
+    """That a start at that instant is held, until when, and whether it is too late by then; empty when it is not held."""
+    hold = facts.hold(schedule.robot_id, at)
+    if hold is None:
+        return ""
+    if hold.until is None:
+        return _("held until released")
+    is_too_late = rules.closes_at(at, schedule.start_window_minutes, facts.settings) <= hold.until
+    text = _("skipped: held until {time}") if is_too_late else _("held until {time}")
+    return text.format(time=moment(hold.until, facts.settings.timezone, now))
+
+
+def moment(at: datetime, zone: str, now: datetime) -> str:
+    """The day alone when a day begins then: "Mon 23 Nov" rather than "Mon 23 Nov 00:00"."""
+    local = formats.local(at, zone)
+    if (local.hour, local.minute) == (0, 0):
+        return formats.wall_day(local.date(), year=local.year != formats.local(now, zone).year)
+    return formats.day_and_time(at, zone, now)
+
+
+def pause_options(schedule: Schedule, now: datetime) -> list[Row]:
+    """For how long a schedule can be paused: keys are the first day with starts, PICK asks for one."""
+    today = now.astimezone(ZoneInfo(schedule.timezone)).date()
+    monday = today + timedelta(days=7 - today.weekday())
+    words = {today + timedelta(days=1): _("For today"), today + timedelta(days=2): _("Today and tomorrow")}
+    words.setdefault(monday, _("Until Monday"))
+    rows: list[Row] = [{"key": day, "text": text, "icon": "pause-circle-outline",
+                        "note": _("no start before {day}").format(day=formats.wall_day(day))} for day, text in words.items()]
+    return [*rows, {"key": PICK, "text": _("Until a day of your choice"), "icon": "calendar-month",
+                    "note": _("starts go on from that day")}]
+
+
+def day_begins(day: date, zone: ZoneInfo) -> datetime:
+    """UTC instant of its first moment."""
+    return datetime.combine(day, time(), zone).astimezone(UTC)
+
+
+def export_result(done: PlanExport, zone: str) -> str:
+    """How many starts were written, and where to."""
+    if done.is_cut:
+        return ngettext("The next {n} start, until {day}, written to {path}", "The next {n} starts, until {day}, written to {path}",
+                        done.count).format(n=done.count, day=formats.day(done.until, zone), path=done.path)
+    return ngettext("{n} start of the next 30 days written to {path}", "{n} starts of the next 30 days written to {path}",
+                    done.count).format(n=done.count, path=done.path)
+
+
+def schedules_note(facts: SchedulerFacts) -> str:
+    """How many are on."""
+    return _("{on} of {all} on").format(on=sum(schedule.enabled for schedule in facts.schedules), all=len(facts.schedules)) \
+        if facts.schedules else ""

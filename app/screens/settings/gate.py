@@ -1,0 +1,115 @@
+"""Keeps Settings behind the PIN, where one is set. Nothing else ever asks: Home with stop and pause, Scheduler, Logs and alarms."""
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from kivy.clock import Clock
+from kivy.core.window import Window
+
+from app.i18n import _, ngettext
+from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.shell import Shell
+from app.services.live.access import Verdict
+
+if TYPE_CHECKING:
+    from app.container import Container
+
+BEHIND = "settings"
+LEFT_ALONE_S = 120.0                     # of no touch and no key, until Settings closes
+
+
+class Gate:
+    """The guard of the navigator. What it let in stays in until another screen is chosen, or nobody is there for two minutes."""
+
+    def __init__(self, container: Container, shell: Shell) -> None:
+        self._container, self._shell = container, shell
+        self._dialog: PinDialog | None = None
+        self._proceed: Callable[[], object] = lambda: None
+        self._is_open = False
+        self._used_at = 0.0
+        self._tick = Clock.create_trigger(self._look, 1, interval=True)
+
+    def start(self) -> None:
+        self._shell.navigator.guard = self.passes
+        self._shell.navigator.bind(current=self._went)
+        Window.bind(on_touch_down=self._used, on_touch_up=self._used, on_keyboard=self._used, on_textinput=self._used)
+        self._tick()
+
+    def stop(self) -> None:
+        self._tick.cancel()
+        self._shell.navigator.guard = None
+        self._shell.navigator.unbind(current=self._went)
+        Window.unbind(on_touch_down=self._used, on_touch_up=self._used, on_keyboard=self._used, on_textinput=self._used)
+
+    def passes(self, screen: str, proceed: Callable[[], object]) -> None:
+        """Let pass at once, or after the right PIN."""
+        if screen != BEHIND or self._is_open or not self._container.access.is_set():
+            proceed()
+            return
+        self._proceed = proceed
+        if self._dialog is None:
+            self._ask()
+
+    def _ask(self) -> None:
+        self._dialog = dialog = PinDialog(title=_("Settings"), text=_("Enter the PIN"))
+        dialog.bind(on_entered=self._entered, on_dismiss=self._dismissed)
+        self._shell.dialogs.open(dialog)
+        self._tell_wait()
+
+    def _dismissed(self, _dialog: PinDialog) -> None:
+        self._dialog = None
+
+    def _entered(self, dialog: PinDialog, pin: str) -> None:
+        dialog.busy = True
+        self._shell.background.run(lambda: self._container.access.check(pin), self._checked, self._failed)
+
+    def _checked(self, verdict: Verdict) -> None:
+        dialog = self._dialog
+        if dialog is None:                   # closed meanwhile
+            return
+        dialog.busy = False
+        if verdict.is_right:
+            dialog.dismiss()
+            self._is_open = True
+            self._used()
+            self._proceed()
+            return
+        left = verdict.tries_left
+        dialog.ask_again(ngettext("Wrong PIN; {n} try left", "Wrong PIN; {n} tries left", left).format(n=left))
+        self._tell_wait()
+
+    def _failed(self, problem: BaseException) -> None:
+        if self._dialog is not None:
+            self._dialog.ask_again()
+        self._shell.say_problem(problem)
+
+    # ------------------------------------------------------------------ time
+    def _tell_wait(self) -> None:
+        """While nothing is taken, say for how long."""
+        dialog, wait_s = self._dialog, self._container.access.wait_s()
+        if dialog is None:
+            return
+        if wait_s > 0:
+            dialog.problem = _("Too many wrong PINs; wait {n} s").format(n=math.ceil(wait_s))
+        elif dialog.waiting:
+            dialog.problem = ""
+        dialog.waiting = wait_s > 0
+
+    def _used(self, *_args: Any) -> None:
+        """Somebody is there."""
+        self._used_at = self._container.clock.monotonic()
+
+    def _went(self, _navigator: object, screen: str) -> None:
+        self._used()
+        if screen != BEHIND:
+            self._is_open = False
+
+    def _look(self, _dt: float) -> None:
+        """Once a second."""
+        self._tell_wait()
+        is_alone = self._container.clock.monotonic() - self._used_at >= LEFT_ALONE_S
+        if is_alone and self._shell.navigator.current == BEHIND and self._container.access.is_set():
+            self._shell.dialogs.close_all()
+            self._shell.go("home")

@@ -1,0 +1,171 @@
+"""The missions of Settings in words: the list with what uses each, what a robot offers for taking over, and what is missing where. Pure."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from app.domain import names
+from app.domain.models import IdleRule, Mission, Robot
+from app.domain.robot import MissionInfo
+from app.i18n import _, ngettext
+from app.screens.common import formats
+from app.screens.settings.facts import SettingsFacts
+
+Row = dict[str, Any]
+
+
+def mission_rows(facts: SettingsFacts, query: str = "") -> list[Row]:
+    """Rows of MissionRow: what is missing first, then favourites, then by name; ``query`` keeps those with all its words in name, guid or
+    robot."""
+    words = query.casefold().split()
+    rows = []
+    order = {mission.id: (not facts.robots_missing(mission), not mission.favourite, mission.name.casefold(), mission.robot_id or 0)
+             for mission in facts.missions}
+    for mission in sorted(facts.missions, key=lambda m: order[m.id]):
+        owner = facts.robot(mission.robot_id)
+        searched = f"{mission.name} {mission.guid} {owner.name if owner else ''}".casefold()
+        if all(word in searched for word in words):
+            rows.append(_row(facts, mission, owner))
+    return rows
+
+
+def _row(facts: SettingsFacts, mission: Mission, owner: Robot | None) -> Row:
+    use = usage(facts, mission)
+    if mission.usual_minutes is not None:
+        use = _("{use} · typed: {duration}").format(use=use, duration=formats.duration(mission.usual_minutes * 60))
+    note = _("Only on {robot} · {use}").format(robot=owner.name, use=use) if owner else use
+    return {"key": mission.id, "name": mission.name, "guid": mission.guid, "note": note, "favourite": mission.favourite,
+            "warning": missing_sentence(facts, mission)}
+
+
+def usage(facts: SettingsFacts, mission: Mission) -> str:
+    """What starts it by itself: "2 schedules, idle automation on Aino"."""
+    parts = []
+    if schedules := facts.schedules_of(mission):
+        parts.append(ngettext("{n} schedule", "{n} schedules", len(schedules)).format(n=len(schedules)))
+    if idle := facts.idle_on(mission):
+        parts.append(_("idle automation on {robots}").format(robots=", ".join(robot.name for robot in idle)))
+    return ", ".join(parts) or _("no schedule uses it")
+
+
+def typed_minutes(text: str) -> int | None:
+    """What stands in the field of the usual duration; what is no number is for the services to refuse."""
+    stripped = text.strip()
+    if not stripped:
+        return None
+    return int(stripped) if stripped.isdecimal() else 0
+
+
+def missing_sentence(facts: SettingsFacts, mission: Mission) -> str:
+    """Where a start of it would fail, empty when nowhere as far as is known."""
+    if robots := facts.robots_missing(mission):
+        return _("Not on {robots} any more").format(robots=", ".join(robot.name for robot in robots))
+    return _("No robot has it") if facts.is_nowhere(mission) else ""
+
+
+def removal_sentence(facts: SettingsFacts, mission: Mission) -> str:
+    """What was deleted, for the line with Undo: schedules and idle rules go with their mission."""
+    schedules = len(facts.schedules_of(mission))
+    if not schedules:
+        return _("{mission} deleted").format(mission=mission.name)
+    return ngettext("{mission} and its schedule deleted", "{mission} and its {n} schedules deleted", schedules).format(
+        mission=mission.name, n=schedules)
+
+
+def robot_removal_sentence(facts: SettingsFacts, robot: Robot) -> str:
+    schedules = sum(1 for schedule in facts.schedules if schedule.robot_id == robot.id)
+    if not schedules:
+        return _("{robot} deleted").format(robot=robot.name)
+    return ngettext("{robot} and its schedule deleted", "{robot} and its {n} schedules deleted", schedules).format(
+        robot=robot.name, n=schedules)
+
+
+# ---------------------------------------------------------------------- taking over from a robot
+@dataclass(frozen=True)
+class Offer:
+    """A mission that a robot has: here already, or what would be saved. ``robot_id`` is set when the name stands here for another guid."""
+    name: str
+    guid: str
+    robot_id: int | None = None
+    known: bool = False
+
+
+def offers(found: Sequence[MissionInfo], missions: Sequence[Mission], robot_id: int) -> list[Offer]:
+    """What can be taken over from the robot, by name. Of several with one name the later ones get a number: one name, one mission."""
+    there = {info.guid for info in found}
+    here = [mission for mission in missions if mission.robot_id in (None, robot_id)]
+    known = {mission.guid for mission in here}
+    taken = {mission.name for mission in here if mission.robot_id == robot_id or mission.guid in there}
+    for_all = {mission.name for mission in missions if mission.robot_id is None}
+    result = []
+    for info in sorted(found, key=lambda info: (info.name.casefold(), info.guid)):
+        if info.guid in known:
+            result.append(Offer(info.name, info.guid, known=True))
+            continue
+        name = _free_name(info.name if names.cleaned(info.name) else info.guid, taken)
+        result.append(Offer(name, info.guid, robot_id if name in for_all else None))
+        taken.add(name)
+        for_all.add(name)
+    return result
+
+
+def _free_name(wanted: str, taken: set[str]) -> str:
+    name, number = names.cleaned(wanted), 1
+    while name in taken:
+        number += 1
+        ending = f" {number}"
+        name = names.cleaned(wanted, names.LONGEST - len(ending)) + ending
+    return name
+
+
+def offer_options(offered: Sequence[Offer]) -> list[Row]:
+    """Options of the checklist, the new ones only."""
+    return [{"key": offer.guid, "text": offer.name, "icon": "flag-outline",
+             "note": _("Another mission of this name is here: it will hold for this robot only") if offer.robot_id else ""}
+            for offer in offered if not offer.known]
+
+
+def fetched_sentence(offered: Sequence[Offer], robot: Robot) -> str:
+    """Why there is nothing to choose; empty when there is."""
+    if not offered:
+        return _("{robot} has no missions").format(robot=robot.name)
+    if all(offer.known for offer in offered):
+        return ngettext("The mission of {robot} is here already", "All {n} missions of {robot} are here already", len(offered)).format(
+            n=len(offered), robot=robot.name)
+    return ""
+
+
+def mission_options(facts: SettingsFacts, robot: Robot) -> list[Row]:
+    """Missions that can be chosen for the robot, favourites first; its own hide those for all of the same name."""
+    meant: dict[str, Mission] = {}
+    for mission in sorted(facts.missions, key=lambda m: m.robot_id or 0):
+        if mission.robot_id in (None, robot.id):
+            meant[mission.name] = mission
+    return [{"key": mission.id, "text": mission.name, "icon": "star" if mission.favourite else "flag-outline"}
+            for mission in sorted(meant.values(), key=lambda m: (not m.favourite, m.name.casefold()))]
+
+
+# ---------------------------------------------------------------------- idle automation
+def idle_panels(facts: SettingsFacts) -> list[Row]:
+    """Rows of IdlePanel."""
+    rows = []
+    for robot in facts.robots:
+        idle = robot.idle
+        mission = facts.mission(idle.mission_id) if idle else None
+        rows.append({"key": robot.id, "name": robot.name, "active": bool(idle and idle.enabled),
+                     "minutes": idle.after_minutes if idle else IdleRule(0).after_minutes,
+                     "mission": mission.name if mission else _("Choose a mission"), "note": _idle_note(robot, mission)})
+    return rows
+
+
+def _idle_note(robot: Robot, mission: Mission | None) -> str:
+    idle = robot.idle
+    if idle is None or mission is None:
+        return _("Choose a mission to switch it on")
+    if not robot.enabled:
+        return _("The robot is switched off")
+    if not idle.enabled:
+        return _("Off")
+    return ngettext("After {n} minute without work, once", "After {n} minutes without work, once", idle.after_minutes).format(
+        n=idle.after_minutes)

@@ -1,0 +1,226 @@
+"""The dialog that adds or edits a robot. It tests before it saves; the password goes one way only."""
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from kivy.event import EventDispatcher
+from kivy.properties import AliasProperty, BooleanProperty, ObjectProperty, StringProperty
+
+from app.domain import names
+from app.domain.models import InvalidInput, Robot
+from app.domain.robot import Identity
+from app.i18n import _
+from app.mir.errors import Unauthorized
+from app.screens.common.problems import sentence_of
+from app.screens.settings.page import BAR_BESIDE, Desk, OutcomeModel
+from app.screens.settings.view import (
+    NoticeView,
+    asking_robot,
+    connection_found,
+    is_same_connection,
+    plain_address,
+    went_wrong,
+)
+from app.widgets.dialogs import FormDialog
+
+FIELDS = ("name", "address", "username", "password", "fingerprint")
+FIELD_OF = {"certificate_sha256": "fingerprint"}         # where the services call it otherwise
+
+
+class RobotForm(EventDispatcher):
+    """What is entered, one problem per field, and what the test found."""
+    title = StringProperty()
+    name = StringProperty()
+    address = StringProperty()
+    username = StringProperty()
+    password = StringProperty()
+    fingerprint = StringProperty()
+    enabled = BooleanProperty(True)
+    name_problem = StringProperty()
+    address_problem = StringProperty()
+    username_problem = StringProperty()
+    password_problem = StringProperty()
+    fingerprint_problem = StringProperty()
+    password_hint = StringProperty()
+    outcome = ObjectProperty(rebind=True)
+    testing = BooleanProperty(False)
+    saving = BooleanProperty(False)
+    save_word = StringProperty()
+    can_remove = BooleanProperty(False)
+
+    def _is_https(self) -> bool:
+        return self.address.strip().lower().startswith("https:") or bool(self.fingerprint_problem)
+
+    is_https = AliasProperty(_is_https, None, bind=("address", "fingerprint_problem"))
+
+    @property
+    def connection(self) -> tuple[str, ...]:
+        """Everything that a test depends on."""
+        return self.address, self.username, self.password, self.fingerprint
+
+
+class RobotDialog(FormDialog):
+    """``on_remove(robot)`` comes when Delete was pressed; the dialog is closed then."""
+    vm = ObjectProperty(None, rebind=True, allownone=True)
+    wide = BooleanProperty(True)
+
+    __events__ = ("on_remove",)
+
+    def __init__(self, desk: Desk, robot: Robot | None = None, **kwargs: Any) -> None:
+        self._desk, self._robot = desk, robot
+        self._tested: tuple[str, ...] | None = None      # the connection whose test said everything there is to say
+        self._found: Identity | None = None
+        form = RobotForm(outcome=OutcomeModel(), save_word=_("Save robot"), title=_("Add robot"))
+        if robot is not None:
+            form.title, form.can_remove = _("Edit {robot}").format(robot=robot.name), True
+            form.name, form.address, form.username = robot.name, plain_address(robot.address), robot.username
+            form.fingerprint, form.enabled = robot.certificate_sha256 or "", robot.enabled
+            form.password_hint = _("needed to switch it on") if robot.needs_password else _("unchanged")
+            form.enabled = robot.enabled or robot.needs_password
+        super().__init__(vm=form, **kwargs)
+        self.ids.page.bar_margin = BAR_BESIDE
+        for name in FIELDS:
+            form.fbind(name, self._edited, name)
+        self.fbind("width", self._widened)
+        self._widened()
+
+    def on_remove(self, robot: Robot) -> None:
+        """Delete was pressed."""
+
+    def _widened(self, *_args: Any) -> None:
+        self.wide = self.width >= self.panel_width * .85
+
+    def _edited(self, name: str, *_args: Any) -> None:
+        """What is being mended is not red any more, and an old test says nothing about new values."""
+        setattr(self.vm, f"{name}_problem", "")
+        if name != "name" and self._tested is not None:
+            self._tested, self._found = None, None
+            self.vm.outcome.tell(NoticeView())
+            self.vm.save_word = _("Save robot")
+        if name == "address":
+            self.vm.fingerprint_problem = ""
+
+    # ------------------------------------------------------------------ what is pressed
+    def test(self) -> None:
+        """Ask who answers, without saving."""
+        if not self.vm.testing and self._has_password():
+            self._ask(lambda: None)
+
+    def save(self) -> None:
+        """Save what has been tested; ask first when it has not. A test that failed says so, and the next press saves all the same."""
+        form = self.vm
+        if form.saving or form.testing:
+            return
+        if not form.name.strip():
+            form.name_problem = _("Give the robot a name")
+        elif not form.enabled or self._tested == form.connection or self._is_as_saved():
+            self._save()
+        elif self._has_password():
+            form.saving = True
+            self._ask(self._save_after_test)
+
+    def remove(self) -> None:
+        if self._robot is not None:
+            self.dismiss()
+            self.dispatch("on_remove", self._robot)
+
+    # ------------------------------------------------------------------ test
+    def _is_as_saved(self) -> bool:
+        form = self.vm
+        return self._robot is not None and is_same_connection(self._robot, form.address.strip(), form.username.strip(), form.password,
+                                                              form.fingerprint.strip())
+
+    def _has_password(self) -> bool:
+        """A stored password belongs to the stored user. Without one only a robot that is switched off can be saved."""
+        form, stored = self.vm, self._robot
+        is_known = stored is not None and not stored.needs_password and stored.username == form.username.strip()
+        if not form.username.strip():
+            form.username_problem = _("Enter the robot's user name")
+        elif not form.password and not is_known:
+            form.password_problem = _("Enter the password of {user}").format(user=form.username.strip())
+        return not (form.username_problem or form.password_problem)
+
+    def _ask(self, then: Any) -> None:
+        form, robot = self.vm, self._robot
+        asked = form.connection
+        form.testing = True
+        form.outcome.tell(asking_robot())
+        operator = self._desk.container.operator
+        self._desk.work(
+            lambda: operator.test_connection(asked[0].strip(), asked[1].strip(), asked[2] or None, robot_id=robot.id if robot else None,
+                                             certificate_sha256=asked[3].strip() or None),
+            lambda identity: self._passed(asked, identity, then), lambda problem: self._failed(asked, problem))
+
+    def _passed(self, asked: tuple[str, ...], identity: Identity, then: Any) -> None:
+        form = self.vm
+        form.testing = False
+        if asked != form.connection:
+            form.saving = False
+            form.outcome.tell(NoticeView())
+            return
+        self._tested, self._found = asked, identity
+        form.outcome.tell(connection_found(identity, self._robot))
+        if not form.name.strip() and identity.name:
+            form.name = names.cleaned(identity.name)
+        then()
+
+    def _failed(self, asked: tuple[str, ...], problem: BaseException) -> None:
+        form = self.vm
+        form.testing = form.saving = False
+        if asked != form.connection:
+            form.outcome.tell(NoticeView())
+        elif isinstance(problem, InvalidInput):
+            form.outcome.tell(NoticeView())
+            self._show_problem(problem)
+        else:
+            self._tested, self._found = asked, None
+            form.outcome.tell(went_wrong(problem))
+            if isinstance(problem, Unauthorized):
+                form.password_problem = _("Check user name and password")
+            form.save_word = _("Save anyway")
+
+    def _save_after_test(self) -> None:
+        self.vm.saving = False
+        if connection_found(self._found, self._robot).tone == "done":
+            self._save()
+        else:
+            self.vm.save_word = _("Save as this robot")
+
+    # ------------------------------------------------------------------ save
+    def _save(self) -> None:
+        form = self.vm
+        form.saving = True
+        robot = self._entered()
+        password = form.password or None
+        self._desk.work(lambda: self._desk.container.catalogue.save_robot(robot, password=password), self._saved, self._refused)
+
+    def _entered(self) -> Robot:
+        form = self.vm
+        robot = self._robot or Robot("", "")
+        entered = replace(robot, name=form.name.strip(), address=form.address.strip(), username=form.username.strip(), enabled=form.enabled,
+                          certificate_sha256=form.fingerprint.strip() or None if form.is_https else None)
+        found = self._found
+        if found is not None and found.serial_number and self._tested == form.connection:
+            # somebody has read which machine answers and saves: from now on it is this one
+            entered = replace(entered, serial_number=found.serial_number, model=found.model, software=found.software)
+        return entered
+
+    def _saved(self, robot: Robot) -> None:
+        self.vm.saving = False
+        self.dismiss()
+        self._desk.refresh()
+        self._desk.say((_("{robot} saved") if self._robot else _("{robot} added")).format(robot=robot.name))
+
+    def _refused(self, problem: BaseException) -> None:
+        self.vm.saving = False
+        self._show_problem(problem)
+
+    def _show_problem(self, problem: BaseException) -> None:
+        """One sentence at the field it is about; without a field, in the place of the test's result."""
+        field = getattr(problem, "field", "")
+        field = FIELD_OF.get(field, field)
+        if field in FIELDS:
+            setattr(self.vm, f"{field}_problem", sentence_of(problem))
+        else:
+            self.vm.outcome.tell(went_wrong(problem))

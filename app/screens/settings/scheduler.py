@@ -1,0 +1,65 @@
+"""Settings, Scheduler: how often robots are asked, how long things are tried, how much is kept, and the time zone."""
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, NumericProperty, StringProperty
+
+from app.domain.clock import zone_names
+from app.i18n import _
+from app.screens.settings.facts import SettingsFacts
+from app.screens.settings.page import Desk, SettingsPage
+from app.screens.settings.view import sentence_of, zone_options
+
+NUMBERS = ("poll_interval_seconds", "retry_limit", "start_window_minutes", "unknown_outcome_quiet_seconds", "history_limit")
+
+
+class SchedulerModel(EventDispatcher):
+    poll_interval_seconds = NumericProperty(30)
+    poll_interval_seconds_problem = StringProperty()
+    retry_limit = NumericProperty(10)
+    retry_limit_problem = StringProperty()
+    start_window_minutes = NumericProperty(15)
+    start_window_minutes_problem = StringProperty()
+    unknown_outcome_quiet_seconds = NumericProperty(90)
+    unknown_outcome_quiet_seconds_problem = StringProperty()
+    history_limit = NumericProperty(100)
+    history_limit_problem = StringProperty()
+    history_all = BooleanProperty(False)
+    timezone = StringProperty()
+    timezone_problem = StringProperty()
+
+
+class SchedulerPage(SettingsPage):
+    def __init__(self, desk: Desk, **kwargs: Any) -> None:
+        super().__init__(desk, SchedulerModel(), **kwargs)
+
+    def show(self, facts: SettingsFacts, now: datetime) -> None:
+        vm, settings = self.vm, facts.settings
+        for name in NUMBERS:
+            value = getattr(settings, name)
+            if value is not None:
+                setattr(vm, name, value)
+        vm.history_all = settings.history_limit is None
+        vm.timezone = settings.timezone
+
+    def reached(self, **intent: Any) -> None:
+        for name in (*NUMBERS, "timezone"):
+            setattr(self.vm, f"{name}_problem", "")
+
+    # ------------------------------------------------------------------ what is changed
+    def set(self, name: str, value: Any) -> None:
+        setattr(self.vm, f"{name}_problem", "")
+        self.desk.save(lambda problem: self._refused(name, problem), **{name: value})
+
+    def keep_all(self, wanted: bool) -> None:
+        self.set("history_limit", None if wanted else int(self.vm.history_limit))
+
+    def pick_timezone(self) -> None:
+        self.desk.shell.dialogs.choose(_("Time zone"), zone_options(zone_names(), self.desk.now()),
+                                       lambda name: self.set("timezone", name), selected=self.vm.timezone)
+
+    def _refused(self, name: str, problem: BaseException) -> None:
+        setattr(self.vm, f"{name}_problem", sentence_of(problem))

@@ -1,0 +1,112 @@
+"""Robots, missions, schedules and settings: every change of them, from screens and from files, goes through here.
+
+Each change is checked whole before anything is written, made in one transaction together with what follows from it (waiting executions of a
+changed schedule are cancelled, next occurrences computed anew), and told to whoever listens after the commit. What can't be taken is raised
+as InvalidInput.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from app.database.connection import Database
+from app.domain.clock import Clock
+from app.domain.models import DayException, IdleRule, Mission, Robot, Schedule, Settings
+from app.services.catalogue.edit import Edit, Removed
+from app.services.live.changes import Changes
+from app.services.planning import public_holidays
+
+T = TypeVar("T")
+
+__all__ = ["Catalogue", "Edit", "Removed"]
+
+
+class Catalogue:
+    def __init__(self, db: Database, clock: Clock, changes: Changes | None = None) -> None:
+        self._db, self._clock, self._changes = db, clock, changes
+
+    def edit(self, work: Callable[[Edit], T]) -> T:
+        """Several changes in one transaction: all of them, or none when ``work`` raises."""
+        topics = set()
+
+        def transaction(c: Any) -> T:
+            edit = Edit(c, self._clock.now())
+            result = work(edit)
+            topics.update(edit.topics)
+            return result
+
+        result = self._db.write(transaction)
+        if self._changes is not None:
+            for topic in sorted(topics):
+                self._changes.publish(topic)
+        return result
+
+    def change_settings(self, **changes: Any) -> Settings:
+        """Settings by name, as in ``Settings``; returns all of them."""
+        return self.edit(lambda edit: edit.change_settings(**changes))
+
+    # ------------------------------------------------------------------ days off and extra working days
+    def save_days(self, exception: DayException) -> DayException:
+        """Add (id 0) or change closed days or extra working days; they take precedence over the days of the week."""
+        return self.edit(lambda edit: edit.save_days([exception]))[0]
+
+    def add_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
+        """Several at once, all or none: an imported calendar."""
+        return self.edit(lambda edit: edit.save_days(exceptions))
+
+    def remove_days(self, *ids: int) -> Removed:
+        """``restore`` puts them back."""
+        return self.edit(lambda edit: edit.remove_days(ids))
+
+    def set_public_holidays(self, country: str, subdivision: str = "") -> Settings:
+        """Close on the public holidays of a country (ISO 3166 code) and of a part of it; empty: of none."""
+        public_holidays.check(country, subdivision)         # here, because it reads a large library: others want to write meanwhile
+        return self.change_settings(holiday_country=country, holiday_subdivision=subdivision)
+
+    # ------------------------------------------------------------------ robots
+    def save_robot(self, robot: Robot, password: str | None = None) -> Robot:
+        """Add (id 0) or change a robot. Without a password it keeps its token; a new one, or one whose user name changes, is then switched
+        off and needs a password."""
+        return self.edit(lambda edit: edit.save_robot(robot, password))
+
+    def set_robot_enabled(self, robot_id: int, enabled: bool) -> Robot:
+        """Switch it on or off; what waits for one that is switched off is cancelled. One that needs a password stays off."""
+        return self.edit(lambda edit: edit.save_robot(replace(edit.the_robot(robot_id), enabled=enabled)))
+
+    def remove_robot(self, robot_id: int) -> Removed:
+        """With everything planned on it; ``restore`` puts all that back."""
+        return self.edit(lambda edit: edit.remove_robot(robot_id))
+
+    def save_idle_rule(self, robot_id: int, mission_id: int, after_minutes: int = 10, enabled: bool = True) -> Robot:
+        """The robot's idle automation: which mission after how many minutes (5–30)."""
+        return self.edit(lambda edit: edit.set_idle_rule(robot_id, IdleRule(mission_id, after_minutes, enabled)))
+
+    def remove_idle_rule(self, robot_id: int) -> Robot:
+        return self.edit(lambda edit: edit.set_idle_rule(robot_id, None))
+
+    # ------------------------------------------------------------------ missions
+    def save_mission(self, mission: Mission) -> Mission:
+        """Add (id 0) or change a mission."""
+        return self.edit(lambda edit: edit.save_mission(mission))
+
+    def remove_mission(self, mission_id: int) -> Removed:
+        """With the schedules and idle rules that use it; ``restore`` puts all that back."""
+        return self.edit(lambda edit: edit.remove_mission(mission_id))
+
+    # ------------------------------------------------------------------ schedules
+    def save_schedule(self, schedule: Schedule) -> Schedule:
+        """Add (id 0) or change a schedule; a blank name becomes "<mission> on <robot>"."""
+        return self.edit(lambda edit: edit.save_schedule(schedule))
+
+    def set_schedule_enabled(self, schedule_id: int, enabled: bool) -> Schedule:
+        """Switch it on or off; what waits of it is cancelled."""
+        return self.edit(lambda edit: edit.save_schedule(replace(edit.the_schedule(schedule_id), enabled=enabled)))
+
+    def remove_schedule(self, schedule_id: int) -> Removed:
+        """Off at once; ``restore`` puts it back."""
+        return self.edit(lambda edit: edit.remove_schedule(schedule_id))
+
+    def restore(self, removed: Removed) -> None:
+        """Undo a deletion; raises InvalidInput when one of its names has been taken meanwhile."""
+        self.edit(lambda edit: edit.restore(removed))

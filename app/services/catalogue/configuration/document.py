@@ -1,0 +1,230 @@
+"""Reads a configuration file and checks its form; what it means for what there is already is the import's part.
+
+Every problem is an InvalidInput whose field is the place in the file, such as ``schedules[2].start``.
+"""
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import time
+from types import MappingProxyType
+from typing import Any, NoReturn
+
+from app.domain.models import Between, InvalidInput
+from app.mir.address import Address
+from app.mir.credentials import normalise_fingerprint
+from app.services.catalogue import validation
+from app.services.planning.recurrence import Recurrence
+
+FORMAT = "amr-scheduler/1"
+LARGEST_FILE = 5 * 1024 * 1024          # bytes
+
+Read = Callable[[Any, str], Any]
+
+
+@dataclass(frozen=True)
+class Item:
+    """One object of the file: the keys given, in their normal form, and where it stands."""
+    path: str
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Document:
+    settings: Item
+    robots: Sequence[Item]
+    missions: Sequence[Item]
+    schedules: Sequence[Item]
+
+
+def read(content: bytes) -> Document:
+    """Raises InvalidInput at the first thing that is wrong with its form."""
+    root = _parsed(content)
+    if not isinstance(root, dict):
+        raise InvalidInput("file", "the file has to hold one JSON object")
+    _check_format(root)
+    _check_keys("", root, {"format", "settings", "robots", "missions", "schedules"})
+    return Document(
+        _item("settings", root.get("settings", {}), _SETTINGS, required=()),
+        _items("robots", root, _ROBOT, ("name", "address")),
+        _items("missions", root, _MISSION, ("name", "guid")),
+        _items("schedules", root, _SCHEDULE, ("robot", "mission", "start")))
+
+
+def at(path: str, error: InvalidInput) -> InvalidInput:
+    """The same problem, with the place in the file in front."""
+    return InvalidInput(path, "{path}: {problem}", path=path, problem=error.told)
+
+
+# ---------------------------------------------------------------------- JSON
+def _parsed(content: bytes) -> Any:
+    if len(content) > LARGEST_FILE:
+        raise InvalidInput("file", "the file is larger than 5 MiB")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidInput("file", "the file is not UTF-8 text (byte {byte})", byte=error.start) from None
+    try:
+        return json.loads(text, object_pairs_hook=_object, parse_constant=_no_constant)
+    except json.JSONDecodeError as error:
+        raise InvalidInput("file", "the file is not JSON: line {line}, column {column}: {problem}",
+                           line=error.lineno, column=error.colno, problem=error.msg) from None
+    except RecursionError:
+        raise InvalidInput("file", "the file is nested too deeply") from None
+    except InvalidInput:
+        raise
+    except ValueError:                                    # a number of thousands of digits
+        raise InvalidInput("file", "the file has a number that can't be read") from None
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        raise InvalidInput("file", "{key} stands twice in one object", key=validation.shown(next(n for n in names if names.count(n) > 1)))
+    return found
+
+
+def _no_constant(text: str) -> NoReturn:
+    raise InvalidInput("file", "{text} is no number that can be used", text=text)
+
+
+def _check_format(root: Mapping[str, Any]) -> None:
+    if "format" not in root:
+        raise InvalidInput("format", 'the file is no configuration of this app: it lacks "format": "{format}"', format=FORMAT)
+    if root["format"] != FORMAT:
+        raise InvalidInput("format", "format: the file says {found}, this app reads {format}",
+                           found=validation.shown(root["format"]), format=FORMAT)
+
+
+# ---------------------------------------------------------------------- objects
+def _items(section: str, root: Mapping[str, Any], readers: Mapping[str, Read], required: Sequence[str]) -> list[Item]:
+    objects = root.get(section, [])
+    if not isinstance(objects, list):
+        raise InvalidInput(section, "{path}: a list is wanted here", path=section)
+    return [_item(f"{section}[{number}]", given, readers, required) for number, given in enumerate(objects)]
+
+
+def _item(path: str, given: Any, readers: Mapping[str, Read], required: Sequence[str]) -> Item:
+    if not isinstance(given, dict):
+        raise InvalidInput(path, "{path}: an object with names and values is wanted here", path=path)
+    _check_keys(path, given, set(readers))
+    for key in required:
+        if key not in given:
+            raise InvalidInput(f"{path}.{key}", "{path}: {key!r} is missing", path=path, key=key)
+    return Item(path, {key: _value(f"{path}.{key}", value, readers[key]) for key, value in given.items()})
+
+
+def _check_keys(path: str, given: Mapping[str, Any], known: set[str]) -> None:
+    if unknown := sorted(given.keys() - known):
+        raise InvalidInput(path or "file", "{where}unknown key {keys}; known are {known}", where=f"{path}: " if path else "",
+                           keys=", ".join(map(validation.shown, unknown[:5])), known=", ".join(sorted(known)))
+
+
+def _value(path: str, value: Any, reader: Read) -> Any:
+    try:
+        return reader(value, path)
+    except InvalidInput as error:
+        if error.text.startswith(path):                   # from inside an object of its own
+            raise
+        raise at(path, error) from None
+
+
+def _or_none(reader: Read) -> Read:
+    return lambda value, path: None if value is None else reader(value, path)
+
+
+def _number(range_of: str) -> Read:
+    return lambda value, path: validation.whole_number(value, path, range_of)
+
+
+def _text(value: Any, path: str) -> str:
+    if not isinstance(value, str):
+        raise InvalidInput(path, "a text is wanted here")
+    return value
+
+
+def _password(value: Any, path: str) -> str:
+    if not _text(value, path):
+        raise InvalidInput(path, "a password can't be empty; leave it out to keep the present one")
+    return str(value)
+
+
+def _address(value: Any, path: str) -> str:
+    return Address.parse(_text(value, path)).url
+
+
+def _fingerprint(value: Any, path: str) -> str:
+    return normalise_fingerprint(_text(value, path))
+
+
+def _recurrence(value: Any, path: str) -> str:
+    Recurrence.parse(text := _text(value, path))
+    return text.strip().upper()
+
+
+def _idle(value: Any, path: str) -> Mapping[str, Any]:
+    return _item(path, value, _IDLE, required=()).values
+
+
+def _between(value: Any, path: str) -> Between:
+    given = _item(path, value, _BETWEEN, required=("from", "to")).values
+    return validation.between(Between(given["from"], given["to"]))
+
+
+def _time_of_day(value: Any, path: str) -> time:
+    text = _text(value, path)
+    if len(text) == 5 and text[2] == ":" and text[:2].isdecimal() and text[3:].isdecimal() and text.isascii() \
+            and int(text[:2]) < 24 and int(text[3:]) < 60:
+        return time(int(text[:2]), int(text[3:]))
+    raise InvalidInput(path, "write a time of day such as 08:30, not {value}", value=validation.shown(text))
+
+
+_SETTINGS: Mapping[str, Read] = MappingProxyType({
+    "poll_interval_seconds": _number("poll_interval_seconds"),
+    "retry_limit": _number("retry_limit"),
+    "minimum_battery_percent": validation.battery,
+    "working_days": validation.working_days,
+    "timezone": validation.timezone,
+    "start_window_minutes": _number("start_window_minutes"),
+    "unknown_outcome_quiet_seconds": _number("unknown_outcome_quiet_seconds"),
+    "history_limit": _or_none(_number("history_limit")),
+})
+_ROBOT: Mapping[str, Read] = MappingProxyType({
+    "name": validation.name,
+    "address": _address,
+    "username": validation.username,
+    "password": _or_none(_password),
+    "enabled": validation.flag,
+    "certificate_sha256": _or_none(_fingerprint),
+    "idle": _or_none(_idle),
+})
+_IDLE: Mapping[str, Read] = MappingProxyType({
+    "mission": validation.name,
+    "after_minutes": _number("after_minutes"),
+    "enabled": validation.flag,
+})
+_MISSION: Mapping[str, Read] = MappingProxyType({
+    "name": validation.name,
+    "guid": validation.guid,
+    "robot": _or_none(validation.name),
+    "usual_minutes": _or_none(_number("usual_minutes")),
+})
+_SCHEDULE: Mapping[str, Read] = MappingProxyType({
+    "name": _or_none(validation.name),
+    "robot": validation.name,
+    "mission": validation.name,
+    "start": validation.starts_text,
+    "timezone": validation.timezone,
+    "recurrence": _or_none(_recurrence),
+    "enabled": validation.flag,
+    "minimum_battery_percent": validation.battery,
+    "respect_working_days": validation.flag,
+    "between": _or_none(_between),
+    "start_window_minutes": _or_none(_number("start_window_minutes")),
+    "overlap": validation.overlap,
+    "priority": _number("priority"),
+    "parameters": validation.parameters,
+})
+_BETWEEN: Mapping[str, Read] = MappingProxyType({"from": _time_of_day, "to": _time_of_day})

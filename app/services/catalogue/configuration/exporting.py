@@ -1,0 +1,72 @@
+"""Writes the configuration, without secrets, in an order that stays the same: reading it in again changes nothing."""
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Mapping
+from typing import Any
+
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
+from app.domain.models import Mission, Robot, Schedule, Settings
+from app.services.catalogue.configuration.document import FORMAT
+
+
+def export_configuration(c: sqlite3.Connection) -> str:
+    """JSON with a line break at its end."""
+    robots = {robot.id: robot for robot in RobotRepository().all(c)}
+    missions = {mission.id: mission for mission in MissionRepository().all(c)}
+    document = {
+        "format": FORMAT,
+        "settings": _settings(SettingsRepository().load(c)),
+        "robots": [_robot(robot, missions) for robot in robots.values()],
+        "missions": [_mission(mission, robots) for mission in missions.values()],
+        "schedules": [_schedule(schedule, robots, missions) for schedule in ScheduleRepository().all(c)],
+    }
+    return json.dumps(document, ensure_ascii=False, indent=2) + "\n"
+
+
+def _settings(settings: Settings) -> dict[str, Any]:
+    return {
+        "poll_interval_seconds": settings.poll_interval_seconds, "retry_limit": settings.retry_limit,
+        "minimum_battery_percent": _percent(settings.minimum_battery_percent), "working_days": list(settings.working_days),
+        "timezone": settings.timezone, "start_window_minutes": settings.start_window_minutes,
+        "unknown_outcome_quiet_seconds": settings.unknown_outcome_quiet_seconds, "history_limit": settings.history_limit,
+    }
+
+
+def _robot(robot: Robot, missions: Mapping[int, Mission]) -> dict[str, Any]:
+    given: dict[str, Any] = {"name": robot.name, "address": robot.address, "username": robot.username, "enabled": robot.enabled}
+    if robot.certificate_sha256:
+        given["certificate_sha256"] = robot.certificate_sha256
+    idle = robot.idle
+    given["idle"] = idle and {"mission": missions[idle.mission_id].name, "after_minutes": idle.after_minutes, "enabled": idle.enabled}
+    return given
+
+
+def _mission(mission: Mission, robots: Mapping[int, Robot]) -> dict[str, Any]:
+    given: dict[str, Any] = {"name": mission.name, "guid": mission.guid}
+    if mission.robot_id is not None:
+        given["robot"] = robots[mission.robot_id].name
+    if mission.usual_minutes is not None:
+        given["usual_minutes"] = mission.usual_minutes
+    return given
+
+
+def _schedule(schedule: Schedule, robots: Mapping[int, Robot], missions: Mapping[int, Mission]) -> dict[str, Any]:
+    between = schedule.between
+    return {
+        "name": schedule.name, "robot": robots[schedule.robot_id].name, "mission": missions[schedule.mission_id].name,
+        "start": schedule.start.isoformat(timespec="minutes"), "timezone": schedule.timezone, "recurrence": schedule.recurrence,
+        "enabled": schedule.enabled, "minimum_battery_percent": _percent(schedule.minimum_battery_percent),
+        "respect_working_days": schedule.respect_working_days,
+        "between": between and {"from": f"{between.start:%H:%M}", "to": f"{between.end:%H:%M}"},
+        "start_window_minutes": schedule.start_window_minutes, "overlap": str(schedule.overlap), "priority": schedule.priority,
+        "parameters": dict(schedule.parameters),
+    }
+
+
+def _percent(value: float | None) -> float | int | None:
+    return int(value) if value is not None and value.is_integer() else value

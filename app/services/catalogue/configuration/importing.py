@@ -1,0 +1,211 @@
+"""Applies a configuration file to what there is, in one transaction: all of it or nothing. Nothing is ever deleted by an import."""
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import reduce
+from types import MappingProxyType
+from typing import Any
+
+from app.domain.message import Told, told
+from app.domain.models import IdleRule, InvalidInput, Mission, Robot, Schedule
+from app.services.catalogue.catalogue import Catalogue, Edit
+from app.services.catalogue.configuration.document import Document, Item, at, read
+from app.services.catalogue.edit import schedule_names
+
+_OF_ROBOT = ("address", "username", "enabled", "certificate_sha256")
+_OF_MISSION = ("guid", "usual_minutes")
+_OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
+                "start_window_minutes", "overlap", "priority", "parameters")
+_KEY_OF_FIELD = {"robot_id": "robot", "mission_id": "mission"}
+# In English a key is told as the file has it.
+_WORDS: Mapping[str, Told] = MappingProxyType({word["msgid"]: word for word in (
+    told("poll_interval_seconds"), told("retry_limit"), told("minimum_battery_percent"), told("working_days"), told("timezone"),
+    told("start_window_minutes"), told("unknown_outcome_quiet_seconds"), told("history_limit"), told("address"), told("username"),
+    told("password"), told("enabled"), told("certificate_sha256"), told("idle"), told("robot"), told("mission"), told("start"),
+    told("recurrence"), told("respect_working_days"), told("between"), told("overlap"), told("priority"), told("parameters"),
+    told("guid"), told("usual_minutes"))})
+
+
+def import_configuration(catalogue: Catalogue, content: bytes) -> list[Told]:
+    """Returns what was added or changed, one sentence each; empty when all was there already.
+
+    Raises InvalidInput with the place in the file and how to mend it; then nothing was changed.
+    """
+    document = read(content)
+    return catalogue.edit(lambda edit: _Import(edit, document).run())
+
+
+class _Import:
+    def __init__(self, edit: Edit, document: Document) -> None:
+        self._edit, self._document = edit, document
+
+    def run(self) -> list[Told]:
+        """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
+        _check_no_doubles(self._document)
+        setting_lines = list(self._settings(self._document.settings))
+        before = {item.path: self._edit.robots.by_name(self._edit.c, item.values["name"]) for item in self._document.robots}
+        for item in self._document.robots:
+            with _placed(item):
+                self._robot(item)
+        mission_lines: list[Told] = []
+        for item in self._document.missions:
+            with _placed(item):
+                mission_lines += self._mission(item)
+        for item in self._document.robots:
+            self._idle(item)
+        robot_lines = [line for item in self._document.robots for line in self._robot_line(item, before[item.path])]
+        return [*setting_lines, *robot_lines, *mission_lines, *self._schedules(self._document.schedules)]
+
+    # ------------------------------------------------------------------ settings
+    def _settings(self, item: Item) -> Iterator[Told]:
+        before = self._edit.settings
+        after = self._edit.change_settings(**item.values)
+        for name in item.values:
+            if getattr(after, name) != getattr(before, name):
+                yield told("setting {name} changed: {before} -> {after}", name=_word(name), before=_shown(getattr(before, name)),
+                           after=_shown(getattr(after, name)))
+
+    # ------------------------------------------------------------------ robots
+    def _robot(self, item: Item) -> None:
+        given = dict(item.values)
+        password = given.get("password")
+        stored = self._edit.robots.by_name(self._edit.c, given["name"])
+        robot = replace(stored or Robot("", ""), **{key: given[key] for key in ("name", *_OF_ROBOT) if key in given})
+        saved = self._edit.save_robot(robot, password)
+        if password is not None and given.get("enabled") is False and saved.enabled:
+            self._edit.save_robot(replace(saved, enabled=False))
+
+    def _idle(self, item: Item) -> None:
+        if "idle" not in item.values:
+            return
+        robot = self._robot_named(item.values["name"], f"{item.path}.name")
+        given, path = item.values["idle"], f"{item.path}.idle"
+        if given is None:
+            self._edit.set_idle_rule(robot.id, None)
+            return
+        rule = robot.idle
+        if "mission" in given:
+            mission = self._mission_named(given["mission"], robot, f"{path}.mission")
+            rule = replace(rule, mission_id=mission.id) if rule else IdleRule(mission.id)
+        if rule is None:
+            raise InvalidInput(f"{path}.mission", "{path}: 'mission' is missing", path=path)
+        with _placed(Item(path, given)):
+            self._edit.set_idle_rule(robot.id, replace(rule, **{key: given[key] for key in ("after_minutes", "enabled") if key in given}))
+
+    def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Told]:
+        after = self._robot_named(item.values["name"], item.path)
+        if before is None:
+            yield (told("robot {name} added; it is switched off and needs a password", name=after.name) if after.needs_password else
+                   told("robot {name} added", name=after.name))
+            return
+        changed = [name for name in (*_OF_ROBOT, "idle") if getattr(after, name) != getattr(before, name)]
+        if after.token != before.token and after.token is not None:
+            changed.append("password")
+        if changed:
+            what = _list(changed)
+            yield (told("robot {name} changed: {what}; it is switched off and needs a password", name=after.name, what=what)
+                   if after.needs_password and not before.needs_password else
+                   told("robot {name} changed: {what}", name=after.name, what=what))
+
+    # ------------------------------------------------------------------ missions
+    def _mission(self, item: Item) -> Iterator[Told]:
+        name, owner = item.values["name"], item.values.get("robot")
+        robot = None if owner is None else self._robot_named(owner, f"{item.path}.robot")
+        robot_id = robot.id if robot else None
+        stored = self._edit.missions.by_name(self._edit.c, name, robot_id)
+        given = {key: item.values[key] for key in _OF_MISSION if key in item.values}
+        saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **given))
+        if stored is None:
+            yield (told("mission {name} of {robot} added", name=name, robot=robot.name) if robot else
+                   told("mission {name} added", name=name))
+        elif changed := [key for key in given if getattr(saved, key) != getattr(stored, key)]:
+            what = _list(changed)
+            yield (told("mission {name} of {robot} changed: {what}", name=name, robot=robot.name, what=what) if robot else
+                   told("mission {name} changed: {what}", name=name, what=what))
+
+    # ------------------------------------------------------------------ schedules
+    def _schedules(self, items: Sequence[Item]) -> list[Told]:
+        lines: list[Told] = []
+        taken = {item.values["name"] for item in items if item.values.get("name")}     # by name, so not to be given to others
+        for item in items:
+            with _placed(item):
+                lines += self._schedule(item, taken)
+        return lines
+
+    def _schedule(self, item: Item, taken: set[str]) -> Iterator[Told]:
+        given = item.values
+        robot = self._robot_named(given["robot"], f"{item.path}.robot")
+        mission = self._mission_named(given["mission"], robot, f"{item.path}.mission")
+        values = {key: given[key] for key in _OF_SCHEDULE if key in given} | {"robot_id": robot.id, "mission_id": mission.id}
+        name = given.get("name") or self._name_of_unnamed(robot, mission, values, taken)
+        taken.add(name)
+        stored = self._edit.schedules.by_name(self._edit.c, name)
+        if stored is None:
+            defaults = {"name": name, "timezone": self._edit.settings.timezone}
+            saved = self._edit.save_schedule(Schedule(**{**defaults, **values}))
+        else:
+            saved = self._edit.save_schedule(replace(stored, **values))
+        if stored is None:
+            yield told("schedule {name} added", name=saved.name)
+        elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
+            yield told("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
+
+    def _name_of_unnamed(self, robot: Robot, mission: Mission, values: dict[str, Any], taken: set[str]) -> str:
+        """The first free one of "<mission> on <robot>", "… 2", … — or one that stands for this very schedule already: importing the same
+        file twice must not plan everything twice."""
+        for name in schedule_names(mission.name, robot.name):
+            if name in taken:
+                continue
+            stored = self._edit.schedules.by_name(self._edit.c, name)
+            if stored is None or all(getattr(stored, key) == value for key, value in values.items()):
+                return name
+        raise AssertionError("there is always a free name")
+
+    # ------------------------------------------------------------------ names
+    def _robot_named(self, name: str, path: str) -> Robot:
+        if robot := self._edit.robots.by_name(self._edit.c, name):
+            return robot
+        raise InvalidInput(path, "{path}: there is no robot {name}", path=path, name=name)
+
+    def _mission_named(self, name: str, robot: Robot, path: str) -> Mission:
+        if mission := self._edit.missions.for_robot(self._edit.c, name, robot.id):
+            return mission
+        raise InvalidInput(path, "{path}: there is no mission {name} for {robot}", path=path, name=name, robot=robot.name)
+
+
+@contextmanager
+def _placed(item: Item) -> Iterator[None]:
+    """Problems found while applying get the place in the file, too."""
+    try:
+        yield
+    except InvalidInput as error:
+        if error.text.startswith(item.path):
+            raise
+        raise at(f"{item.path}.{error.field}", error) from None
+
+
+def _check_no_doubles(document: Document) -> None:
+    """Names are the identity, so one file can't say two things of the same object."""
+    for items, keys in ((document.robots, ("name",)), (document.missions, ("name", "robot")), (document.schedules, ("name",))):
+        seen: set[tuple[object, ...]] = set()
+        for item in items:
+            identity = tuple(item.values.get(key) for key in keys)
+            if identity[0] is not None and identity in seen:
+                raise InvalidInput(f"{item.path}.name", "{path}.name: {name} stands twice in the file", path=item.path, name=identity[0])
+            seen.add(identity)
+
+
+def _word(key: str) -> Told:
+    return _WORDS.get(key, key)
+
+
+def _list(keys: Sequence[str]) -> Told:
+    return reduce(lambda so_far, word: told("{words}, {word}", words=so_far, word=word), map(_word, keys))
+
+
+def _shown(value: object) -> Told | int | float:
+    if value is None:
+        return told("none")
+    return " ".join(value) if isinstance(value, tuple) else value if isinstance(value, int | float) else str(value)

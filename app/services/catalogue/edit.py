@@ -1,0 +1,388 @@
+"""One transaction's worth of changes to robots, missions, schedules and settings, with everything that follows from them.
+
+``app.services.catalogue.catalogue`` opens and commits it; the import of a configuration does many in one.
+"""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from itertools import count
+from typing import Any
+
+from app.database.calendar import CalendarRepository
+from app.database.executions import ExecutionRepository
+from app.database.holds import HoldRepository, StoredHold
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
+from app.domain import names
+from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, Settings
+from app.mir.credentials import Token
+from app.services.catalogue import validation
+from app.services.live.changes import Topic
+from app.services.planning import public_holidays
+from app.services.planning.first_due import first_due
+from app.services.planning.recurrence import next_occurrence
+from app.services.planning.working_days import WorkingCalendar, working_calendar
+
+NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None}      # what of a schedule is no part of its definition
+
+
+@dataclass(frozen=True)
+class Removed:
+    """What one deletion took away, ids included: ``Catalogue.restore`` puts it back."""
+    robot: Robot | None = None
+    missions: Sequence[Mission] = ()
+    schedules: Sequence[Schedule] = ()
+    idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
+    holds: Sequence[StoredHold] = ()
+    days: Sequence[DayException] = ()
+
+
+@dataclass
+class Edit:
+    """Changes inside one transaction at one moment. Every method raises InvalidInput before it has written anything."""
+    c: sqlite3.Connection
+    now: datetime
+    topics: set[Topic] = field(default_factory=set)      # what changed, to be told after the commit
+
+    def __post_init__(self) -> None:
+        self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
+        self._executions, self._settings, self._holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
+        self.days = CalendarRepository()
+        self.settings = self._settings.load(self.c)
+
+    # ------------------------------------------------------------------ settings
+    def change_settings(self, **changes: Any) -> Settings:
+        """Schedules that respect working days get their next occurrence anew when those change."""
+        before = self.settings
+        changed = replace(before, **validation.settings(changes))
+        if _days_off(changed)[1:] != _days_off(before)[1:]:
+            public_holidays.check(changed.holiday_country, changed.holiday_subdivision)
+        changes = {name: value for name, value in validation.settings(changes).items()
+                   if value != getattr(before, name) or not self._settings.is_stored(self.c, name)}
+        if changes:
+            self.settings = self._settings.save(self.c, **changes)
+            self.topics.add(Topic.SETTINGS)
+        after = self.settings
+        if _days_off(after) != _days_off(before):
+            self._plan_anew()
+        return after
+
+    def leave_unknown_zones(self, local: str) -> list[str]:
+        """Settings and schedules whose time zone is none that this system knows (another system's, or of a version that took it) take
+        ``local``, schedules that of the settings. Returns one line for each, for the log."""
+        lines = []
+        if not validation.is_zone(self.settings.timezone):
+            lines.append(f"the time zone {self.settings.timezone} is not known here; the settings take {local}")
+            self.settings = self._settings.save(self.c, timezone=local)
+            self.topics.add(Topic.SETTINGS)
+        zone, calendar = self.settings.timezone, self.calendar
+        for schedule in self.schedules.all(self.c):
+            if not validation.is_zone(schedule.timezone):
+                lines.append(f"the time zone {schedule.timezone} is not known here; the schedule {schedule.name} takes {zone}")
+                known = replace(schedule, timezone=zone, changed_at=self.now)
+                self.schedules.update(self.c, replace(known, next_at=self._first_due(known, calendar)))
+                self.topics.add(Topic.SCHEDULES)
+        return lines
+
+    @property
+    def calendar(self) -> WorkingCalendar:
+        """The working days as this transaction has them by now."""
+        return working_calendar(self.c, self.settings)
+
+    def _plan_anew(self) -> None:
+        """What is due already stays due; a one-time schedule runs whatever the working days are."""
+        calendar = self.calendar
+        for schedule in self.schedules.all(self.c):
+            is_due = schedule.next_at is not None and schedule.next_at <= self.now
+            if schedule.respect_working_days and schedule.recurrence is not None and not is_due:
+                self.schedules.advance(self.c, schedule.id, self._first_due(schedule, calendar))
+        self.topics.add(Topic.SCHEDULES)
+
+    def _first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:
+        """The next occurrence, one that was skipped in advance left out."""
+        at = first_due(schedule, self.settings, self.now, calendar)
+        while at is not None and schedule.recurrence is not None and self._executions.has_row(self.c, schedule.id, at):
+            at = next_occurrence(schedule, at, calendar)
+        return at
+
+    # ------------------------------------------------------------------ days off and extra working days
+    def save_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
+        """Add (id 0) or change exceptions to the working days; schedules that respect them get their next occurrence anew."""
+        exceptions = [validation.day_exception(exception) for exception in exceptions]
+        for exception in exceptions:
+            if exception.id and self.days.get(self.c, exception.id) is None:
+                raise InvalidInput("days", "there is no such entry of the calendar any more")
+        if self.days.count(self.c) + sum(not exception.id for exception in exceptions) > validation.MOST_DAY_EXCEPTIONS:
+            raise InvalidInput("days", "the calendar has room for {most} entries", most=validation.MOST_DAY_EXCEPTIONS)
+        saved = []
+        for exception in exceptions:
+            if exception.id:
+                self.days.update(self.c, exception)
+                saved.append(exception)
+            else:
+                saved.append(self.days.add(self.c, exception))
+        self._days_changed()
+        return saved
+
+    def remove_days(self, ids: Sequence[int]) -> Removed:
+        """Those of them that are still there."""
+        removed = Removed(days=[found for exception_id in ids if (found := self.days.get(self.c, exception_id)) is not None])
+        for exception in removed.days:
+            self.days.remove(self.c, exception.id)
+        self._days_changed()
+        return removed
+
+    def _days_changed(self) -> None:
+        self.topics.add(Topic.CALENDAR)
+        self._plan_anew()
+
+    # ------------------------------------------------------------------ robots
+    def save_robot(self, robot: Robot, password: str | None = None) -> Robot:
+        """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another user name is switched
+        off and needs a password. A robot that only waited for its password is switched on by it."""
+        stored = self.the_robot(robot.id) if robot.id else None
+        robot = validation.robot(robot)
+        self._check_robot_name(robot)
+        if password == "":
+            raise InvalidInput("password", "enter a password")
+        if password is not None:
+            is_on = robot.enabled or (stored is not None and stored.needs_password)
+            robot = replace(robot, token=Token.derive(robot.username, password).header, needs_password=False, enabled=is_on)
+        elif stored is None:
+            robot = replace(robot, needs_password=robot.token is None)
+        else:
+            is_same_user = robot.username == stored.username
+            robot = replace(robot, token=stored.token if is_same_user else None, needs_password=stored.needs_password or not is_same_user)
+        if robot.needs_password:
+            robot = replace(robot, enabled=False, token=None)
+        if robot.idle is not None:
+            robot = replace(robot, idle=self._checked_idle(robot.id, robot.idle))
+        return self._put_robot(robot, stored)
+
+    def _check_robot_name(self, robot: Robot) -> None:
+        other = self.robots.by_name(self.c, robot.name)
+        if other is not None and other.id != robot.id:
+            raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
+
+    def _put_robot(self, robot: Robot, stored: Robot | None) -> Robot:
+        if robot == stored:
+            return robot
+        if stored is None:
+            robot = self.robots.add(self.c, robot)
+        else:
+            self.robots.update(self.c, robot)
+            if stored.enabled and not robot.enabled:
+                reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
+                self._ended(self._executions.end_waiting_of_robot(self.c, robot.id, reason, self.now))
+        self.topics.add(Topic.ROBOTS)
+        return robot
+
+    def set_idle_rule(self, robot_id: int, rule: IdleRule | None) -> Robot:
+        """None: no idle automation."""
+        stored = self.the_robot(robot_id)
+        return self._put_robot(replace(stored, idle=rule and self._checked_idle(robot_id, rule)), stored)
+
+    def _checked_idle(self, robot_id: int, rule: IdleRule) -> IdleRule:
+        mission = self._mission_on(robot_id, rule.mission_id)
+        return replace(rule, mission_id=mission.id, after_minutes=validation.whole_number(rule.after_minutes, "after_minutes"))
+
+    def remove_robot(self, robot_id: int) -> Removed:
+        """With its schedules, its own missions, its idle rule and its hold. What it still had to do ends as cancelled."""
+        robot = self.the_robot(robot_id)
+        removed = Removed(robot, schedules=self.schedules.for_robot(self.c, robot_id),
+                          missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
+                          holds=[hold for hold in self._holds.all(self.c) if hold.robot_id == robot_id])
+        reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
+        self._ended(self._executions.end_open_of_robot(self.c, robot_id, reason, self.now))
+        self.robots.remove(self.c, robot_id)
+        self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
+        return removed
+
+    # ------------------------------------------------------------------ missions
+    def save_mission(self, mission: Mission) -> Mission:
+        """Add (id 0) or change. What is planned on a robot with the mission of that name for all robots goes on with the robot's own."""
+        minutes = mission.usual_minutes
+        mission = replace(mission, name=validation.name(mission.name), guid=validation.guid(mission.guid),
+                          usual_minutes=None if minutes is None else validation.whole_number(minutes, "usual_minutes"))
+        stored = self.the_mission(mission.id) if mission.id else None
+        if mission.robot_id is not None:
+            self.the_robot(mission.robot_id)
+        other = self.missions.by_name(self.c, mission.name, mission.robot_id)
+        if other is not None and other.id != mission.id:
+            raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
+        if stored is not None and mission.robot_id is not None:
+            self._check_used_only_on(mission)
+        if mission == stored:
+            return mission
+        if stored is None:
+            mission = self.missions.add(self.c, mission)
+        else:
+            self.missions.update(self.c, mission)
+        self._prefer_own(mission)
+        self.topics.add(Topic.MISSIONS)
+        return mission
+
+    def _prefer_own(self, mission: Mission) -> None:
+        if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
+            self._use_instead(general.id, mission.id, mission.robot_id)
+
+    def _check_used_only_on(self, mission: Mission) -> None:
+        users = {schedule.robot_id for schedule in self.schedules.for_mission(self.c, mission.id)}
+        users |= {robot.id for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission.id}
+        if users - {mission.robot_id}:
+            raise InvalidInput("robot", "the mission {name} is used on other robots too", name=mission.name)
+
+    def _use_instead(self, old_id: int, new_id: int, robot_id: int) -> None:
+        for schedule in self.schedules.for_mission(self.c, old_id):
+            if schedule.robot_id == robot_id:
+                self.schedules.update(self.c, replace(schedule, mission_id=new_id))
+        robot = self.the_robot(robot_id)
+        if robot.idle and robot.idle.mission_id == old_id:
+            self.robots.update(self.c, replace(robot, idle=replace(robot.idle, mission_id=new_id)))
+
+    def remove_mission(self, mission_id: int) -> Removed:
+        """With the schedules and idle rules that use it; those of a robot's own one go on with the mission of that name for all robots."""
+        mission = self.the_mission(mission_id)
+        if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
+            self._use_instead(mission_id, general.id, mission.robot_id)
+        idle = [(robot.id, robot.idle) for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
+        removed = Removed(missions=[mission], schedules=self.schedules.for_mission(self.c, mission_id), idle=idle)
+        for schedule in removed.schedules:
+            self._cancel_waiting(schedule)
+        self.missions.remove(self.c, mission_id)
+        self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
+        return removed
+
+    # ------------------------------------------------------------------ schedules
+    def save_schedule(self, schedule: Schedule) -> Schedule:
+        """Add (id 0) or change. A blank name becomes "<mission> on <robot>". What waits of a changed one is cancelled, and instants before
+        now write no row; one that is as it was stays untouched."""
+        stored = self.the_schedule(schedule.id) if schedule.id else None
+        robot = self.the_robot(schedule.robot_id)
+        mission = self._mission_on(robot.id, schedule.mission_id)
+        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, robot, mission))
+        if stored is not None and self.definition(schedule) == self.definition(stored):
+            return stored
+        schedule = validation.schedule(schedule)
+        if stored is not None and self.definition(schedule) == self.definition(stored):
+            return stored
+        calendar = self.calendar
+        validation.one_time_on_working_day(schedule, calendar)
+        schedule = replace(schedule, changed_at=self.now, next_at=self._first_due(schedule, calendar))
+        if stored is None:
+            schedule = self.schedules.add(self.c, schedule)
+        else:
+            self._cancel_waiting(stored)
+            self.schedules.update(self.c, schedule)
+        self.topics.add(Topic.SCHEDULES)
+        return schedule
+
+    @staticmethod
+    def definition(schedule: Schedule) -> Schedule:
+        """The schedule without what the app itself notes on it."""
+        return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
+
+    def _schedule_name(self, schedule: Schedule, robot: Robot, mission: Mission) -> str:
+        if not schedule.name.strip():
+            return self.free_schedule_name(mission.name, robot.name)
+        name = validation.name(schedule.name)
+        other = self.schedules.by_name(self.c, name)
+        if other is not None and other.id != schedule.id:
+            raise InvalidInput("name", "there is a schedule {name} already", name=name)
+        return name
+
+    def free_schedule_name(self, mission: str, robot: str) -> str:
+        return next(name for name in schedule_names(mission, robot) if self.schedules.by_name(self.c, name) is None)
+
+    def remove_schedule(self, schedule_id: int) -> Removed:
+        """Off at once; what waits of it is cancelled, what runs goes on, history stays."""
+        schedule = self.the_schedule(schedule_id)
+        self._cancel_waiting(schedule)
+        self.schedules.remove(self.c, schedule_id)
+        self.topics.add(Topic.SCHEDULES)
+        return Removed(schedules=[schedule])
+
+    def _cancel_waiting(self, schedule: Schedule) -> None:
+        self._ended(self._executions.end_waiting_of_schedule(self.c, schedule.id, Reason(ReasonCode.SCHEDULE_CHANGED), self.now))
+
+    def _ended(self, number: int) -> None:
+        if number:
+            self.topics.add(Topic.EXECUTIONS)
+
+    # ------------------------------------------------------------------ undo
+    def restore(self, removed: Removed) -> None:
+        """Put back what a deletion took, under its old ids. What would have fallen due meanwhile writes no row."""
+        if removed.robot is not None:
+            self._check_robot_name(removed.robot)
+            self.robots.add(self.c, replace(removed.robot, idle=None))
+        for mission in removed.missions:
+            if self.missions.by_name(self.c, mission.name, mission.robot_id):
+                raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
+            self.missions.add(self.c, mission)
+            self._prefer_own(mission)
+        if removed.robot is not None and removed.robot.idle is not None:
+            self._restore_idle(removed.robot.id, removed.robot.idle)
+        for robot_id, rule in removed.idle:
+            self._restore_idle(robot_id, rule)
+        calendar = self.calendar
+        for schedule in removed.schedules:
+            if self.schedules.by_name(self.c, schedule.name):
+                raise InvalidInput("name", "there is a schedule {name} already", name=schedule.name)
+            self.the_robot(schedule.robot_id)
+            self.the_mission(schedule.mission_id)
+            self.schedules.add(self.c, replace(schedule, changed_at=self.now, next_at=self._first_due(schedule, calendar)))
+        for hold in removed.holds:
+            self._holds.add(self.c, hold)
+        if removed.days:
+            for exception in removed.days:
+                self.days.add(self.c, exception)
+            self._days_changed()
+            return
+        self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
+
+    def _restore_idle(self, robot_id: int, rule: IdleRule) -> None:
+        """Unless there is another one by now, or its robot or mission is gone."""
+        robot = self.robots.get(self.c, robot_id)
+        if robot is not None and robot.idle is None and self.missions.get(self.c, rule.mission_id):
+            self.robots.update(self.c, replace(robot, idle=rule))
+
+    # ------------------------------------------------------------------ what there is
+    def the_robot(self, robot_id: int) -> Robot:
+        if robot := self.robots.get(self.c, robot_id):
+            return robot
+        raise InvalidInput("robot", "there is no such robot any more")
+
+    def the_mission(self, mission_id: int) -> Mission:
+        if mission := self.missions.get(self.c, mission_id):
+            return mission
+        raise InvalidInput("mission", "there is no such mission any more")
+
+    def the_schedule(self, schedule_id: int) -> Schedule:
+        if schedule := self.schedules.get(self.c, schedule_id):
+            return schedule
+        raise InvalidInput("schedule", "there is no such schedule any more")
+
+    def _mission_on(self, robot_id: int, mission_id: int) -> Mission:
+        """What the mission's name means on that robot."""
+        mission = self.the_mission(mission_id)
+        meant = self.missions.for_robot(self.c, mission.name, robot_id)
+        if meant is None:
+            raise InvalidInput("mission", "the mission {name} is for another robot only", name=mission.name)
+        return meant
+
+
+def _days_off(settings: Settings) -> tuple[object, ...]:
+    """What of the settings decides on which days work is done."""
+    return settings.working_days, settings.holiday_country, settings.holiday_subdivision
+
+
+def schedule_names(mission: str, robot: str) -> Iterator[str]:
+    """"<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
+    for number in count(1):
+        ending = f" {number}" if number > 1 else ""
+        yield names.cleaned(f"{mission} on {robot}", names.LONGEST - len(ending)) + ending

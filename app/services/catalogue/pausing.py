@@ -1,0 +1,91 @@
+"""Skip next and pause until: starts of a schedule that a person leaves out (design: "Cancel").
+
+The next one gets its row in the ledger at once; those of a pause get theirs as they come, so that it can be ended at any time.
+"""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from typing import TypeVar
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
+from app.domain import rules
+from app.domain.clock import Clock
+from app.domain.models import Execution, InvalidInput, Reason, ReasonCode, Schedule, Trigger
+from app.services.live.changes import Changes, Topic
+from app.services.planning.recurrence import next_occurrence
+from app.services.planning.working_days import working_calendar
+
+T = TypeVar("T")
+
+
+class Skipping:
+    def __init__(self, db: Database, clock: Clock, changes: Changes) -> None:
+        self._db, self._clock, self._changes = db, clock, changes
+        self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()
+        self._executions, self._settings = ExecutionRepository(), SettingsRepository()
+
+    def skip_next(self, schedule_id: int) -> datetime:
+        """Returns the instant (UTC) that was left out. Raises InvalidInput when there is none to come."""
+        return self._told(lambda c: self._skip(c, schedule_id))
+
+    def pause(self, schedule_id: int, until: datetime) -> Schedule:
+        """Skip every start before ``until`` (aware), also what waits of the schedule. Raises InvalidInput for a time that has passed."""
+        def work(c: sqlite3.Connection) -> Schedule:
+            now, schedule = self._clock.now(), self._the_schedule(c, schedule_id)
+            if until <= now:
+                raise InvalidInput("until", "choose a time to come")
+            self._schedules.pause(c, schedule_id, until)
+            self._executions.end_waiting_of_schedule(c, schedule_id, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now)
+            return replace(schedule, paused_until=until)
+        return self._told(work)
+
+    def resume(self, schedule_id: int) -> Schedule:
+        """End the pause: the next start runs. What was skipped stays so."""
+        def work(c: sqlite3.Connection) -> Schedule:
+            schedule = self._the_schedule(c, schedule_id)
+            self._schedules.pause(c, schedule_id, None)
+            return replace(schedule, paused_until=None)
+        return self._told(work)
+
+    def _told(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        result = self._db.write(work)
+        self._changes.publish(Topic.SCHEDULES)
+        self._changes.publish(Topic.EXECUTIONS)
+        return result
+
+    def _the_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Schedule:
+        if schedule := self._schedules.get(c, schedule_id):
+            return schedule
+        raise InvalidInput("schedule", "there is no such schedule any more")
+
+    def _skip(self, c: sqlite3.Connection, schedule_id: int) -> datetime:
+        schedule = self._the_schedule(c, schedule_id)
+        if not schedule.enabled or schedule.next_at is None:
+            raise InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)
+        settings = self._settings.load(c)
+        now = self._clock.now()
+        self._executions.add_once(c, self._row(c, schedule, schedule.next_at, now))
+        following = next_occurrence(schedule, max(now, schedule.next_at), working_calendar(c, settings))
+        self._schedules.advance(c, schedule.id, following)
+        return schedule.next_at
+
+    def _row(self, c: sqlite3.Connection, schedule: Schedule, at: datetime, now: datetime) -> Execution:
+        settings = self._settings.load(c)
+        robot, mission = self._robots.get(c, schedule.robot_id), self._missions.get(c, schedule.mission_id)
+        if robot is None or mission is None:             # foreign keys see to it that they are there
+            raise InvalidInput("schedule", "there is no such schedule any more")
+        reason = Reason(ReasonCode.HOLD)
+        return Execution(
+            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
+            mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
+            minimum_battery_percent=rules.minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=at,
+            closes_at=rules.closes_at(at, schedule.start_window_minutes, settings), created_at=now, ended_at=now,
+            token=rules.token_of(self._settings.install_id(c), schedule.id, at), state=reason.state, reason=reason)

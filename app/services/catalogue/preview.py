@@ -1,0 +1,168 @@
+"""What a schedule in the making would bring: its next starts, and what a person should know before it is saved.
+
+A concern forbids nothing. What can't be saved at all is raised as InvalidInput, by the same checks as when it is saved.
+"""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import date, datetime, timedelta
+from enum import StrEnum
+from itertools import islice
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
+from app.domain import rules
+from app.domain.clock import Clock
+from app.domain.models import Mission, Schedule, Settings, Usual
+from app.services.catalogue import validation
+from app.services.planning.durations import expected
+from app.services.planning.overlaps import Meeting, Other, free_shift, meetings, nearby
+from app.services.planning.recurrence import Occurrence, occurrences
+from app.services.planning.working_days import WorkingCalendar, working_calendar
+
+LOOKS_BACK = 30              # days, for low batteries
+SAME_TIME = 60               # minutes around a time of day that count as the same
+STARTS = 5
+MOST_PASSED_OVER = 2000      # starts that are looked through for it
+
+
+class ConcernCode(StrEnum):
+    """What may be wrong with a schedule that can be saved all the same."""
+    OVERLAP = "overlap"                  # another planned run of that robot is still under way, or begins meanwhile
+    LOW_BATTERY = "low_battery"          # its battery stayed too low around that time of day lately
+    DAY_OFF = "day_off"                  # the first day is not a working day, so the schedule begins later
+    PASSED_OVER = "passed_over"          # between the next starts lie days that the exception calendar closes
+    CLOCK_CHANGE = "clock_change"        # the wall-clock time does not exist on that day, or comes twice
+    MISSION_MISSING = "mission_missing"  # the robot does not have it
+    ROBOT_OFF = "robot_off"              # the robot is switched off in Settings
+    NO_START = "no_start"                # nothing is left to come
+
+
+@dataclass(frozen=True)
+class Concern:
+    """One warning; ``at`` is the start it is about, None: all of them. Times in ``details`` are UTC instants."""
+    code: ConcernCode
+    at: datetime | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Forecast:
+    starts: tuple[Occurrence, ...] = ()
+    usual: Usual | None = None           # of that mission on that robot; None: nobody knows
+    concerns: tuple[Concern, ...] = ()
+    free_at: datetime | None = None      # naive local time of the nearest first start at which no other run is in the way
+
+    @property
+    def usual_s(self) -> float | None:
+        return self.usual.median_s if self.usual else None
+
+
+class Forecasts:
+    def __init__(self, db: Database, clock: Clock) -> None:
+        self._db, self._clock = db, clock
+        self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()
+        self._executions, self._settings = ExecutionRepository(), SettingsRepository()
+
+    def of(self, draft: Schedule, known_missions: Mapping[str, str] | None = None, count: int = STARTS) -> Forecast:
+        """What ``draft`` would bring if it were saved now; an id means that it replaces that schedule.
+
+        ``known_missions``: guid -> name as the robot told them; None or empty: it did not tell. Raises InvalidInput for a rule that
+        can't be.
+        """
+        c = self._db.read()
+        settings = self._settings.load(c)
+        calendar = working_calendar(c, settings)
+        draft = validation.schedule(draft)
+        validation.one_time_on_working_day(draft, calendar)
+        mission, robot = self._missions.get(c, draft.mission_id), self._robots.get(c, draft.robot_id)
+        starts = tuple(islice(occurrences(draft, self._clock.now(), calendar), count))
+        usual = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission) if mission else None
+        concerns: list[Concern] = []
+        if robot is not None and not robot.enabled:
+            concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
+        if mission is not None and robot is not None and _is_missing(mission, robot.id, known_missions):
+            concerns.append(Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "robot": robot.name}))
+        if not starts:
+            concerns.append(Concern(ConcernCode.NO_START))
+        elif draft.recurrence is not None and draft.respect_working_days and not calendar.is_working_day(draft.start.date()):
+            concerns.append(Concern(ConcernCode.DAY_OFF, details={
+                "day": draft.start.date(), "name": calendar.look(draft.start.date()).name}))
+        if passed_over := tuple(_passed_over(draft, starts, self._clock.now(), calendar)):
+            concerns.append(Concern(ConcernCode.PASSED_OVER, details={"days": passed_over}))
+        concerns += _clock_changes(starts, draft.timezone)
+        others = self._others(c, draft)
+        near = nearby(starts, usual, others, calendar)
+        met = list(meetings(starts, usual, near))
+        concerns += [*(_overlap(meeting) for meeting in met), *self._low_battery(c, draft, settings)]
+        can_shift = met and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
+        shift = free_shift(starts, usual, near, self._clock.now()) if can_shift else None
+        return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift)
+
+    def _others(self, c: sqlite3.Connection, draft: Schedule) -> list[Other]:
+        """The robot's other schedules that are on and still to come."""
+        missions = {mission.id: mission for mission in self._missions.all(c)}
+        usual: dict[int, Usual | None] = {}
+        others = []
+        for schedule in self._schedules.for_robot(c, draft.robot_id):
+            if schedule.enabled and schedule.next_at is not None and schedule.id != draft.id:
+                mission = missions[schedule.mission_id]
+                if mission.id not in usual:
+                    usual[mission.id] = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission)
+                others.append(Other(schedule, mission.name, usual[mission.id]))
+        return others
+
+    def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
+        """The robot was too low lately, around the same time of day."""
+        minimum = rules.minimum_battery(draft, settings)
+        if minimum is None:
+            return
+        zone, wanted = ZoneInfo(draft.timezone), draft.start.hour * 60 + draft.start.minute
+        seen = [instant.astimezone(zone) for instant in
+                self._executions.low_batteries(c, draft.robot_id, self._clock.now() - timedelta(days=LOOKS_BACK))]
+        apart = [abs(local.hour * 60 + local.minute - wanted) for local in seen]
+        if count := sum(min(minutes, 24 * 60 - minutes) <= SAME_TIME for minutes in apart):
+            yield Concern(ConcernCode.LOW_BATTERY, details={"count": count, "days": LOOKS_BACK, "minimum": minimum})
+
+
+def _overlap(meeting: Meeting) -> Concern:
+    return Concern(ConcernCode.OVERLAP, meeting.at, {
+        "schedule_id": meeting.other.schedule.id, "mission": meeting.other.mission, "start": meeting.begins, "end": meeting.ends,
+        "likely": meeting.likely})
+
+
+def _passed_over(draft: Schedule, starts: tuple[Occurrence, ...], now: datetime,
+                 calendar: WorkingCalendar) -> Iterator[tuple[date, str]]:
+    """The closed days, with their names, on which the rule would have had a start before the last one shown."""
+    if draft.recurrence is None or not draft.respect_working_days or not starts or not calendar.has_exceptions:
+        return
+    last = None
+    for occurrence in islice(occurrences(replace(draft, respect_working_days=False), now, calendar), MOST_PASSED_OVER):
+        day = occurrence.nominal.date()
+        if occurrence.instant >= starts[-1].instant:
+            return
+        if day not in (last, draft.start.date()) and (look := calendar.look(day)).name and not look.is_working:
+            last = day
+            yield day, look.name
+
+
+def _is_missing(mission: Mission, robot_id: int, known: Mapping[str, str] | None) -> bool:
+    return mission.robot_id not in (None, robot_id) or (bool(known) and mission.guid not in (known or {}))
+
+
+def _clock_changes(starts: tuple[Occurrence, ...], zone: str) -> Iterator[Concern]:
+    """Starts whose wall-clock time is left out by a clock change (they come later) or comes twice (the first time counts)."""
+    tz = ZoneInfo(zone)
+    for start in starts:
+        local = start.instant.astimezone(tz)
+        twice = local.utcoffset() != local.replace(fold=1).utcoffset() and not start.moved
+        if start.moved or twice:
+            yield Concern(ConcernCode.CLOCK_CHANGE, start.instant, {"nominal": start.nominal, "twice": twice})

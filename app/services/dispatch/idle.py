@@ -1,0 +1,73 @@
+"""Idle automation: when a robot has been idle long enough, seen without a break, its idle mission is started once."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from zoneinfo import ZoneInfo
+
+from app.domain import rules
+from app.domain.models import Execution, IdleRule, Settings
+from app.domain.robot import RobotState, RobotStatus
+from app.services.planning.working_days import WorkingCalendar
+
+KEEP_FREE_BEFORE_PLANNED = timedelta(minutes=5)
+
+
+class IdleWatch:
+    """How long one robot has been idle: Ready, nothing pending or executing. Measured on the monotonic clock and only over what was
+    really seen: a gap between two looks longer than ``longest_gap`` seconds begins the time anew."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+        self._seen = -math.inf
+
+    def saw(self, idle: bool, mono: float, longest_gap: float) -> None:
+        if not idle or mono - self._seen > longest_gap:
+            self._since = None
+        if idle and self._since is None:
+            self._since = mono
+        self._seen = mono
+
+    def lost_sight(self) -> None:
+        """The robot could not be read: what it did meanwhile is unknown."""
+        self._since = None
+
+    def seconds(self, mono: float) -> float:
+        return 0.0 if self._since is None else mono - self._since
+
+
+def is_idle(status: RobotStatus, has_queue_items: bool) -> bool:
+    return status.state is RobotState.READY and not has_queue_items
+
+
+@dataclass(frozen=True)
+class IdleSituation:
+    """Everything the decision needs to know, read at one moment."""
+    idle_seconds: float
+    status: RobotStatus
+    highest_queue_id: int
+    last_idle: Execution | None           # newest idle execution of this robot
+    next_planned_at: datetime | None      # of any schedule of this robot
+
+
+def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, settings: Settings, calendar: WorkingCalendar,
+                        now: datetime) -> bool:
+    """Whether the idle mission starts now (design: "Idle automation").
+
+    Once per idle period: a period ends when anything else runs, which shows as a queue id above the one that the last idle execution got
+    (or, when it never got one, above the highest id known when it was triggered). So a restart of the app does not fire it again.
+    """
+    if rule is None or not rule.enabled or situation.idle_seconds < rule.after_minutes * 60:
+        return False
+    last = situation.last_idle
+    if last is not None:
+        if last.state.is_open:
+            return False
+        if situation.highest_queue_id <= max(last.queue_id or 0, last.queue_floor or 0):
+            return False
+    if situation.next_planned_at is not None and situation.next_planned_at - now < KEEP_FREE_BEFORE_PLANNED:
+        return False
+    if not calendar.is_working_day(now.astimezone(ZoneInfo(settings.timezone)).date()):
+        return False
+    return rules.battery_allows(situation.status.battery_percentage, rules.minimum_battery(None, settings))

@@ -1,0 +1,387 @@
+"""Everything that is done with one robot, step by step on its own lane: read it, follow its executions, idle automation, dispatch.
+
+A lane has no thread of its own (poll_loop gives it one; the simulation steps it directly). A robot that hangs or is gone therefore delays
+nobody but itself.
+"""
+from __future__ import annotations
+
+import logging
+import math
+import sqlite3
+import uuid
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from zoneinfo import ZoneInfo
+
+from app.database.activities import ActivityRepository
+from app.database.connection import Database
+from app.database.missions import MissionRepository
+from app.database.observed import ObservedRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.domain.activity import SpanRecorder, activity_of
+from app.domain.clock import Clock
+from app.domain.message import Told, made_of, tell, told
+from app.domain.models import Connection, Execution, Robot, Settings, Trigger
+from app.domain.robot import RobotState, RobotStatus
+from app.mir.client import RobotClient
+from app.mir.errors import NotAMir, Rejected, RobotError, TimedOut, Unauthorized, Unreadable
+from app.services.dispatch.dispatcher import Dispatcher, Ready, WrongRobot
+from app.services.dispatch.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
+from app.services.dispatch.intents import Intents
+from app.services.dispatch.ledger import Ledger
+from app.services.dispatch.planner import one_off
+from app.services.dispatch.tracker import Tracker, is_ours
+from app.services.live.alarms import Alarms
+from app.services.live.gaps import Downtime
+from app.services.live.holds import Holds
+from app.services.live.snapshots import STALE_POLLS, Snapshots
+from app.services.planning.working_days import WorkingCalendar
+
+log = logging.getLogger(__name__)
+
+LIVE_EVERY = 2.0                # s between status reads while somebody looks or something of ours runs
+GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
+PREPARES_WITHIN = 0.4           # s in which all robots that are told of something due soon are read, one after the other
+SLOW_ANSWER = 2.0               # s; slower is told, but it is an answer
+LOOK_AROUND_EVERY = 60.0        # s between writes of the observed time
+PRUNE_EVERY = 200               # such writes, between dropping what is too old
+
+
+@dataclass
+class Services:
+    """What every lane shares."""
+    db: Database
+    clock: Clock
+    ledger: Ledger
+    holds: Holds
+    alarms: Alarms
+    downtime: Downtime
+    snapshots: Snapshots
+    robots: RobotRepository
+    missions: MissionRepository
+    schedules: ScheduleRepository
+    observed: ObservedRepository
+    settings: Callable[[], Settings]
+    calendar: Callable[[], WorkingCalendar]
+    restored_at: datetime | None           # who goes back to a backup opens everything anew
+    activities: ActivityRepository = field(default_factory=ActivityRepository)
+
+
+def phase_of(robot_id: int) -> float:
+    """From 0 to 1, another for each robot and all of them far apart: by it is spread what many would do in one moment."""
+    return robot_id * GOLDEN_RATIO % 1
+
+
+class Lane:
+    def __init__(self, robot: Robot, client: RobotClient, services: Services) -> None:
+        self.robot, self.client, self._s = robot, client, services
+        self.polled = False                     # the first poll is over, whatever it brought
+        self.clock_offset: float | None = None  # s, the robot's HTTP Date minus the tablet's clock
+        self.watched = False                    # on screen
+        self._dispatcher = Dispatcher(
+            robot, client, ledger=services.ledger, clock=services.clock, holds=services.holds, alarms=services.alarms,
+            downtime=services.downtime, settings=services.settings, restored_at=services.restored_at,
+            read_status=self.read_status, queue_floor=lambda: self._highest)
+        self._tracker = Tracker(robot, client, services.ledger, self._dispatcher)
+        self._idle = IdleWatch()
+        self._highest: int | None = None        # highest queue id seen on this robot
+        self._identified = False
+        self._refused = False                   # answers, but not to this user; /status alone answers anybody
+        self._failures = 0
+        self._settled: set[str] = set()         # codes judged since the start
+        self._standing: set[str] = set()        # codes of this robot's conditions that are alarmed now
+        self._has_sent = False                  # something of ours is with the robot, or may be: as the last step left it
+        self._intents = Intents(services.clock)
+        self._poll_asked = self._changed = False
+        self._next_live = self._dispatch_at = -math.inf
+        self._prepare_at = math.inf
+        self._observed: dict[tuple[str, str], float] = {}
+        self._observed_at: float | None = None
+        self._observed_written = services.clock.monotonic()
+        self._spans = SpanRecorder()
+        self._writes_to_prune = 0               # writes of spans until the next pruning
+
+    # ------------------------------------------------------------------ the steps
+    def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = (), changed: bool = True) -> float:
+        """First whatever is due of the ``intents`` given by now. Then, unless the next of them is due in a moment, a round: a whole poll
+        when asked (or at first), else what is live, due, or due soon. ``changed``: ledger or plan may hold something new; without it, the
+        ledger is opened only when it was to be looked at again, and after a look at the robot. Returns the seconds until the next step is
+        wanted."""
+        now = self._s.clock.monotonic
+        self._intents.take(intents)
+        self._poll_asked |= poll or not self.polled
+        if changed:
+            self._changed = True
+            self._intents.doubt()
+        if due_soon and self.robot.enabled:
+            self._prepare_at = now() + PREPARES_WITHIN * phase_of(self.robot.id)
+        for intent in self._intents.pop_due():
+            if self._dispatcher.send(intent, self._intents.is_doubtful(intent)):
+                self._note_sent(True)
+            else:
+                self._changed = True
+        if not self._intents.leave_time():
+            return max(0.0, self._intents.next_at() - now())
+        self._round()
+        next_look = self._next_live if self._is_live else math.inf
+        return max(0.0, min(self._intents.next_at(), self._dispatch_at, self._prepare_at, next_look) - now())
+
+    def _round(self) -> None:
+        """Everything that can wait until nothing is due in a moment."""
+        now = self._s.clock.monotonic
+        self._dispatcher.note()
+        poll, self._poll_asked = self._poll_asked, False
+        changed, self._changed = self._changed, False
+        looks = poll or (self._is_live and now() >= self._next_live)
+        if self.polled and looks:
+            self._dispatch()            # what is due does not wait for a look
+        if poll:
+            self._poll()
+        elif looks:
+            self._look(whole=False)
+        if now() >= self._prepare_at:
+            self._prepare_at = math.inf
+            self._dispatcher.prepare()
+        if changed or looks or now() >= self._dispatch_at:
+            self._dispatch()
+            self._note_sent(self.robot.enabled and self._s.ledger.has_sent(self.robot.id))
+
+    def _note_sent(self, has_sent: bool) -> None:
+        """Whether something of ours is with the robot. Just sent: a look at once would only hold up what others have to send."""
+        was_live, self._has_sent = self._is_live, has_sent
+        if self._is_live and not was_live:
+            self._next_live = max(self._next_live, self._s.clock.monotonic() + self._apart(LIVE_EVERY))
+
+    def _dispatch(self) -> None:
+        wait = self._dispatcher.run()
+        self._dispatch_at = self._s.clock.monotonic() + wait
+
+    def ready(self) -> Ready | None:
+        """What the planner has to know to write the intent of what falls due together with its row; None: the lane does that itself."""
+        return self._dispatcher.ready() if self.polled and self.robot.enabled else None
+
+    def dispatch_only(self, execution_id: int) -> float:
+        """Only this execution: a one-shot command sends nothing else."""
+        return self._dispatcher.run(only=execution_id)
+
+    def close(self, untaken: Sequence[Execution] = ()) -> None:
+        """``untaken``: intents for this lane that no round was given."""
+        try:
+            self._dispatcher.note()
+            self._s.ledger.give_back([*self._intents.held, *untaken])
+            self._write_observed()
+        finally:
+            self.client.close()
+
+    @property
+    def _is_live(self) -> bool:
+        return self.robot.enabled and (self.watched or self._has_sent)
+
+    def _poll(self) -> None:
+        """One cycle of this robot: status, queue, tracking, idle automation. Dispatch follows in ``step``."""
+        try:
+            if self.robot.enabled:
+                self._look(whole=True)
+                if self._failures == 0:
+                    self._trigger_idle()
+            else:
+                self._s.snapshots.update(self.robot.id, connection=Connection.DISABLED, queue=(), status=None)
+        finally:
+            self.polled = True
+        if self._spans.has_changed or self._s.clock.monotonic() - self._observed_written >= LOOK_AROUND_EVERY:
+            self._write_observed()
+
+    def _look(self, *, whole: bool) -> None:
+        """Read the robot and follow what runs on it; between polls its queue only when somebody looks at it. What can't be read stays as
+        it was, with its age."""
+        mono = self._s.clock.monotonic()
+        try:
+            status = self.read_status()
+            self._identify()
+            if whole or self.watched:
+                self._read_queue(status, whole)
+            self._tracker.follow()
+        except (RobotError, WrongRobot) as error:
+            if self._failures == 0:
+                self._note_failure(error)
+        pause = LIVE_EVERY * 2 ** min(self._failures, 5)
+        pause = min(pause, max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
+        self._next_live = mono + (self._apart(pause) if whole else pause)
+
+    def _apart(self, pause: float) -> float:
+        """About ``pause``, another time for each robot: many that were polled or sent to in one moment are not looked at in one moment
+        again and again, which would hold up what falls due then. Exactly ``pause`` for the one on screen."""
+        return pause if self.watched else pause * (0.5 + phase_of(self.robot.id))
+
+    # ------------------------------------------------------------------ reading
+    def read_status(self) -> RobotStatus:
+        """Ask for the status; the snapshot and the alarms follow. Raises RobotError, or WrongRobot when another machine answers."""
+        try:
+            status = self.client.status()
+            self._check_serial(status)
+        except (RobotError, WrongRobot) as error:
+            self._note_failure(error)
+            raise
+        self._note_answer(status)
+        return status
+
+    def _check_serial(self, status: RobotStatus) -> None:
+        expected = self.robot.serial_number
+        if expected and status.serial_number and status.serial_number != expected:
+            raise WrongRobot(expected, status.serial_number)
+
+    def _identify(self) -> None:
+        """Once per start: does the password hold (``/status`` answers without one), and which machine is it?"""
+        if self._identified:
+            return
+        identity = self.client.identify()
+        found = {"serial_number": identity.serial_number, "model": identity.model, "software": identity.software}
+        if any(value and value != getattr(self.robot, name) for name, value in found.items()):
+            changes = {name: value for name, value in found.items() if value}
+            self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot.id, **changes))
+            stored = self._s.robots.get(self._s.db.read(), self.robot.id)
+            self.robot = stored or self.robot
+        self._identified, self._refused = True, False
+        self._dispatcher.user_name = identity.user_name
+        self._stands("unauthorized", False)
+        self._change_connection(Connection.CONNECTED, "")
+
+    def _read_queue(self, status: RobotStatus, whole: bool) -> None:
+        items = tuple(sorted(self.client.open_items(), key=lambda item: (item.is_pending, item.id)))
+        if whole:
+            self._highest = self.client.highest_queue_id() or 0
+        now, mono = self._s.clock.now(), self._s.clock.monotonic()
+        longest_gap = STALE_POLLS * self._s.settings().poll_interval_seconds
+        self._idle.saw(is_idle(status, bool(items)), mono, longest_gap)
+        self._s.snapshots.update(self.robot.id, queue=items, queue_read_at=now)
+        self._tracker.heal(items)
+
+    # ------------------------------------------------------------------ what a reading means
+    @property
+    def _key(self) -> str:
+        return f"robot:{self.robot.id}"
+
+    def _note_answer(self, status: RobotStatus) -> None:
+        now = self._s.clock.now()
+        self._failures = 0
+        connection = Connection.SLOW if status.elapsed_s > SLOW_ANSWER else Connection.CONNECTED
+        problem: Told = ""
+        if self._refused:
+            connection, problem = Connection.UNAUTHORIZED, self._s.snapshots.get(self.robot.id).problem
+        if status.date is not None:
+            self.clock_offset = (status.date - now).total_seconds()
+        self._observe(activity_of(status))
+        self._change_connection(connection, problem, status=status, read_at=now)
+        self._robot_alarms(status)
+
+    def _note_failure(self, error: RobotError | WrongRobot) -> None:
+        self._failures += 1
+        self._idle.lost_sight()
+        self._observe("offline")
+        match error:
+            case WrongRobot():
+                self._stands("wrong_robot", True, expected=error.expected, found=error.found)
+                connection = Connection.WRONG_ROBOT
+            case Unauthorized():
+                self._identified, self._refused = False, True
+                self._stands("unauthorized", True)
+                connection = Connection.UNAUTHORIZED
+            case NotAMir() | Unreadable():
+                connection = Connection.NOT_A_ROBOT
+            case TimedOut() if self._failures == 1:
+                connection = Connection.SLOW          # one slow answer is slow, not unreachable
+            case _:
+                connection = Connection.UNREACHABLE
+        problem = made_of(error)
+        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and self._failures == 2:
+            code = "unreachable" if connection is Connection.UNREACHABLE else "not_a_robot"
+            self._stands(code, True, problem=problem)
+        self._change_connection(connection, problem)
+
+    def _change_connection(self, connection: Connection, problem: Told, **values: object) -> None:
+        before = self._s.snapshots.get(self.robot.id)
+        if before.connection is not connection:
+            values["since"] = self._s.clock.now()
+            level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
+            log.log(level, "%s: %s%s", self.robot.name, connection, f" ({tell(problem)})" if problem else "")
+        if connection is Connection.CONNECTED:
+            for code in ("unreachable", "not_a_robot", "wrong_robot"):
+                self._stands(code, False)
+        self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
+
+    def _robot_alarms(self, status: RobotStatus) -> None:
+        problem: Told = "; ".join(error.description for error in status.errors) or status.mission_text or told("an error")
+        self._stands("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
+        self._stands("robot_error", status.state is RobotState.ERROR, problem=problem)
+
+    def _stands(self, code: str, on: bool, **details: object) -> None:
+        """Raise or clear the alarm of a condition when it changes (and clear, once after a start, what an earlier run left standing)."""
+        if on and code not in self._standing:
+            self._standing.add(code)
+            self._s.alarms.raise_(code, self._key, robot=self.robot.name, **details)
+        elif not on and (code in self._standing or code not in self._settled):
+            self._standing.discard(code)
+            self._s.alarms.clear(code, self._key)
+        self._settled.add(code)
+
+    # ------------------------------------------------------------------ idle automation
+    def _trigger_idle(self) -> None:
+        rule, status = self.robot.idle, self._s.snapshots.get(self.robot.id).status
+        if rule is None or status is None or self._highest is None or self._s.holds.active(self.robot.id):
+            return
+        db, now, settings = self._s.db.read(), self._s.clock.now(), self._s.settings()
+        last = self._s.ledger.last_idle(self.robot.id)
+        if last is not None and self._numbers_began_anew(last, self._highest):
+            last = None
+        situation = IdleSituation(self._idle.seconds(self._s.clock.monotonic()), status, self._highest, last,
+                                  self._s.schedules.next_due(db, self.robot.id))
+        if not idle_mission_is_due(rule, situation, settings, self._s.calendar(), now):
+            return
+        if mission := self._s.missions.get(db, rule.mission_id):
+            self._s.ledger.add(one_off(Trigger.IDLE, self.robot, mission, settings, now, str(uuid.uuid4()), queue_floor=self._highest))
+
+    def _numbers_began_anew(self, last: Execution, highest: int) -> bool:
+        """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that number tells nothing."""
+        if last.state.is_open or last.queue_id is None or highest >= last.queue_id:
+            return False
+        try:
+            return not is_ours(last, self.client.queue_item(last.queue_id))
+        except Rejected as error:
+            return error.status in (404, 410)
+        except RobotError:
+            return False
+
+    # ------------------------------------------------------------------ observed time
+    def _observe(self, activity: str) -> None:
+        """The time since the last look belongs to what was seen then and now; a gap longer than 3 polls to nothing."""
+        mono, now, settings = self._s.clock.monotonic(), self._s.clock.now(), self._s.settings()
+        longest_gap = STALE_POLLS * max(settings.poll_interval_seconds, LIVE_EVERY)
+        if self._observed_at is not None and 0 < mono - self._observed_at <= longest_gap:
+            day = self._local_day(now, settings)
+            self._observed[day, activity] = self._observed.get((day, activity), 0.0) + mono - self._observed_at
+        self._observed_at = mono
+        self._spans.saw(activity, now, mono, longest_gap)
+
+    @staticmethod
+    def _local_day(now: datetime, settings: Settings) -> str:
+        return now.astimezone(ZoneInfo(settings.timezone)).date().isoformat()
+
+    def _write_observed(self) -> None:
+        """Both in one transaction: at most once a poll, when something else is being done, and else once a minute."""
+        observed, self._observed = self._observed, {}
+        spans = [(span.activity, span.start, span.end) for span in self._spans.take()]
+        self._observed_written = self._s.clock.monotonic()
+        if not observed and not spans:
+            return
+        prunes = self._writes_to_prune == 0
+        self._writes_to_prune = PRUNE_EVERY if prunes else self._writes_to_prune - 1
+
+        def work(c: sqlite3.Connection) -> None:
+            self._s.observed.add_many(c, self.robot.id, observed)
+            self._s.activities.save(c, self.robot.id, spans)
+            if prunes:
+                self._s.activities.prune(c, self.robot.id, self._s.clock.now())
+
+        self._s.db.write(work)

@@ -1,0 +1,225 @@
+"""The execution ledger: every move of an execution is one short transaction, told to whoever listens and to the log.
+
+Each method returns the row after its move, or None when the row had moved on in the meantime (somebody cancelled it): then nothing
+was changed and the caller must not act on it.
+"""
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository, Unsent
+from app.database.settings import SettingsRepository
+from app.domain.clock import Clock
+from app.domain.message import Told
+from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Wait
+from app.domain.reasons import sentence, to_store
+from app.services.live.alarms import Alarms
+from app.services.live.changes import Changes, Topic
+
+log = logging.getLogger("app.executions")
+NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least nobody knows yet
+WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
+
+
+@dataclass(frozen=True)
+class Move:
+    """What is to become of an execution that still stands in one of the ``expected`` states."""
+    execution: Execution
+    expected: Sequence[State]
+    columns: Mapping[str, Any]
+
+
+class Ledger:
+    def __init__(self, db: Database, executions: ExecutionRepository, settings: SettingsRepository, clock: Clock, changes: Changes,
+                 alarms: Alarms) -> None:
+        self._db, self._executions, self._settings = db, executions, settings
+        self._clock, self._changes, self._alarms = clock, changes, alarms
+        self.grew = True                     # rows ended since the history was last held to its limit
+
+    # ------------------------------------------------------------------ reading
+    def get(self, execution_id: int) -> Execution | None:
+        return self._executions.get(self._db.read(), execution_id)
+
+    def open_for(self, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
+        return self._executions.open_for(self._db.read(), robot_id, states)
+
+    def unsent_of(self, robot_id: int) -> list[Unsent]:
+        """What waits for a robot, or is on its way to it, in short."""
+        return self._executions.unsent_of(self._db.read(), robot_id)
+
+    def unsent(self, ids: Sequence[int]) -> list[Execution]:
+        """Those of these that still wait or are on their way."""
+        return self._executions.still(self._db.read(), ids, NOT_WITH_THE_ROBOT)
+
+    def has_sent(self, robot_id: int) -> bool:
+        """Whether anything of ours is with this robot, or may be."""
+        return self._executions.has_sent(self._db.read(), robot_id)
+
+    def taken_back(self, intent: Execution) -> Reason | None:
+        """Why an intent must not be sent any more, although its row stands; None: nobody has changed anything since it was written."""
+        return self._executions.taken_back(self._db.read(), intent)
+
+    def by_token(self, token: str) -> Execution | None:
+        return self._executions.by_token(self._db.read(), token)
+
+    def last_accepted(self, robot_id: int) -> Execution | None:
+        return self._executions.last_accepted(self._db.read(), robot_id)
+
+    def is_claimed(self, robot_id: int, queue_id: int) -> bool:
+        """Whether that queue item is an execution's already."""
+        return self._executions.is_claimed(self._db.read(), robot_id, queue_id)
+
+    def last_idle(self, robot_id: int) -> Execution | None:
+        return self._executions.last_idle(self._db.read(), robot_id)
+
+    # ------------------------------------------------------------------ moves
+    def add(self, execution: Execution) -> Execution | None:
+        """Write a new row; None when this occurrence or token is already in the ledger."""
+        added = self._db.write(lambda c: self._executions.add_once(c, execution))
+        if added:
+            self._tell(added)
+        return added
+
+    def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
+        """Note what holds a waiting execution; writes only when that is something new."""
+        if (execution.wait, dict(execution.wait_details)) == (wait, details):
+            return execution
+        return self._change(execution, (State.WAITING,), quietly=execution.wait is wait, wait=wait, wait_details=details)
+
+    def begin_attempt(self, execution: Execution, queue_floor: int | None) -> Execution | None:
+        """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it.
+
+        The floor of the first attempt is kept: everything that this execution ever put on the robot lies above it. No line in the log:
+        how it went follows within moments.
+        """
+        floor = execution.queue_floor if execution.queue_floor is not None else queue_floor
+        return self._change(execution, (State.WAITING,), quietly=True, state=State.SUBMITTING, attempts=execution.attempts + 1,
+                            queue_floor=floor)
+
+    def end(self, execution: Execution, reason: Reason) -> Execution | None:
+        """End an open execution with a reason, whose code tells the state."""
+        return next(iter(self.make([self.ended(execution, reason, (execution.state,))])), None)
+
+    def make(self, moves: Sequence[Move], patient: bool = False) -> list[Execution]:
+        """Moves that one look at a robot brought, in one transaction; the rows after those that could be made. Several moves of one
+        execution are made in their order. ``patient`` ones may wait some ms to share a transaction."""
+        if not moves:
+            return []
+        made = self._db.write(
+            lambda c: [self._executions.change(c, move.execution.id, move.expected, **move.columns) for move in moves], patient)
+        changed = [row for row in made if row]
+        for row in changed:
+            log.info("%s", describe(row))
+            if row.ended_at is not None:
+                self.grew = True
+                self.alarm_for(row)
+        for robot_id in {row.robot_id for row in changed}:
+            self._changes.publish(Topic.EXECUTIONS, robot_id)
+        return changed
+
+    def accepted(self, execution: Execution, queue_id: int) -> Move:
+        """The robot has it since now. If this were never written, the robot would be asked."""
+        return Move(execution, (State.SUBMITTING,), {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": self._clock.now()})
+
+    def not_tried(self, intent: Execution) -> Move:
+        """An intent whose POST was not even begun."""
+        return Move(intent, (State.SUBMITTING,), {"state": State.WAITING, "attempts": intent.attempts - 1})
+
+    def attempt_failed(self, execution: Execution, problem: Told) -> Move:
+        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
+        attempts = execution.attempts + (execution.state is State.WAITING)
+        return Move(execution, NOT_WITH_THE_ROBOT, {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY,
+                                                    "wait_details": {"problem": problem}})
+
+    def started(self, execution: Execution, robot_delay_s: float | None) -> Move:
+        return Move(execution, (State.QUEUED,), {"state": State.EXECUTING, "started_at": self._clock.now(), "robot_delay_s": robot_delay_s})
+
+    def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None) -> Move:
+        """Seen done; a fast one is first seen so, and then began about now."""
+        now = self._clock.now()
+        return Move(execution, WITH_THE_ROBOT, {"state": State.COMPLETED, "ended_at": now, "duration_s": duration_s,
+                                                "robot_delay_s": robot_delay_s, "started_at": execution.started_at or now})
+
+    def ended(self, execution: Execution, reason: Reason, expected: Sequence[State] = WITH_THE_ROBOT,
+              duration_s: float | None = None) -> Move:
+        """Ended with a reason, whose code tells the state."""
+        return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
+
+    def give_back(self, intents: Sequence[Execution]) -> None:
+        """Intents of which nothing was sent wait again, or end where somebody has taken them back."""
+        moves: list[Move] = []
+        for intent in intents:
+            moves.append(self.not_tried(intent))
+            if reason := self.taken_back(intent):
+                moves.append(self.ended(intent, reason, (State.WAITING,)))
+        self.make(moves)
+
+    def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
+        """Note that the operator wants these gone (None takes that back); the robot's answer decides."""
+        def work(c: Any) -> None:
+            for execution in executions:
+                self._executions.change(c, execution.id, OPEN_STATES, cancel_code=code)
+        self._db.write(work)
+        self._changes.publish(Topic.EXECUTIONS)
+
+    def prune(self, has_time: Callable[[], bool]) -> None:
+        """Hold the history to the newest N ended rows (the setting; None keeps all), in small pieces as long as there ``has_time``; the
+        next call goes on. Costs nothing while nothing ended."""
+        if not self.grew:
+            return
+        self.grew = False
+        limit = self._settings.load(self._db.read()).history_limit
+        if limit is None:
+            return
+        surplus = self._executions.surplus(self._db.read(), limit)
+        while any(surplus):
+            surplus = self._db.write(lambda c, surplus=surplus: self._executions.drop_oldest(c, surplus))  # type: ignore[misc]
+            if any(surplus) and not has_time():
+                self.grew = True
+                return
+
+    # ------------------------------------------------------------------ inside
+    def alarm_for(self, ended: Execution) -> None:
+        """A failed or skipped execution is told; the same of one schedule is one line that counts."""
+        code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
+        if code and ended.reason:
+            about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot}"
+            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, reason=to_store(ended.reason),
+                                timezone=ended.timezone)
+
+    def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
+        changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))
+        if changed:
+            self._tell(changed, quietly)
+        return changed
+
+    def _tell(self, execution: Execution, quietly: bool = False) -> None:
+        if not quietly:
+            log.info("%s", describe(execution))
+        self._changes.publish(Topic.EXECUTIONS, execution.robot_id)
+
+
+def describe(execution: Execution) -> str:
+    """One English line for the log."""
+    parts = [f"#{execution.id} {execution.mission!r} on {execution.robot!r} ({execution.trigger}): {execution.state}"]
+    if execution.state is State.WAITING and execution.wait is not Wait.DUE:
+        parts.append(f"[{execution.wait}]")
+    if execution.queue_id is not None:
+        parts.append(f"queue item {execution.queue_id}")
+    if execution.attempts > 1:
+        parts.append(f"attempt {execution.attempts}")
+    if execution.reason:
+        parts.append("– " + sentence(execution.reason, execution.timezone))
+    return " ".join(parts)
+
+
+def seconds_between(start: datetime | None, end: datetime | None) -> float | None:
+    """The difference of two of the robot's own time stamps; its clock may be wrong, so only the difference counts."""
+    if start is None or end is None:
+        return None
+    return max(0.0, (end - start).total_seconds())

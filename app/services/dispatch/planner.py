@@ -1,0 +1,247 @@
+"""Turns schedules into executions when they fall due: each occurrence one row, in the same transaction that advances its schedule."""
+from __future__ import annotations
+
+import logging
+import sqlite3
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from itertools import takewhile
+from typing import NamedTuple
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
+from app.domain import rules
+from app.domain.clock import Clock
+from app.domain.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
+from app.services.dispatch.dispatcher import Ready
+from app.services.dispatch.ledger import Ledger
+from app.services.live.alarms import Alarms
+from app.services.live.changes import Changes, Topic
+from app.services.live.gaps import Downtime, Gap
+from app.services.planning.recurrence import next_occurrence, occurrences
+from app.services.planning.working_days import WorkingCalendar, working_calendar
+
+log = logging.getLogger(__name__)
+
+AT_ONCE = 500                # schedules per transaction, so that a burst never holds the writer for long
+
+
+@dataclass
+class Fallen:
+    """What one look at the plan brought."""
+    robot_ids: set[int] = field(default_factory=set)      # with something that waits to be sent
+    touched: set[int] = field(default_factory=set)        # with something new in the ledger
+    skipped: list[Execution] = field(default_factory=list)
+    missed: int = 0
+    late_starts: int = 0
+    intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
+
+    def note(self, added: Iterable[Execution]) -> None:
+        """These stand in the ledger now."""
+        for row in added:
+            match row.state:
+                case State.SKIPPED:
+                    self.skipped.append(row)
+                case State.SUBMITTING:
+                    self.intents.append(row)
+                case State.WAITING if row.robot_id is not None:
+                    self.robot_ids.add(row.robot_id)
+
+
+class Planner:
+    def __init__(self, db: Database, *, schedules: ScheduleRepository, executions: ExecutionRepository, robots: RobotRepository,
+                 missions: MissionRepository, settings: SettingsRepository, clock: Clock, downtime: Downtime, alarms: Alarms,
+                 ledger: Ledger, changes: Changes, hold_late_starts: bool, ready: Callable[[int], Ready | None],
+                 hand_over: Callable[[Execution], None]) -> None:
+        self._db, self._schedules, self._executions = db, schedules, executions
+        self._robots, self._missions, self._settings = robots, missions, settings
+        self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
+        self._ready, self._hand_over = ready, hand_over   # of the robots' lanes
+        self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
+
+    def next_due(self) -> datetime | None:
+        return self._schedules.next_due(self._db.read())
+
+    def robots_due(self, after: datetime, until: datetime) -> set[int]:
+        """Robots with an occurrence after one instant and not after the other."""
+        due = self.next_due()
+        return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
+
+    def fall_due(self) -> Fallen:
+        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing stands in its way: its lane waits for
+        the instant. Costs one indexed look when nothing is due."""
+        fallen = Fallen()
+        due = self.next_due()
+        is_more = due is not None and due <= self._clock.now() + rules.EARLY
+        while is_more:
+            is_more = self._db.write(lambda c: self._take_due(c, fallen))
+            for intent in rules.in_dispatch_order(fallen.intents):       # before anybody hears of it and looks
+                self._hand_over(intent)
+            fallen.intents.clear()
+        if fallen.missed or fallen.skipped:
+            self._ledger.grew = True
+        if fallen.missed:
+            self._alarms.raise_("executions_missed", "plan", count=fallen.missed)
+        for execution in fallen.skipped:
+            if execution.reason and execution.reason.code is not ReasonCode.HOLD:        # who pauses a schedule knows it
+                self._ledger.alarm_for(execution)
+        for robot_id in fallen.touched:
+            self._changes.publish(Topic.EXECUTIONS, robot_id)
+        if fallen.touched:
+            self._changes.publish(Topic.SCHEDULES)
+        return fallen
+
+    def _take_due(self, c: sqlite3.Connection, fallen: Fallen) -> bool:
+        """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
+        more of it."""
+        now = self._clock.now()
+        schedules = self._schedules.due(c, now + rules.EARLY, AT_ONCE)
+        site = self._look_around(c, schedules, now)
+        rows: list[Execution] = []
+        following: dict[int, datetime | None] = {}
+        for schedule in schedules:
+            if taken := self._take(schedule, site, fallen):
+                rows += taken.rows
+                following[schedule.id] = taken.following
+        added = self._executions.add_each_once(c, rows)
+        self._schedules.advance_all(c, following)
+        if len(added) < len(rows):
+            log.info("%d occurrences are in the ledger already", len(rows) - len(added))
+        fallen.note(added)
+        return len(schedules) == AT_ONCE and schedules[-1].id in following
+
+    def _look_around(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime) -> _Site:
+        """All that the rows of these schedules depend on. Few statements for however many of them: each lets go of the interpreter, and
+        has to wait until it gets it back."""
+        settings = self._settings.load(c)
+        robot_ids = {schedule.robot_id for schedule in schedules}
+        no_overlap = [schedule.id for schedule in schedules if schedule.overlap is Overlap.SKIP]
+        return _Site(
+            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.those(c, robot_ids),
+            self._missions.those(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
+            self._executions.open_of_schedules(c, no_overlap))
+
+    def _take(self, schedule: Schedule, site: _Site, fallen: Fallen) -> _Taken | None:
+        """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
+        and something stands in the way of a start, which only then can be judged."""
+        robot, mission = site.robots.get(schedule.robot_id), site.missions.get(schedule.mission_id)
+        if robot is None or mission is None:               # foreign keys don't let that happen
+            return _Taken([], None)
+        make = _RowMaker(schedule, robot, mission, site)
+        (*earlier, latest), following = _instants(schedule, site.now, site.calendar)
+        row = self._row(latest, make)
+        if latest > site.now and row.state is not State.SUBMITTING:
+            return None
+        limit = site.settings.history_limit
+        newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
+        rows = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant))
+                for instant in newest]
+        fallen.missed += sum(not schedule.is_paused(instant) for instant in earlier) + (row.state is State.MISSED)
+        fallen.late_starts += row.wait is Wait.LATE_START
+        fallen.touched.add(robot.id)
+        if row.state is State.WAITING:
+            site.waited_for.add(robot.id)
+        return _Taken([*rows, row], following)
+
+    def _row(self, instant: datetime, make: _RowMaker) -> Execution:
+        """With the intent of its first attempt where the robot is ready for it: the row that a POST needs before it is then on disk with
+        one write."""
+        schedule, site = make.schedule, make.site
+        if schedule.is_paused(instant):
+            return make.paused(instant)
+        if site.now >= rules.closes_at(instant, schedule.start_window_minutes, site.settings):
+            return make.missed(instant, self._downtime.at(instant))
+        if not make.robot.enabled:
+            return make.ended(instant, Reason(ReasonCode.ROBOT_REMOVED, {"robot": make.robot.name}))
+        if previous := site.open_of_schedule.get(schedule.id):
+            return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
+        if self._hold_late_starts and self._downtime.at(instant) is not None:
+            return make.waiting(instant, late=True)
+        ready = None if make.robot.id in site.waited_for else self._ready(make.robot.id)     # what waits may have to go first
+        return make.waiting(instant) if ready is None else make.submitting(instant, ready)
+
+
+class _Taken(NamedTuple):
+    """What became of a schedule: rows to be written, and when it is due next."""
+    rows: list[Execution]
+    following: datetime | None
+
+
+def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> tuple[list[datetime], datetime | None]:
+    """What fell due since the schedule was looked at last, oldest first, at least one; and what comes next."""
+    first = schedule.next_at
+    if first is None:
+        raise ValueError(f"schedule {schedule.id} is not due")
+    following = next_occurrence(schedule, first, calendar)
+    if following is None or following > now:                   # as always, unless the app was off or the clock was set
+        return [first], following
+    after = (occurrence.instant for occurrence in occurrences(schedule, first, calendar))
+    fallen = [first, *takewhile(lambda instant: instant <= now, after)]
+    return fallen, next_occurrence(schedule, max(now, fallen[-1]), calendar)
+
+
+@dataclass(frozen=True)
+class _Site:
+    """What everything that falls due at ``now`` depends on, as the database has it."""
+    now: datetime
+    settings: Settings
+    install_id: str
+    calendar: WorkingCalendar
+    robots: Mapping[int, Robot]
+    missions: Mapping[int, Mission]
+    waited_for: set[int]                         # robots for which something waits
+    open_of_schedule: Mapping[int, datetime]     # by schedules that don't overlap: when what still runs was planned
+
+
+@dataclass(frozen=True)
+class _RowMaker:
+    """Rows of one schedule as it stands now."""
+    schedule: Schedule
+    robot: Robot
+    mission: Mission
+    site: _Site
+
+    def waiting(self, planned_at: datetime, late: bool = False) -> Execution:
+        schedule, settings, now = self.schedule, self.site.settings, self.site.now
+        row = Execution(
+            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=self.robot.id, robot=self.robot.name,
+            mission=self.mission.name, mission_guid=self.mission.guid, parameters=schedule.parameters, priority=schedule.priority,
+            minimum_battery_percent=rules.minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,
+            closes_at=rules.closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
+            token=rules.token_of(self.site.install_id, schedule.id, planned_at))
+        return replace(row, wait=Wait.LATE_START, hold_until=now + rules.LATE_START_HOLD) if late else row
+
+    def submitting(self, planned_at: datetime, ready: Ready) -> Execution:
+        row = self.waiting(planned_at)
+        if not rules.battery_allows(ready.battery, row.minimum_battery_percent):
+            return row
+        return replace(row, state=State.SUBMITTING, attempts=1, queue_floor=ready.queue_floor)
+
+    def ended(self, planned_at: datetime, reason: Reason) -> Execution:
+        return replace(self.waiting(planned_at), state=reason.state, reason=reason, ended_at=self.site.now)
+
+    def paused(self, planned_at: datetime) -> Execution:
+        until = self.schedule.paused_until
+        return self.ended(planned_at, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()} if until else {}))
+
+    def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
+        code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
+        times = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap else {}
+        return self.ended(planned_at, Reason(code, times))
+
+
+def one_off(trigger: Trigger, robot: Robot, mission: Mission, settings: Settings, now: datetime, token: str, *,
+            parameters: dict[str, object] | None = None, queue_floor: int | None = None) -> Execution:
+    """The row of a manual or idle execution: due now, within the general start window."""
+    minimum = rules.minimum_battery(None, settings) if trigger is Trigger.IDLE else None     # Run now has no constraint
+    return Execution(
+        trigger=trigger, robot_id=robot.id, robot=robot.name, mission=mission.name, mission_guid=mission.guid, parameters=parameters or {},
+        minimum_battery_percent=minimum, timezone=settings.timezone, planned_at=now, closes_at=rules.closes_at(now, None, settings),
+        created_at=now, token=token, queue_floor=queue_floor, state=State.WAITING)
+
+

@@ -1,0 +1,306 @@
+"""The threads: one for the scheduler, one lane for each robot. They only wait and call; what is done stands in scheduler and lane.
+
+With a window, Kivy's Clock asks for a cycle every poll interval (the thesis's Algorithm 1); headless, or when the window has not asked for
+two intervals, the scheduler thread does.
+"""
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import threading
+from collections.abc import Callable
+
+from app.database.connection import Database, DatabaseUnavailable
+from app.domain.clock import Clock
+from app.domain.message import Told
+from app.domain.models import Execution, Robot
+from app.services.dispatch.dispatcher import Ready
+from app.services.dispatch.lane import Lane
+from app.services.dispatch.scheduler import LONGEST_WAIT, Scheduler
+from app.services.live.alarms import Alarms
+from app.services.live.changes import Changes, Topic
+
+log = logging.getLogger(__name__)
+
+STOP_WITHIN = 4.0           # s: the contract gives a stop 5 s; a request under way is left to its time-out
+FIRST_POLL_WITHIN = 5.0     # s until "ready" whatever the robots do
+CYCLE_TAKES = 2.0           # s within which every robot has its turn
+TURN_EVERY = 0.08           # s between turns
+POLLED_AT_ONCE = 2          # robots in a turn at least
+CHORES_EVERY = 0.1          # s at least between chores
+AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes on
+
+
+class _LaneThread:
+    """One robot's lane on its thread."""
+
+    def __init__(self, lane: Lane, database_fails: Callable[[Told], None]) -> None:
+        self.lane, self._database_fails = lane, database_fails
+        self._wake = threading.Condition()
+        self._poll_wanted = self._due_soon = self._changed = self._something_new = self._stopping = False
+        self._intents: list[Execution] = []
+        self._thread = threading.Thread(target=self._run, name=f"lane-{lane.robot.name}", daemon=True)
+        self._thread.start()
+
+    def kick(self, poll: bool = False, due_soon: bool = False) -> None:
+        """A cycle is wanted, or something is due in a moment, or, without either, something in the ledger is new. A cycle still running
+        is not started twice."""
+        with self._wake:
+            self._poll_wanted |= poll
+            self._due_soon |= due_soon
+            self._changed |= not (poll or due_soon)
+            self._something_new = True
+            self._wake.notify()
+
+    def hand_over(self, intent: Execution) -> None:
+        """The first thing to be sent, whatever else is wanted."""
+        with self._wake:
+            self._intents.append(intent)
+            self._something_new = True
+            self._wake.notify()
+
+    @property
+    def is_current(self) -> bool:
+        return threading.current_thread() is self._thread
+
+    def stop(self) -> None:
+        with self._wake:
+            self._stopping = True
+            self._wake.notify()
+
+    def join(self, timeout: float) -> None:
+        self._thread.join(timeout)
+
+    def _run(self) -> None:
+        while True:
+            with self._wake:
+                if self._stopping:
+                    break
+                poll, due_soon, changed = self._poll_wanted, self._due_soon, self._changed
+                intents, self._intents = self._intents, []
+                self._poll_wanted = self._due_soon = self._changed = self._something_new = False
+            try:
+                wait = self.lane.step(poll, due_soon, intents, changed)
+            except DatabaseUnavailable as error:      # no durable intent, no POST
+                if not self._stopping:
+                    self._database_fails(error.told)
+                wait = self._begin_anew()
+            except Exception:                # one robot's trouble must not end its lane, nor touch any other
+                log.exception("The lane of %r met an unexpected error and goes on", self.lane.robot.name)
+                wait = self._begin_anew()
+            with self._wake:
+                if not (self._stopping or self._something_new):
+                    self._wake.wait(None if math.isinf(wait) else wait)
+        with contextlib.suppress(DatabaseUnavailable):        # a request outlived the stop: at most a minute of observed time is lost
+            self.lane.close(self._intents)
+
+    def _begin_anew(self) -> float:
+        """Whatever the round was to do is found in the ledger by the next one, in so many seconds."""
+        with self._wake:
+            self._changed = True
+        return AFTER_A_CRASH
+
+
+class PollLoop:
+    def __init__(self, db: Database, *, scheduler: Scheduler, clock: Clock, alarms: Alarms, changes: Changes,
+                 robots: Callable[[], list[Robot]], make_lane: Callable[[Robot], Lane], poll_interval: Callable[[], float]) -> None:
+        self._db, self._scheduler, self._clock, self._alarms = db, scheduler, clock, alarms
+        self._robots, self._make_lane, self._poll_interval = robots, make_lane, poll_interval
+        self._lanes: dict[int, _LaneThread] = {}
+        self._watched: int | None = None
+        self._lock = threading.Lock()
+        self._wake = threading.Condition()
+        self._woken = self._stopping = self._in_tick = False
+        self._cycle_at = self._turn_at = -math.inf
+        self._to_poll: list[int] = []             # robots of this cycle whose turn has not come yet
+        self._in_turn = POLLED_AT_ONCE
+        self._window_drives = False
+        self._thread: threading.Thread | None = None
+        self._chores: list[Callable[[], None]] = []
+        self._chores_at = -math.inf
+        self._robots_changed = True
+        self._unsubscribe = changes.subscribe(self._on_change)
+
+    # ------------------------------------------------------------------ life
+    def add_chore(self, chore: Callable[[], None]) -> None:
+        """Something small to do every second or when something falls due, not more often than ten times a second (the inbox of one-shot
+        commands)."""
+        self._chores.append(chore)
+
+    def start(self) -> None:
+        self._scheduler.start()
+        self._thread = threading.Thread(target=self._run, name="scheduler", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop all threads; a request under way is abandoned to its time-out, its execution is looked for at the next start."""
+        self._unsubscribe()
+        with self._wake:
+            self._stopping = True
+            self._wake.notify()
+        deadline = self._clock.monotonic() + STOP_WITHIN
+        with self._lock:
+            lanes = list(self._lanes.values())
+        for lane in lanes:
+            lane.stop()
+        for thread in [self._thread, *lanes]:
+            if thread:
+                thread.join(max(0.0, deadline - self._clock.monotonic()))
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether every robot has answered (or failed to answer) its first poll."""
+        with self._lock:
+            return not self._robots_changed and all(thread.lane.polled for thread in self._lanes.values())
+
+    def clock_offsets(self) -> list[float | None]:
+        with self._lock:
+            return [thread.lane.clock_offset for thread in self._lanes.values()]
+
+    # ------------------------------------------------------------------ asked by others
+    def request_cycle(self, by_window: bool = False) -> None:
+        """Poll every robot now, in parallel; many in short turns, so that neither the window nor what falls due has to wait."""
+        self._window_drives |= by_window
+        self._cycle_at = self._clock.monotonic()
+        with self._lock:
+            self._to_poll += self._lanes.keys() - set(self._to_poll)
+            self._in_turn = max(POLLED_AT_ONCE, math.ceil(len(self._to_poll) * TURN_EVERY / CYCLE_TAKES))
+        self._poll_some()
+        if self._to_poll:
+            self.wake()
+
+    def _poll_some(self) -> None:
+        self._turn_at = self._clock.monotonic() + TURN_EVERY
+        with self._lock:
+            turn, self._to_poll = self._to_poll[:self._in_turn], self._to_poll[self._in_turn:]
+            threads = [self._lanes[key] for key in turn if key in self._lanes]
+        for thread in threads:
+            thread.kick(poll=True)
+
+    def kick(self, robot_id: int, poll: bool = False, due_soon: bool = False) -> None:
+        """Something is new for this robot (a manual run, a cancellation), or will be soon."""
+        with self._lock:
+            thread = self._lanes.get(robot_id)
+        if thread:
+            thread.kick(poll, due_soon)
+
+    def ready(self, robot_id: int) -> Ready | None:
+        """See ``Lane.ready``; None for a robot without a lane."""
+        with self._lock:
+            thread = self._lanes.get(robot_id)
+        return thread.lane.ready() if thread else None
+
+    def hand_over(self, intent: Execution) -> None:
+        """Its intent was written when it fell due. One whose lane is gone meanwhile is looked for on the robot, as after a crash."""
+        with self._lock:
+            thread = self._lanes.get(intent.robot_id or 0)
+        if thread:
+            thread.hand_over(intent)
+
+    def watch(self, robot_id: int | None) -> None:
+        """The robot on screen has its status read every 2 s."""
+        with self._lock:
+            self._watched = robot_id
+            for key, thread in self._lanes.items():
+                thread.lane.watched = key == robot_id
+                if key == robot_id:
+                    thread.kick()
+
+    def wake(self) -> None:
+        """The plan changed: look at it now."""
+        with self._wake:
+            self._woken = True
+            self._wake.notify()
+
+    def _on_change(self, topic: Topic, about: int | None) -> None:
+        if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._in_tick and threading.current_thread() is self._thread:
+            return                            # the tick itself tells what is to be sent, and looks at the plan after it
+        if topic is Topic.ROBOTS:
+            self._robots_changed = True
+        if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
+            self.wake()
+        if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS):
+            with self._lock:
+                threads = list(self._lanes.values()) if about is None else [self._lanes[about]] if about in self._lanes else []
+            for thread in threads:
+                if not thread.is_current:     # a lane knows what it has just done itself
+                    thread.kick()
+
+    # ------------------------------------------------------------------ the scheduler thread
+    def _run(self) -> None:
+        first_look = self._clock.monotonic()
+        while not self._stopping:
+            try:
+                self._round(first_look)
+                wait = self._scheduler.seconds_to_next(longest=TURN_EVERY if self._to_poll else LONGEST_WAIT)
+            except DatabaseUnavailable as error:
+                self._alarms.database_fails(error.told)
+                wait = LONGEST_WAIT
+            except Exception:                # the heart must not stop for anything
+                log.exception("The scheduler met an unexpected error and goes on")
+                wait = LONGEST_WAIT
+            with self._wake:
+                if not (self._woken or self._stopping):
+                    self._wake.wait(wait)
+                self._woken = False
+        with contextlib.suppress(DatabaseUnavailable):
+            self._scheduler.stop()
+
+    def _round(self, first_look: float) -> None:
+        if self._robots_changed:
+            self._match_lanes()
+        if not self.is_ready and self._clock.monotonic() - first_look < FIRST_POLL_WITHIN:
+            self._quickly()
+            return
+        database_failed = self._alarms.is_database_failing
+        if database_failed:
+            self._scheduler.probe()          # raises as long as it does
+        self._in_tick = True
+        try:
+            fallen = self._scheduler.tick()
+        finally:
+            self._in_tick = False
+        for robot_id in fallen.robot_ids:
+            self.kick(robot_id)
+        for robot_id in self._scheduler.due_soon():
+            self.kick(robot_id, due_soon=True)
+        self._scheduler.tidy()
+        if database_failed:
+            self._alarms.database_works()
+        if self._clock.monotonic() - self._chores_at >= CHORES_EVERY:
+            self._chores_at = self._clock.monotonic()
+            for chore in self._chores:
+                chore()
+        due = self._poll_interval() * (2 if self._window_drives else 1)
+        if self._clock.monotonic() - self._cycle_at >= due:
+            self.request_cycle()
+        elif self._to_poll and self._clock.monotonic() >= self._turn_at:
+            self._poll_some()
+
+    def _quickly(self) -> None:
+        """Not everybody has answered yet: look again soon."""
+        with self._wake:
+            self._wake.wait(0.02)
+            self._woken = True
+
+    def _match_lanes(self) -> None:
+        """One lane for each robot as it is configured now."""
+        self._robots_changed = False
+        wanted = {robot.id: robot for robot in self._robots()}
+        with self._lock:
+            for key in list(self._lanes):
+                if key not in wanted or _settings_of(self._lanes[key].lane.robot) != _settings_of(wanted[key]):
+                    self._lanes.pop(key).stop()
+            for key, robot in wanted.items():
+                if key in self._lanes:
+                    self._lanes[key].lane.robot = robot       # name, idle rule
+                else:
+                    lane = self._make_lane(robot)
+                    lane.watched = key == self._watched
+                    self._lanes[key] = _LaneThread(lane, self._alarms.database_fails)
+
+
+def _settings_of(robot: Robot) -> tuple[object, ...]:
+    """What a lane's connection is made of; when it changes, the lane is made anew."""
+    return robot.address, robot.token, robot.certificate_sha256, robot.enabled

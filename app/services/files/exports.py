@@ -1,0 +1,175 @@
+"""Files that people carry in and out of the tablet: configuration, history, backups. Every path is checked before anything is written.
+
+What can't be done is raised as InvalidInput("path", …) with one sentence; an export never writes over a file that is there.
+"""
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TextIO
+
+import platformdirs
+
+from app.database.backups import BACKUPS, back_up, problem_of
+from app.database.connection import Database
+from app.database.errors import DatabaseError
+from app.domain.clock import Clock
+from app.domain.message import Told, of_system
+from app.domain.models import InvalidInput
+from app.services.catalogue import configuration
+from app.services.catalogue.catalogue import Catalogue
+from app.services.catalogue.configuration.document import LARGEST_FILE
+from app.services.files.history_export import write_history
+
+
+@dataclass(frozen=True)
+class Backup:
+    """A copy of the whole database. ``made_at`` is UTC, ``size`` in bytes."""
+    path: Path
+    made_at: datetime
+    size: int
+
+
+class DataFiles:
+    """``documents`` is where people look for their files; where there is no such directory, the data directory's ``exports`` serves."""
+
+    def __init__(self, db: Database, catalogue: Catalogue, clock: Clock, documents: Path | None = None) -> None:
+        self._db, self._catalogue, self._clock = db, catalogue, clock
+        self._documents = documents or platformdirs.user_documents_path()
+
+    # ------------------------------------------------------------------ where files go
+    @property
+    def data_directory(self) -> Path:
+        return self._db.path.parent
+
+    @property
+    def directory(self) -> Path:
+        """Where exports go unless somebody says otherwise."""
+        return self._documents if os.access(self._documents, os.W_OK) else self.data_directory / "exports"
+
+    def suggested(self, stem: str, suffix: str) -> Path:
+        """A file that doesn't exist yet, named after today (UTC): ``amr-scheduler-log-2026-11-20.csv``, then ``…-2.csv``."""
+        name = f"{stem}-{self._clock.now():%Y-%m-%d}"
+        path, number = self.directory / f"{name}{suffix}", 1
+        while path.exists():
+            number += 1
+            path = self.directory / f"{name}-{number}{suffix}"
+        return path
+
+    def newest_configuration(self) -> Path | None:
+        """The configuration file that was put into ``directory`` last: most likely the one to import."""
+        return self._newest("*.json")
+
+    # ------------------------------------------------------------------ out
+    def export_configuration(self, path: str) -> Path:
+        """Write the configuration, without secrets. Returns the file."""
+        with self._new_file(path, ".json") as (target, file):
+            file.write(configuration.export_configuration(self._db.read()))
+        return target
+
+    def export_history(self, path: str) -> Path:
+        """Write every execution as CSV. Returns the file."""
+        with self._new_file(path, ".csv") as (target, file):
+            write_history(self._db.read(), file)
+        return target
+
+    # ------------------------------------------------------------------ in
+    def import_configuration(self, path: str) -> Sequence[Told]:
+        """Take a configuration file in, whole or not at all. Returns what was added or changed, one sentence each."""
+        return configuration.import_configuration(self._catalogue, self._content(self._resolved(path)))
+
+    # ------------------------------------------------------------------ backups
+    def backups(self) -> list[Backup]:
+        """Newest first."""
+        found = []
+        for path in (self.data_directory / BACKUPS).glob("*.db"):
+            with contextlib.suppress(FileNotFoundError):          # the oldest is dropped while we look
+                stat = path.stat()
+                found.append(Backup(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
+        return sorted(found, key=lambda backup: backup.made_at, reverse=True)
+
+    def back_up_now(self) -> Backup:
+        """A copy of the database as it is now, whole and verified."""
+        stem = f"manual-{self._clock.now():%Y-%m-%dT%H%M%SZ}"
+        path, number = self.data_directory / BACKUPS / f"{stem}.db", 1
+        while path.exists():
+            number += 1
+            path = path.with_name(f"{stem}-{number}.db")
+        try:
+            back_up(self._db.path, path)
+        except DatabaseError as error:
+            raise InvalidInput("path", "the backup could not be made: {problem}", problem=error) from error
+        return Backup(path, self._clock.now(), path.stat().st_size)
+
+    def check_backup(self, path: Path) -> None:
+        """Raises InvalidInput when this file can't be restored."""
+        if problem := problem_of(path):
+            raise InvalidInput("path", "{path} can't be restored: {problem}", path=path, problem=problem)
+
+    # ------------------------------------------------------------------ inside
+    def _newest(self, pattern: str) -> Path | None:
+        found = [path for path in self.directory.glob(pattern) if path.is_file()]
+        return max(found, key=lambda path: path.stat().st_mtime_ns, default=None)
+
+    @staticmethod
+    def _content(source: Path) -> bytes:
+        """Of a file that somebody brings along, at most 5 MiB."""
+        try:
+            with source.open("rb") as file:
+                content = file.read(LARGEST_FILE + 1)
+        except FileNotFoundError:
+            raise InvalidInput("path", "there is no file {path}", path=source) from None
+        except OSError as error:
+            raise InvalidInput("path", "{path} can't be read: {problem}", path=source, problem=of_system(error)) from None
+        if len(content) > LARGEST_FILE:
+            raise InvalidInput("path", "{path} is larger than 5 MiB", path=source)
+        return content
+
+    def _resolved(self, text: str) -> Path:
+        """The absolute path that was meant: ``~`` is the user's home, a bare name lies in ``directory``."""
+        if not text.strip():
+            raise InvalidInput("path", "enter the name of a file")
+        if "\0" in text:
+            raise InvalidInput("path", "{path} is not the name of a file", path=repr(text))
+        return (self.directory / Path(text.strip()).expanduser()).absolute()
+
+    @contextlib.contextmanager
+    def _new_file(self, text: str, suffix: str) -> Iterator[tuple[Path, TextIO]]:
+        """A file that appears under its name only when it is whole; its owner alone can read it."""
+        target = self._resolved(text)
+        if target.is_dir():
+            raise InvalidInput("path", "{path} is a directory; add the name of a file", path=target)
+        if not target.suffix:
+            target = target.with_suffix(suffix)
+        if target.exists():
+            raise InvalidInput("path", "{path} exists already; choose another name", path=target)
+        if target.parent == self.directory:
+            with contextlib.suppress(OSError):
+                target.parent.mkdir(mode=0o700, exist_ok=True)
+        with _told(target):
+            descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+        draft = Path(name)
+        try:
+            with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file, _told(target):
+                yield target, file
+            with _told(target):
+                os.replace(draft, target)
+        except BaseException:
+            draft.unlink(missing_ok=True)
+            raise
+
+
+@contextlib.contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Trouble with a file as one sentence."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise InvalidInput("path", "there is no directory {path}", path=path.parent) from None
+    except OSError as error:
+        raise InvalidInput("path", "{path} can't be written: {problem}", path=path, problem=of_system(error)) from None

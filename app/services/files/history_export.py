@@ -1,0 +1,52 @@
+"""The execution history as CSV (contract: "Execution history"): RFC 4180, UTF-8 without BOM, English, open executions included."""
+from __future__ import annotations
+
+import csv
+import sqlite3
+from collections.abc import Iterator
+from datetime import datetime, tzinfo
+from typing import TextIO
+
+from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.domain.models import Execution
+from app.domain.reasons import known_zone, sentence
+
+COLUMNS = ("id", "trigger", "schedule", "robot", "mission", "mission_guid", "state", "reason_code", "reason", "planned_at", "created_at",
+           "submitted_at", "started_at", "ended_at", "duration_s", "attempts", "queue_id")
+_FORMULA = ("=", "+", "-", "@", "＝", "＋", "－", "＠")        # what makes a spreadsheet take a cell for a formula
+
+
+def write_history(c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter | None = None) -> int:
+    """Write the header and one row per execution, oldest first; returns how many rows.
+
+    ``file`` has to pass line ends on as they are (``newline=""``). Reads row by row through a read-only connection, so it works beside a
+    running app and with any length of history.
+    """
+    writer = csv.writer(file, dialect="excel", lineterminator="\r\n")
+    writer.writerow(COLUMNS)
+    number = 0
+    for execution in ExecutionRepository().stream(c, wanted):
+        writer.writerow(_cells(execution))
+        number += 1
+    return number
+
+
+def _cells(execution: Execution) -> Iterator[object]:
+    zone, reason = known_zone(execution.timezone), execution.reason
+    yield from (execution.id, execution.trigger)
+    yield from (_text(text) for text in (execution.schedule, execution.robot, execution.mission, execution.mission_guid))
+    yield from (execution.state, reason.code if reason else "", _text(sentence(reason, zone)) if reason else "")
+    yield from (_instant(instant, zone) for instant in (execution.planned_at, execution.created_at, execution.submitted_at,
+                                                        execution.started_at, execution.ended_at))
+    yield "" if execution.duration_s is None else round(execution.duration_s)
+    yield from (execution.attempts, "" if execution.queue_id is None else execution.queue_id)
+
+
+def _instant(instant: datetime | None, zone: tzinfo) -> str:
+    return "" if instant is None else instant.astimezone(zone).isoformat(timespec="seconds")
+
+
+def _text(text: str) -> str:
+    """Guarded with an apostrophe where a spreadsheet would run it (OWASP: "CSV Injection"), and always encodable."""
+    text = text.encode("utf-8", "replace").decode()
+    return f"'{text}" if text.lstrip().startswith(_FORMULA) or text[:1] in ("\t", "\r", "\n") else text

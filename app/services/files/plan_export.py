@@ -1,0 +1,78 @@
+"""The plan as a file for other calendars (RFC 5545): the starts of the next days, each as long as its mission usually takes.
+
+An event's UID is the token of its occurrence, so an export that is imported again changes the events of the one before instead of doubling
+them.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from itertools import islice
+from pathlib import Path
+from typing import TextIO
+
+from app import __version__
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.domain import rules
+from app.domain.clock import Clock
+from app.services.catalogue.catalogue import Catalogue
+from app.services.files.exports import DataFiles
+from app.services.files.ics import line, text_line
+from app.services.planning import sentences
+from app.services.planning.overlaps import ASSUMED_S
+from app.services.planning.plan import Plan, PlannedRun
+
+DAYS = 30
+MOST_EVENTS = 10_000                     # calendars take long over more: a mission every minute would be 43 200
+STEM = "amr-scheduler-plan"
+DOMAIN = "amr-scheduler"                 # behind the @ of a UID
+
+
+@dataclass(frozen=True)
+class PlanExport:
+    """The file, how many starts it has, and until when; ``is_cut``: there were more than a calendar takes."""
+    path: Path
+    count: int
+    until: datetime
+    is_cut: bool
+
+
+class PlanFiles(DataFiles):
+    """Writes the plan where people look for their files."""
+
+    def __init__(self, db: Database, catalogue: Catalogue, clock: Clock, plan: Plan, documents: Path | None = None) -> None:
+        super().__init__(db, catalogue, clock, documents)
+        self._plan = plan
+
+    def export(self, days: int = DAYS) -> PlanExport:
+        """The starts from now on. Raises InvalidInput when the file can't be written."""
+        now = self._clock.now()
+        until = now + timedelta(days=days)
+        runs = list(islice(self._plan.until(until), MOST_EVENTS + 1))
+        is_cut = len(runs) > MOST_EVENTS
+        install_id = self._db.write(SettingsRepository().install_id)       # is made if there is none yet
+        with self._new_file(str(self.suggested(STEM, ".ics")), ".ics") as (target, file):
+            write_plan(file, runs[:MOST_EVENTS], install_id, now)
+        return PlanExport(target, min(len(runs), MOST_EVENTS), runs[MOST_EVENTS - 1].at if is_cut else until, is_cut)
+
+
+def write_plan(file: TextIO, runs: Iterable[PlannedRun], install_id: str, now: datetime) -> None:
+    """Times in UTC, line ends CRLF (``file`` must not translate them)."""
+    file.write(line("BEGIN", "VCALENDAR") + line("VERSION", "2.0") + text_line("PRODID", f"-//AMR Scheduler//{__version__}//EN")
+               + line("CALSCALE", "GREGORIAN") + line("METHOD", "PUBLISH"))
+    for run in runs:
+        ends = run.at + timedelta(seconds=max(60, round(run.usual_s or ASSUMED_S)))
+        file.write(line("BEGIN", "VEVENT")
+                   + line("UID", f"{rules.token_of(install_id, run.schedule.id, run.at)}@{DOMAIN}")
+                   + line("DTSTAMP", _instant(now)) + line("DTSTART", _instant(run.at)) + line("DTEND", _instant(ends))
+                   + text_line("SUMMARY", f"{run.mission.name} · {run.robot.name}")
+                   + text_line("DESCRIPTION", f"{run.schedule.name}: {sentences.sentence(run.schedule)}")
+                   + text_line("CATEGORIES", run.robot.name)
+                   + line("TRANSP", "TRANSPARENT") + line("END", "VEVENT"))
+    file.write(line("END", "VCALENDAR"))
+
+
+def _instant(moment: datetime) -> str:
+    return f"{moment.astimezone(UTC):%Y%m%dT%H%M%SZ}"

@@ -1,0 +1,58 @@
+"""What happened: the ledger's rows as screens page through them."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from app.database.connection import Database
+from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey
+from app.database.missions import MissionRepository
+from app.domain.models import Execution, Usual
+from app.services.planning.durations import expected
+
+
+@dataclass(frozen=True)
+class Page:
+    """Some rows, newest first, and where the next page begins (None: that was the last)."""
+    rows: Sequence[Execution]
+    next: PageKey | None
+
+
+class History:
+    def __init__(self, db: Database, executions: ExecutionRepository, missions: MissionRepository) -> None:
+        self._db, self._executions, self._missions = db, executions, missions
+
+    def page(self, wanted: ExecutionFilter, before: PageKey | None = None, size: int = 100) -> Page:
+        rows = self._executions.page(self._db.read(), wanted, before, size)
+        return Page(rows, PageKey.of(rows[-1]) if len(rows) == size else None)
+
+    def count(self, wanted: ExecutionFilter) -> int:
+        return self._executions.count(self._db.read(), wanted)
+
+    def last_finished(self, count: int) -> Sequence[Execution]:
+        """The newest ended executions of all robots."""
+        return self._executions.last_ended(self._db.read(), count)
+
+    def open(self) -> Sequence[Execution]:
+        """Everything under way or waiting, of all robots."""
+        return self._executions.open_all(self._db.read())
+
+    def by_queue_id(self, robot_id: int) -> Mapping[int, Execution]:
+        """Which items of a robot's queue are ours."""
+        return {e.queue_id: e for e in self._executions.open_for(self._db.read(), robot_id) if e.queue_id is not None}
+
+    def last_of_schedule(self, schedule_id: int) -> Execution | None:
+        return self._executions.last_of_schedule(self._db.read(), schedule_id)
+
+    def usual_duration(self, robot_id: int, mission_guid: str) -> float | None:
+        """Seconds; median of the last completed runs, None when there is none."""
+        return self._executions.usual_duration(self._db.read(), robot_id, mission_guid)
+
+    def usual(self, robot_id: int, mission_guid: str) -> Usual | None:
+        """Of the last completed runs; None when there is none."""
+        return self._executions.usual(self._db.read(), robot_id, mission_guid)
+
+    def expected(self, robot_id: int, mission_guid: str) -> Usual | None:
+        """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: nobody knows."""
+        c = self._db.read()
+        return expected(self._executions.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id))

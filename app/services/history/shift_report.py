@@ -1,0 +1,105 @@
+"""What happened in a shift, for the one who takes over, in numbers; app.screens.logs.report_page makes a page of them."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from enum import StrEnum
+from zoneinfo import ZoneInfo
+
+from app.database.alarms import AlarmRepository
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.domain.clock import Clock
+from app.domain.models import Alarm, Execution, Settings
+from app.services.history.kpi import Adherence, Delays, KpiFilter, Kpis, ThesisKpis, midnight
+from app.services.history.pareto import Cause
+from app.services.history.robot_states import RobotStates, RobotTimeline
+
+SHIFT = timedelta(hours=8)
+LINES, LEAST = 18, 6                 # of robots (two each), runs and alarms that fit on a page; of runs and alarms there are some always
+PAST_ALARMS = 1000                   # as many as are kept
+
+
+class ReportPeriod(StrEnum):
+    SHIFT = "shift"                  # the last 8 hours
+    TODAY = "today"
+    YESTERDAY = "yesterday"
+    WEEK = "week"                    # today and the 6 days before
+
+
+@dataclass(frozen=True)
+class ShiftReport:
+    """Executions count that ended in [start, end). ``runs`` are the newest that did not complete, ``alarms`` the newest that stood."""
+    start: datetime
+    end: datetime
+    made_at: datetime
+    settings: Settings
+    robot: str                       # the only one; empty: all
+    thesis: ThesisKpis
+    adherence: Adherence
+    delays: Delays
+    skipped: int
+    missed: int
+    causes: Sequence[Cause]
+    timelines: Sequence[RobotTimeline]
+    runs: Sequence[Execution]
+    alarms: Sequence[Alarm]
+    more_alarms: int
+
+    @property
+    def more_runs(self) -> int:
+        """That did not complete and are not among ``runs``."""
+        return self.thesis.failed + self.thesis.cancelled + self.skipped + self.missed - len(self.runs)
+
+
+def bounds(period: ReportPeriod, now: datetime, zone: ZoneInfo) -> tuple[datetime, datetime]:
+    """[start, end); what has not ended yet ends now."""
+    today = now.astimezone(zone).date()
+    if period is ReportPeriod.SHIFT:
+        return now - SHIFT, now
+    if period is ReportPeriod.YESTERDAY:
+        return midnight(today - timedelta(days=1), zone), midnight(today, zone)
+    days = 6 if period is ReportPeriod.WEEK else 0
+    return midnight(today - timedelta(days=days), zone), now
+
+
+def shared(runs: int, alarms: int, room: int) -> tuple[int, int]:
+    """How many runs and alarms are told in so many lines: half of them each, and what one does not need is the other's."""
+    return min(runs, max(room // 2, room - alarms)), min(alarms, max(room - room // 2, room - runs))
+
+
+def filter_of(start: datetime, end: datetime, now: datetime, robot_id: int | None) -> KpiFilter:
+    """A period up to now is one that has no end yet."""
+    return KpiFilter(start, None if end >= now else end, None if robot_id is None else (robot_id,))
+
+
+class ShiftReports:
+    def __init__(self, db: Database, clock: Clock) -> None:
+        self._db, self._clock, self._kpis = db, clock, Kpis(db, clock)
+
+    def make(self, period: ReportPeriod, robot_id: int | None = None) -> ShiftReport:
+        """Of one robot, or of all."""
+        c, now = self._db.read(), self._clock.now()
+        settings = SettingsRepository().load(c)
+        start, end = bounds(period, now, ZoneInfo(settings.timezone))
+        wanted = filter_of(start, end, now, robot_id)
+        days = self._kpis.per_day(wanted)
+        alarms = self._alarms(start, end, robot_id)
+        timelines = RobotStates(self._db).timelines(start, end, wanted.robot_ids) if start < end else []
+        thesis, adherence, causes = self._kpis.thesis(wanted), self._kpis.adherence(wanted), self._kpis.failures(wanted)
+        room = max(LEAST, LINES - 2 * len(thesis.robots) - max(0, len(adherence.not_run) - 1, len(causes) - 3))
+        runs = self._kpis.troubled(wanted, room)
+        most_runs, most_alarms = shared(len(runs), len(alarms), room)
+        return ShiftReport(
+            start, end, now, settings, next((one.robot for one in thesis.robots if one.robot_id == robot_id), ""), thesis,
+            adherence, self._kpis.delays(wanted), sum(day.skipped for day in days), sum(day.missed for day in days), causes, timelines,
+            runs[:most_runs], alarms[:most_alarms], len(alarms) - most_alarms)
+
+    def _alarms(self, start: datetime, end: datetime, robot_id: int | None) -> list[Alarm]:
+        """That were raised in the period, or whose cause lasted into it; newest first. Those of other robots are left out."""
+        c, repository = self._db.read(), AlarmRepository()
+        found = [alarm for alarm in [*repository.standing(c), *repository.past(c, PAST_ALARMS)]
+                 if alarm.raised_at < end and (alarm.cleared_at is None or alarm.cleared_at >= start or (alarm.last_at or start) > start)
+                 and (robot_id is None or not alarm.key.startswith("robot:") or alarm.key == f"robot:{robot_id}")]
+        return sorted(found, key=lambda alarm: alarm.last_at or alarm.raised_at, reverse=True)

@@ -1,0 +1,104 @@
+"""The PIN before Settings: optional, kept only as a salted scrypt hash beside the settings, never exported and never logged.
+
+It keeps hands that brush past from changing the configuration; whoever can read the database's file can do worse things anyway.
+"""
+from __future__ import annotations
+
+import hashlib
+import hmac
+import logging
+import secrets
+from dataclasses import dataclass
+from typing import Any
+
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.domain.clock import Clock
+from app.domain.models import InvalidInput
+from app.services.live.changes import Changes, Topic
+
+log = logging.getLogger(__name__)
+
+SHORTEST, LONGEST = 4, 8                 # digits
+TRIES = 5                                # wrong ones, until nothing is taken for WAIT_S
+WAIT_S = 30.0                            # of the monotonic clock: setting the tablet's clock shortens nothing
+_NAME = "settings_pin"                   # of the row in the table of settings; no field of ``Settings``, so no way into a file
+_COST = {"n": 2**14, "r": 8, "p": 1}     # scrypt as RFC 7914 recommends for logging in: 16 MiB and some 50 ms
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Of one try: whether it was right; else how many are left, or for how many seconds nothing is taken."""
+    is_right: bool
+    tries_left: int = TRIES
+    wait_s: float = 0.0
+
+
+class Access:
+    """Asks for a PIN where one is set. The count of wrong ones lives in memory."""
+
+    def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes) -> None:
+        self._db, self._settings, self._clock, self._changes = db, settings, clock, changes
+        self._wrong = 0
+        self._closed_until = float("-inf")   # monotonic
+        self._known: dict[str, Any] | None = None
+        self._is_known = False               # whether ``_known`` is what is stored
+        changes.subscribe(self._forget)
+
+    def is_set(self) -> bool:
+        return self._stored() is not None
+
+    def set_pin(self, pin: str) -> None:
+        """Set or change it. Raises InvalidInput."""
+        if not (SHORTEST <= len(pin) <= LONGEST and pin.isascii() and pin.isdecimal()):
+            raise InvalidInput("pin", "a PIN has {least} to {most} digits", least=SHORTEST, most=LONGEST)
+        salt = secrets.token_bytes(16)
+        self._put({"salt": salt.hex(), "hash": _hash(pin, salt, _COST).hex(), **_COST})
+        log.info("A PIN for Settings was set")
+
+    def remove(self) -> bool:
+        """Whether there was one."""
+        was_set = self.is_set()
+        if was_set:
+            self._put(None)
+            log.info("The PIN for Settings was removed")
+        return was_set
+
+    def check(self, pin: str) -> Verdict:
+        """One try; takes some 50 ms. While nothing is taken, a right one isn't either."""
+        if (wait_s := self.wait_s()) > 0:
+            return Verdict(False, 0, wait_s)
+        stored = self._stored()
+        if stored is None or hmac.compare_digest(_hash(pin, bytes.fromhex(stored["salt"]), stored).hex(), stored["hash"]):
+            self._wrong = 0
+            return Verdict(True)
+        self._wrong += 1
+        if self._wrong < TRIES:
+            return Verdict(False, TRIES - self._wrong)
+        self._wrong = 0
+        self._closed_until = self._clock.monotonic() + WAIT_S
+        log.warning("%d wrong PINs for Settings in a row; none is taken for %d s", TRIES, WAIT_S)
+        return Verdict(False, 0, WAIT_S)
+
+    def wait_s(self) -> float:
+        """For how long nothing is taken yet."""
+        return max(0.0, self._closed_until - self._clock.monotonic())
+
+    # ------------------------------------------------------------------ inside
+    def _stored(self) -> dict[str, Any] | None:
+        if not self._is_known:
+            self._known, self._is_known = self._settings.get(self._db.read(), _NAME), True
+        return self._known
+
+    def _forget(self, topic: Topic, _about: int | None) -> None:
+        if topic is Topic.SETTINGS:
+            self._is_known = False
+
+    def _put(self, value: dict[str, Any] | None) -> None:
+        self._db.write(lambda c: self._settings.put(c, _NAME, value))
+        self._wrong = 0
+        self._changes.publish(Topic.SETTINGS)
+
+
+def _hash(pin: str, salt: bytes, cost: dict[str, Any]) -> bytes:
+    return hashlib.scrypt(pin.encode(), salt=salt, n=cost["n"], r=cost["r"], p=cost["p"], dklen=32)

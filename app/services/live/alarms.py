@@ -1,0 +1,150 @@
+"""The persistent list of what a person should know (after ISA-18.2, in small): active or cleared, acknowledged or not."""
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+from types import MappingProxyType
+from typing import Any
+
+from app.database.alarms import AlarmRepository
+from app.database.connection import Database
+from app.domain.clock import Clock
+from app.domain.message import Decimal, Told, is_told, tell
+from app.domain.models import Alarm, Priority
+from app.domain.reasons import instants_in_words, stored_sentence
+from app.domain.writing import Translate
+from app.services.live.changes import Changes, Topic
+
+log = logging.getLogger(__name__)
+
+# code -> (priority, English sentence). Those marked EVENT have no end of their own: they stand until acknowledged.
+SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
+    "robot_error": (Priority.HIGH, "{robot}: {problem}"),
+    "emergency_stop": (Priority.HIGH, "{robot}: the emergency stop is pressed"),
+    "unreachable": (Priority.MEDIUM, "{robot} does not answer: {problem}"),
+    "unauthorized": (Priority.MEDIUM, "{robot} refuses user name or password"),
+    "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
+    "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
+                                   "nothing is sent"),
+    "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
+    "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
+    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, or its clock was wrong"),
+    "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
+    "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
+    "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
+    "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
+    "duplicate_running": (Priority.HIGH, "A second copy of {mission} is running on {robot} (queue item {queue_id})"),
+    "unknown_outcome": (Priority.HIGH, "Nobody knows whether {mission} reached {robot}: {problem}"),
+    "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
+    "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
+})
+KEPT = 1000                  # past alarms
+SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an alarm put away for good would be one nobody ever sees
+LONGEST_NOTE = 200           # characters
+EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
+                    "duplicate_running", "unknown_outcome"})
+
+
+class _Known(dict[str, Any]):
+    def __missing__(self, key: str) -> str:
+        return "–"
+
+
+def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> str:
+    """One sentence for people; what is not known stands as a dash."""
+    text = SENTENCES.get(alarm.code, (alarm.priority, alarm.code))[1]
+    zone = str(alarm.details.get("timezone", "UTC"))
+    details = {**alarm.details, **instants_in_words(alarm.details, zone, translate)}
+    return translate(text).format_map(_Known({name: _said(value, zone, translate) for name, value in details.items()}))
+
+
+def _said(value: Any, zone: str, translate: Translate) -> Any:
+    """Reasons and problems are kept in their parts; rows of older versions have them as English text."""
+    if is_told(value):
+        return tell(value, translate)
+    if isinstance(value, Mapping) and "code" in value:
+        return stored_sentence(value, zone, translate)
+    return Decimal(value, translate) if isinstance(value, float) else value
+
+
+class Alarms:
+    def __init__(self, db: Database, repository: AlarmRepository, clock: Clock, changes: Changes) -> None:
+        self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
+        self._database: Alarm | None = None       # the one alarm that can't be stored
+
+    def raise_(self, code: str, key: str, **details: Any) -> None:
+        """Open an alarm, or count one more on the standing one of the same code and key."""
+        now = self._clock.now()
+        alarm = Alarm(code, key, SENTENCES[code][0], now, details, last_at=now, cleared_at=now if code in EVENTS else None)
+        if self._db.write(lambda c: self._repository.raise_once(c, alarm)):
+            log.warning("alarm: %s", alarm_sentence(alarm))
+        self._changes.publish(Topic.ALARMS)
+
+    def clear(self, code: str, key: str) -> None:
+        """The cause is gone; the alarm stands until it is acknowledged too. Writes only when there is something to clear."""
+        if self._repository.active(self._db.read(), code, key):
+            self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
+            self._changes.publish(Topic.ALARMS)
+
+    def database_fails(self, problem: Told) -> None:
+        """Nothing can be written just now, so nothing is sent, and this alarm itself lives in memory until ``database_works``."""
+        if self._database is None:
+            now = self._clock.now()
+            self._database = Alarm("database", "database", SENTENCES["database"][0], now, {"problem": problem}, last_at=now)
+            log.error("alarm: %s", alarm_sentence(self._database))
+            self._changes.publish(Topic.ALARMS)
+
+    def database_works(self) -> None:
+        if self._database is not None:
+            self._database = None
+            log.warning("The database can be written again")
+            self._changes.publish(Topic.ALARMS)
+
+    @property
+    def is_database_failing(self) -> bool:
+        return self._database is not None
+
+    # ------------------------------------------------------------------ the operator
+    def acknowledge(self, alarm_id: int, note: str = "") -> None:
+        """Somebody has seen it, and perhaps says what was done. A second time changes nothing."""
+        note = " ".join(note.split())[:LONGEST_NOTE]
+        self._db.write(lambda c: self._repository.acknowledge(c, alarm_id, self._clock.now(), note))
+        log.info("alarm %d acknowledged%s", alarm_id, f": {note}" if note else "")
+        self._changes.publish(Topic.ALARMS)
+
+    def shelve(self, alarm_id: int, hours: int) -> datetime:
+        """Out of the way for ``hours``, one of SHELF_HOURS; returns when it comes back by itself. Raises ValueError."""
+        if hours not in SHELF_HOURS:
+            raise ValueError(f"an alarm is shelved for {SHELF_HOURS} hours, not for {hours}")
+        until = self._clock.now() + timedelta(hours=hours)
+        self._shelve(alarm_id, until)
+        log.info("alarm %d shelved until %s", alarm_id, until.isoformat(timespec="minutes"))
+        return until
+
+    def take_back(self, alarm_id: int) -> None:
+        """From the shelf, before its time."""
+        self._shelve(alarm_id, None)
+        log.info("alarm %d taken back from the shelf", alarm_id)
+
+    def _shelve(self, alarm_id: int, until: datetime | None) -> None:
+        self._db.write(lambda c: self._repository.shelve(c, alarm_id, until))
+        self._changes.publish(Topic.ALARMS)
+
+    def prune(self) -> None:
+        """Keep the newest of those that are over."""
+        self._db.write(lambda c: self._repository.prune(c, KEPT))
+
+    def past(self, limit: int) -> tuple[Sequence[Alarm], int]:
+        """The newest of those that are cleared and acknowledged, and how many there are."""
+        db = self._db.read()
+        return self._repository.past(db, limit), self._repository.count_past(db)
+
+    def standing(self) -> list[Alarm]:
+        """Not yet cleared *and* acknowledged, most serious and newest first; shelved ones last."""
+        now = self._clock.now()
+        order = list(Priority)
+        unwritable = [self._database] if self._database else []
+        return sorted([*unwritable, *self._repository.standing(self._db.read())],
+                      key=lambda a: (bool(a.shelved_until and a.shelved_until > now), order.index(a.priority),
+                                     a.cleared_at is not None, -(a.last_at or a.raised_at).timestamp()))

@@ -1,0 +1,103 @@
+"""What keeps every robot, or one, from being sent anything: the operator's hold, and a clock that can't be trusted."""
+from __future__ import annotations
+
+import sqlite3
+import threading
+from dataclasses import dataclass
+from datetime import datetime
+
+from app.database.connection import Database
+from app.database.holds import HoldRepository, StoredHold
+from app.domain.clock import Clock
+from app.domain.message import Told, tell
+from app.domain.models import InvalidInput
+from app.services.live.changes import Changes, Topic
+
+LONGEST_REASON = 200         # characters
+
+
+@dataclass(frozen=True)
+class Hold:
+    """``since`` is when a person set it; None for the clock's."""
+    reason: str = ""
+    until: datetime | None = None             # None: until it is released
+    since: datetime | None = None
+    clock: bool = False
+    robot_id: int | None = None
+    id: int = 0
+
+    def is_over(self, now: datetime) -> bool:
+        return self.until is not None and self.until <= now
+
+    def covers(self, robot_id: int | None, at: datetime) -> bool:
+        """Whether nothing is sent to that robot at that instant. Only a hold of all robots covers None."""
+        return self.robot_id in (None, robot_id) and not self.is_over(at) and (self.since is None or self.since <= at)
+
+
+class Holds:
+    """Stored holds survive a restart; the clock's hold is this run's own. Read by every lane at every try, so kept in memory."""
+
+    def __init__(self, db: Database, repository: HoldRepository, clock: Clock, changes: Changes) -> None:
+        self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
+        self._lock = threading.Lock()
+        self._clock_problem: Told | None = None
+        self._stored: list[StoredHold] = []
+        self.reload()
+
+    def reload(self) -> None:
+        stored = self._repository.all(self._db.read())
+        with self._lock:
+            self._stored = stored
+
+    def active(self, robot_id: int | None = None) -> Hold | None:
+        """What holds this robot now (None: what holds all robots)."""
+        now = self._clock.now()
+        with self._lock:
+            if self._clock_problem is not None:
+                return Hold(tell(self._clock_problem), clock=True)
+            stored = self._stored
+        return next((hold for hold in map(_hold, stored) if hold.robot_id in (None, robot_id) and not hold.is_over(now)), None)
+
+    def standing(self) -> list[Hold]:
+        """Those that persons have set and that are not over, oldest first."""
+        now = self._clock.now()
+        with self._lock:
+            stored = self._stored
+        return [hold for hold in map(_hold, stored) if not hold.is_over(now)]
+
+    def hold(self, reason: str = "", until: datetime | None = None, robot_id: int | None = None) -> Hold:
+        """Replace the hold of all robots, or of one. Raises InvalidInput for an end that has passed and a reason too long."""
+        now = self._clock.now()
+        if until is not None and until <= now:
+            raise InvalidInput("until", "choose a time to come")
+        reason = " ".join(reason.split())
+        if len(reason) > LONGEST_REASON:
+            raise InvalidInput("reason", "a reason has at most {most} characters, this one has {length}", most=LONGEST_REASON,
+                               length=len(reason))
+
+        def work(c: sqlite3.Connection) -> StoredHold:
+            self._repository.remove(c, robot_id)
+            return self._repository.add(c, StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now))
+        stored = self._db.write(work)
+        self._reloaded()
+        return _hold(stored)
+
+    def release(self, robot_id: int | None = None) -> None:
+        self._db.write(lambda c: self._repository.remove(c, robot_id))
+        self._reloaded()
+
+    def distrust_clock(self, problem: Told | None) -> None:
+        """Nothing is sent while the clock is not plausible; None when it is again."""
+        with self._lock:
+            if problem == self._clock_problem:
+                return
+            self._clock_problem = problem
+        self._changes.publish(Topic.HOLDS)
+
+    def _reloaded(self) -> None:
+        self.reload()
+        self._changes.publish(Topic.HOLDS)
+
+
+def _hold(stored: StoredHold) -> Hold:
+    return Hold(stored.reason, stored.until, stored.started_at, robot_id=stored.robot_id, id=stored.id)

@@ -1,0 +1,118 @@
+"""Where the runs of several schedules would meet on one robot, how likely by what their missions took lately, and when nobody is there.
+
+A run is taken to last as long as the slowest but one of ten did (P90), before any as a person typed it; unknown ones five minutes.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from app.domain.models import Schedule, Usual
+from app.services.planning.recurrence import Occurrence, occurrences
+from app.services.planning.working_days import WorkingCalendar
+
+ASSUMED_S = 300.0            # length of a run that was never seen to its end
+STEP = timedelta(minutes=5)  # between times that are looked at for a free one
+FURTHEST = timedelta(hours=4)
+NEAR = 16                    # runs of a schedule that are walked over one by one before what lies between is leaped over
+
+
+@dataclass(frozen=True)
+class Other:
+    """Another schedule of the robot, and how long its runs take."""
+    schedule: Schedule
+    mission: str
+    usual: Usual | None
+
+    @property
+    def lasts(self) -> timedelta:
+        return lasts(self.usual)
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two runs at one time. ``likely`` is the share of runs that took long enough for it, None where that is not known."""
+    at: datetime             # UTC, of the draft's start
+    other: Other
+    begins: datetime
+    likely: float | None
+
+    @property
+    def ends(self) -> datetime:
+        """When the other one usually has ended."""
+        usual = self.other.usual
+        return self.begins + timedelta(seconds=usual.median_s if usual else ASSUMED_S)
+
+
+def lasts(usual: Usual | None) -> timedelta:
+    """What a run is given."""
+    return timedelta(seconds=usual.slow_s if usual else ASSUMED_S)
+
+
+Near = Sequence[tuple[Other, datetime]]      # runs of others, by when they begin
+
+
+def nearby(starts: Sequence[Occurrence], usual: Usual | None, others: Sequence[Other], calendar: WorkingCalendar) -> list[Near]:
+    """For each start, earliest first: the runs of others as far around it as it may be shifted."""
+    beyond = FURTHEST + lasts(usual)
+    walks = [(other, FURTHEST + other.lasts, _Walk(other.schedule, calendar)) for other in others]
+    return [[(other, begins) for other, before, walk in walks for begins in walk.between(start.instant - before, start.instant + beyond)]
+            for start in starts]
+
+
+class _Walk:
+    """The runs to come of one schedule, looked for in spans of which none begins or ends before the one looked for last."""
+
+    def __init__(self, schedule: Schedule, calendar: WorkingCalendar) -> None:
+        self._schedule, self._calendar = schedule, calendar
+        self._found: list[datetime] = []
+        self._next = schedule.next_at
+        self._following = self._after(schedule.next_at) if schedule.next_at else iter(())
+
+    def between(self, after: datetime, end: datetime) -> list[datetime]:
+        """Both ends excluded."""
+        self._found = [instant for instant in self._found if instant > after]
+        passed = 0
+        while self._next is not None and self._next < end:
+            if self._next > after:
+                self._found.append(self._next)
+            elif (passed := passed + 1) > NEAR:
+                self._following = self._after(after)
+            self._next = next(self._following, None)
+        return self._found
+
+    def _after(self, instant: datetime) -> Iterator[datetime]:
+        return (found.instant for found in occurrences(self._schedule, instant, self._calendar))
+
+
+def meetings(starts: Sequence[Occurrence], usual: Usual | None, near: Sequence[Near]) -> Iterator[Meeting]:
+    """Earliest first, at most one for each start: with the run that is under way then, else with the first that begins meanwhile."""
+    mine = lasts(usual)
+    for start, others in zip(starts, near, strict=True):
+        at = start.instant
+        met = [(begins, other) for other, begins in others if at - other.lasts < begins < at + mine]
+        if met:
+            begins, other = min(met, key=lambda one: one[0])
+            yield Meeting(at, other, begins, _likely(at, usual, other.usual, begins))
+
+
+def _likely(at: datetime, usual: Usual | None, others: Usual | None, begins: datetime) -> float | None:
+    if begins == at:
+        return 1.0
+    earlier = others if begins < at else usual
+    return earlier.share_over(abs((at - begins).total_seconds())) if earlier and not earlier.typed else None
+
+
+def free_shift(starts: Sequence[Occurrence], usual: Usual | None, near: Sequence[Near], now: datetime) -> timedelta | None:
+    """The smallest shift of all these starts, on their own days and to come, at which no other run is in the way; None: none is found."""
+    mine = lasts(usual)
+    busy = [(start, [(begins - mine, begins + other.lasts) for other, begins in others])
+            for start, others in zip(starts, near, strict=True)]
+    for n in range(1, int(FURTHEST / STEP) + 1):
+        for shift in (n * STEP, -n * STEP):
+            if any((start.nominal + shift).date() != start.nominal.date() or start.instant + shift <= now for start in starts):
+                continue
+            if not any(after < start.instant + shift < until for start, taken in busy for after, until in taken):
+                return shift
+    return None

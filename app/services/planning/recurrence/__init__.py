@@ -1,0 +1,5 @@
+"""When a schedule runs (design: "When things run"): ``rule`` reads an RRULE, ``dates`` expands it, ``instants`` puts times on the dates."""
+from app.services.planning.recurrence.instants import Occurrence, check_has_instants, next_occurrence, occurrences, to_utc
+from app.services.planning.recurrence.rule import Frequency, Recurrence
+
+__all__ = ["Frequency", "Occurrence", "Recurrence", "check_has_instants", "next_occurrence", "occurrences", "to_utc"]

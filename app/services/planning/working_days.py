@@ -1,0 +1,111 @@
+"""On which days work is done: the weekly rule of the settings, and what takes precedence over it.
+
+Exceptions beat the weekly rule: own days, and below them the public holidays of the chosen country. Of two own exceptions on one day the
+shorter one holds, then the newer one, so that one Saturday of work can stand inside a closed summer.
+"""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import date, timedelta
+from enum import StrEnum
+
+from app.database.calendar import CalendarRepository
+from app.domain.models import WEEKDAYS, DayException, Settings
+from app.services.planning import public_holidays
+
+DAY = timedelta(days=1)
+
+
+class Ground(StrEnum):
+    """What says whether a day is a working day."""
+    WEEK = "week"
+    HOLIDAY = "holiday"
+    OWN = "own"
+
+
+@dataclass(frozen=True)
+class DayLook:
+    """One day. ``name`` is that of the exception; empty where the weekly rule holds."""
+    is_working: bool
+    name: str = ""
+    ground: Ground = Ground.WEEK
+    exception_id: int | None = None
+
+
+class WorkingCalendar:
+    """Answers for any local date whether a schedule that respects working days may run on it, and why not."""
+
+    def __init__(self, settings: Settings, exceptions: Iterable[DayException] = ()) -> None:
+        self._weekdays = frozenset(WEEKDAYS.index(name) for name in settings.working_days)
+        self._national = (settings.holiday_country, settings.holiday_subdivision)
+        self._language = settings.language
+        # what comes later takes the place of what came before
+        self.exceptions: Sequence[DayException] = sorted(exceptions, key=lambda e: (e.first_day - e.last_day, e.id))
+        self._years: dict[int, dict[date, DayLook]] = {}
+
+    @property
+    def has_exceptions(self) -> bool:
+        """Whether there is more than the weekly rule."""
+        return bool(self.exceptions) or bool(self._national[0])
+
+    def is_working_day(self, day: date) -> bool:
+        found = self._of_year(day.year).get(day) if self.has_exceptions else None
+        return day.weekday() in self._weekdays if found is None else found.is_working
+
+    def look(self, day: date) -> DayLook:
+        """Whether work is done on it, and the name of the exception that says so."""
+        return self._of_year(day.year).get(day) or DayLook(day.weekday() in self._weekdays)
+
+    def exceptional(self, first: date, last: date) -> Iterator[tuple[date, DayLook]]:
+        """The days from first to last, both included, for which an exception says something, in order."""
+        for year in range(first.year, last.year + 1):
+            yield from ((day, look) for day, look in sorted(self._of_year(year).items(), key=lambda item: item[0]) if first <= day <= last)
+
+    def _of_year(self, year: int) -> dict[date, DayLook]:
+        days = self._years.get(year)
+        if days is None:
+            days = {day: DayLook(False, name, Ground.HOLIDAY)
+                    for day, name in public_holidays.of_year(*self._national, year, self._language).items()}
+            for exception in self.exceptions:
+                look = DayLook(exception.is_working, exception.name, Ground.OWN, exception.id)
+                days.update((day, look) for day in days_of(exception, year))
+            self._years[year] = days
+        return days
+
+
+def days_of(exception: DayException, year: int) -> Iterator[date]:
+    """The days of that year on which it holds, in order."""
+    for first, last in spans(exception, year):
+        day, end = max(first, date(year, 1, 1)), min(last, date(year, 12, 31))
+        while day <= end:
+            yield day
+            if day == date.max:
+                return
+            day += DAY
+
+
+def spans(exception: DayException, year: int) -> Iterator[tuple[date, date]]:
+    """Where it lies around that year: a yearly one also in the year before, from which it may reach over."""
+    first, last = exception.first_day, exception.last_day
+    if not exception.yearly:
+        yield first, last
+        return
+    for begun in (year - 1, year):
+        if begun >= first.year and (start := _in_year(first, begun)) is not None:
+            end = _in_year(last, begun + last.year - first.year)
+            yield start, end if end is not None else date(begun + last.year - first.year, 2, 28)
+
+
+def _in_year(day: date, year: int) -> date | None:
+    """The same day of another year; None for 29 February where there is none."""
+    try:
+        return day.replace(year=year)
+    except ValueError:
+        return None
+
+
+def working_calendar(c: sqlite3.Connection, settings: Settings) -> WorkingCalendar:
+    """The calendar as it is stored now."""
+    return WorkingCalendar(settings, CalendarRepository().all(c))

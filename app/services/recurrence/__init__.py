@@ -1,5 +1,0 @@
-"""When a schedule runs (design: "When things run"): ``rule`` reads an RRULE, ``dates`` expands it, ``instants`` puts times on the dates."""
-from app.services.recurrence.instants import Occurrence, check_has_instants, next_occurrence, occurrences, to_utc
-from app.services.recurrence.rule import Frequency, Recurrence
-
-__all__ = ["Frequency", "Occurrence", "Recurrence", "check_has_instants", "next_occurrence", "occurrences", "to_utc"]

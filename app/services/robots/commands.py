@@ -1,0 +1,151 @@
+"""What a person asks for: Run now, Pause and Resume, Reset errors, Clear queue, cancel, answer a prompt, test a connection.
+
+Called on background threads, never on the UI's; every call talks to the robot on a connection of its own, so it doesn't wait behind a poll.
+Robot trouble is raised as RobotError with one sentence.
+"""
+from __future__ import annotations
+
+import logging
+import uuid
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from app.database.connection import Database
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.domain.clock import Clock
+from app.domain.models import Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
+from app.domain.robot import Identity, MissionInfo, RobotState
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import AnotherRobot, RobotError
+from app.services.dispatch.ledger import Ledger
+from app.services.dispatch.planner import one_off
+from app.services.dispatch.poll_loop import PollLoop
+
+log = logging.getLogger(__name__)
+
+ClientFactory = Callable[[Robot], RobotClient]
+
+
+class Operator:
+    def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, loop: PollLoop,
+                 settings: Callable[[], Settings], make_client: ClientFactory) -> None:
+        self._db, self._robots, self._missions = db, robots, missions
+        self._ledger, self._clock, self._loop, self._settings, self._make_client = ledger, clock, loop, settings, make_client
+
+    # ------------------------------------------------------------------ missions
+    def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
+        """Submit a mission at once; no constraint holds. ``token`` is minted per press, so a press that arrives twice runs once."""
+        robot, mission = self._robot(robot_id), self._mission(mission_id)
+        if not robot.enabled:
+            raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
+        token = token or str(uuid.uuid4())
+        row = one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token, parameters=dict(parameters or {}))
+        execution = self._ledger.add(row) or self._ledger.by_token(token)
+        if execution is None:
+            raise LookupError(token)
+        self._loop.kick(robot_id)
+        return execution
+
+    def cancel_execution(self, execution_id: int) -> Execution | None:
+        """Cancel one of ours, wherever it stands. Returns the row as it is now; the robot's answer may still decide."""
+        execution = self._ledger.get(execution_id)
+        if execution is None or not execution.state.is_open:
+            return execution
+        if execution.state is State.WAITING and (ended := self._ledger.end(execution, Reason(ReasonCode.USER_CANCELLED))):
+            return ended
+        self._ledger.ask_cancel([execution], ReasonCode.USER_CANCELLED)
+        if execution.queue_id is not None and execution.robot_id is not None:
+            self.cancel_item(execution.robot_id, execution.queue_id)
+        return self._ledger.get(execution_id)
+
+    def cancel_item(self, robot_id: int, queue_id: int) -> None:
+        """Cancel one item of the robot's queue, whoever put it there. One that has just ended stays as it ended."""
+        ours = [e for e in self._ledger.open_for(robot_id) if e.queue_id == queue_id]
+        self._ledger.ask_cancel(ours, ReasonCode.USER_CANCELLED)
+        with self._client(robot_id) as client:
+            client.cancel(queue_id)
+        self._loop.kick(robot_id, poll=True)
+
+    def clear_queue(self, robot_id: int) -> None:
+        """Everything pending or executing on the robot goes, and what waits here to be sent there."""
+        ours = self._ledger.open_for(robot_id)
+        sent = [e for e in ours if e.state is not State.WAITING]
+        self._ledger.ask_cancel(sent, ReasonCode.QUEUE_CLEARED)
+        try:
+            with self._client(robot_id) as client:
+                client.clear_queue()
+        except RobotError as error:
+            if error.certainly_without_effect:
+                self._ledger.ask_cancel(sent, None)
+            raise
+        for execution in ours:
+            if execution.state is State.WAITING:
+                self._ledger.end(execution, Reason(ReasonCode.QUEUE_CLEARED))
+        self._loop.kick(robot_id, poll=True)
+
+    # ------------------------------------------------------------------ the robot
+    def pause(self, robot_id: int) -> None:
+        self._set_state(robot_id, RobotState.PAUSE)
+
+    def resume(self, robot_id: int) -> None:
+        self._set_state(robot_id, RobotState.READY)
+
+    def reset_errors(self, robot_id: int) -> None:
+        """Clears resettable errors. Never moves the robot: it then stands in Pause until Resume."""
+        with self._client(robot_id) as client:
+            client.clear_error()
+        self._loop.kick(robot_id, poll=True)
+
+    def answer_prompt(self, robot_id: int, guid: str, answer: str) -> None:
+        with self._client(robot_id) as client:
+            client.answer_prompt(guid, answer)
+        self._loop.kick(robot_id, poll=True)
+
+    def _set_state(self, robot_id: int, state: RobotState) -> None:
+        with self._client(robot_id) as client:
+            client.set_state(state)
+        self._loop.kick(robot_id, poll=True)
+
+    # ------------------------------------------------------------------ the integrator
+    def test_connection(self, address: str, username: str, password: str | None, *, robot_id: int | None = None,
+                        certificate_sha256: str | None = None) -> Identity:
+        """Who answers at this address. Without a password the stored robot's own token is tried. Raises InvalidInput or RobotError."""
+        stored = self._robots.get(self._db.read(), robot_id) if robot_id else None
+        token = Token.derive(username, password).header if password else stored.token if stored else None
+        client = self._make_client(Robot("test", Address.parse(address).url, username, token, certificate_sha256=certificate_sha256))
+        try:
+            return client.identify()
+        finally:
+            client.close()
+
+    def fetch_missions(self, robot_id: int) -> list[MissionInfo]:
+        """The missions that the robot has, by name."""
+        with self._client(robot_id) as client:
+            return sorted(client.missions(), key=lambda mission: mission.name.casefold())
+
+    # ------------------------------------------------------------------ inside
+    @contextmanager
+    def _client(self, robot_id: int) -> Iterator[RobotClient]:
+        """A connection of its own to a robot that is the one it should be: no command reaches another machine at that address."""
+        robot = self._robot(robot_id)
+        client = self._make_client(robot)
+        try:
+            if robot.serial_number and (found := client.status().serial_number) and found != robot.serial_number:
+                raise AnotherRobot(address=client.address.netloc, expected=robot.serial_number, found=found)
+            yield client
+        finally:
+            client.close()
+
+    def _robot(self, robot_id: int) -> Robot:
+        if robot := self._robots.get(self._db.read(), robot_id):
+            return robot
+        raise InvalidInput("robot", "this robot has been removed")
+
+    def _mission(self, mission_id: int) -> Mission:
+        if mission := self._missions.get(self._db.read(), mission_id):
+            return mission
+        raise InvalidInput("mission", "this mission has been removed")

@@ -1,0 +1,152 @@
+"""The maps of the robots: asked for at the robot, kept in memory and beside the database, so that a robot that is away still has its map.
+
+``known`` answers at once; ``learn`` reads files and talks to the robot, with a client of its own, and belongs on a background thread: no
+lane waits for a picture. Whoever shows maps calls ``learn`` whenever one ``is_due``.
+"""
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import logging
+import os
+import tempfile
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from pathlib import Path
+
+from app.domain.clock import Clock
+from app.domain.models import InvalidInput, Robot
+from app.domain.robot import MapPosition
+from app.mir.client import RobotClient
+from app.mir.errors import RobotError, Unreadable
+from app.services.robots.map_picture import MapPicture, from_bytes, picture_of, to_bytes
+
+log = logging.getLogger(__name__)
+
+LOOK_AGAIN = 3600.0          # s after which a map is asked for anew: it may have been edited under the same guid
+TRY_AGAIN = 60.0             # s after a robot that didn't answer
+MOST_IN_MEMORY = 8
+MOST_FILES = 64
+LARGEST_FILE = 4 * 1024 * 1024       # bytes
+DIRECTORY_MODE = 0o700
+
+Key = tuple[int, str]        # robot, guid of its map
+
+
+class RobotMaps:
+    """``directory`` is made when the first map is kept; ``robot`` finds a configured robot by id, ``make_client`` connects to it."""
+
+    def __init__(self, directory: Path, robot: Callable[[int], Robot | None], make_client: Callable[[Robot], RobotClient],
+                 clock: Clock) -> None:
+        self._directory, self._robot, self._make_client, self._clock = directory, robot, make_client, clock
+        self._lock = threading.Lock()
+        self._pictures: OrderedDict[Key, MapPicture] = OrderedDict()
+        self._due_at: dict[Key, float] = {}
+        self._complained: set[Key] = set()
+
+    def known(self, robot_id: int, map_id: str) -> MapPicture | None:
+        with self._lock:
+            picture = self._pictures.get((robot_id, map_id))
+            if picture is not None:
+                self._pictures.move_to_end((robot_id, map_id))
+            return picture
+
+    def is_due(self, robot_id: int, map_id: str) -> bool:
+        """Whether ``learn`` may bring something new."""
+        with self._lock:
+            return self._clock.monotonic() >= self._due_at.get((robot_id, map_id), float("-inf"))
+
+    def learn(self, robot_id: int, map_id: str) -> MapPicture | None:
+        """What was kept, if it is not in memory yet; else the robot's answer. None when there is neither."""
+        key, robot = (robot_id, map_id), self._robot(robot_id)
+        if robot is None or not map_id:
+            self._postpone(key, LOOK_AGAIN)
+            return None
+        if self.known(robot_id, map_id) is None and key not in self._due_at and (kept := self._kept(robot, map_id)) is not None:
+            self._remember(key, kept)
+            self._postpone(key, 0.0)             # the robot is asked next
+            return kept
+        self._postpone(key, TRY_AGAIN)           # nobody else asks meanwhile
+        try:
+            picture = self._ask(robot, map_id)
+        except Unreadable as problem:
+            self._complain(key, robot, problem)
+            self._postpone(key, LOOK_AGAIN)
+            return self.known(robot_id, map_id)
+        except (RobotError, InvalidInput):
+            return self.known(robot_id, map_id)
+        self._remember(key, picture)
+        self._postpone(key, LOOK_AGAIN)
+        self._keep(self._path(robot.serial_number or robot.address, map_id), picture)
+        return picture
+
+    # ------------------------------------------------------------------ inside
+    def _ask(self, robot: Robot, map_id: str) -> MapPicture:
+        client = self._make_client(robot)
+        try:
+            floor = client.map(map_id)
+            positions: list[MapPosition] = []
+            with contextlib.suppress(RobotError):            # a map without names is a map
+                positions = client.positions(map_id)
+        finally:
+            client.close()
+        return picture_of(floor, positions)
+
+    def _remember(self, key: Key, picture: MapPicture) -> None:
+        with self._lock:
+            self._pictures[key] = picture
+            self._pictures.move_to_end(key)
+            while len(self._pictures) > MOST_IN_MEMORY:
+                gone, _picture = self._pictures.popitem(last=False)
+                self._due_at.pop(gone, None)
+
+    def _postpone(self, key: Key, seconds: float) -> None:
+        with self._lock:
+            self._due_at[key] = self._clock.monotonic() + seconds
+
+    def _complain(self, key: Key, robot: Robot, problem: Unreadable) -> None:
+        """Once per map, however often it is asked for."""
+        with self._lock:
+            is_new = key not in self._complained
+            self._complained.add(key)
+        if is_new:
+            log.warning("The map of %s can't be shown: %s", robot.name, problem)
+
+    # ------------------------------------------------------------------ files
+    def _path(self, owner: str, map_id: str) -> Path:
+        name = hashlib.sha256(f"{owner}\n{map_id}".encode("utf-8", "surrogatepass")).hexdigest()
+        return self._directory / f"{name[:40]}.json"
+
+    def _kept(self, robot: Robot, map_id: str) -> MapPicture | None:
+        """Under the robot's serial number, or under its address: the first picture may have come before the number was known."""
+        owners = filter(None, (robot.serial_number, robot.address))
+        return next(filter(None, (self._read(self._path(owner, map_id)) for owner in owners)), None)
+
+    def _read(self, path: Path) -> MapPicture | None:
+        try:
+            if path.stat().st_size <= LARGEST_FILE:
+                return from_bytes(path.read_bytes())
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError):
+            log.info("A kept map can't be read and is asked for anew")
+        return None
+
+    def _keep(self, path: Path, picture: MapPicture) -> None:
+        """Whole or not at all, readable by its owner only; of too many the oldest go. Without room on the disk nothing is kept."""
+        try:
+            self._directory.mkdir(mode=DIRECTORY_MODE, parents=True, exist_ok=True)
+            handle, temporary = tempfile.mkstemp(dir=self._directory, suffix=".new")
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    file.write(to_bytes(picture))
+                os.replace(temporary, path)
+            except OSError:
+                Path(temporary).unlink(missing_ok=True)
+                raise
+            by_age = sorted(self._directory.iterdir(), key=lambda entry: entry.stat().st_mtime)
+            for oldest in by_age[:-MOST_FILES]:
+                oldest.unlink(missing_ok=True)
+        except OSError as error:
+            log.info("The map can't be kept: %s", error.strerror or error)

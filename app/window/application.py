@@ -1,0 +1,260 @@
+"""The app as kivy runs it: hands the services to the screens, asks for a poll cycle every poll interval (Algorithm 1 of the thesis), and
+keeps a wall tablet alive whatever a handler does. Results come back to the UI thread by ``container.changes``.
+"""
+from __future__ import annotations
+
+import importlib
+import logging
+import threading
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from kivy.base import ExceptionHandler, ExceptionManager
+from kivy.clock import Clock, ClockEvent
+from kivy.factory import Factory
+from kivy.metrics import Metrics
+from kivy.uix.widget import Widget
+from kivy.utils import platform
+from kivymd.app import MDApp
+
+import app.widgets
+from app import NAME
+from app.container import Container
+from app.domain.models import Settings
+from app.failures import Failure
+from app.i18n import _, translator
+from app.screens.common.problems import sentence_of
+from app.screens.common.shell import SCREENS, Shell
+from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
+from app.screens.frame.controller import FrameController
+from app.screens.rescue import Damage, RescuePage
+from app.screens.settings.gate import Gate
+from app.services.live.changes import Topic
+from app.widgets.keyboard import DockedKeyboard, has_keyboard
+from app.widgets.tokens import apply_theme
+from app.window import compat
+
+log = logging.getLogger(__name__)
+TOLD_FOR = 8.0               # s that it can be read how going back to a backup went
+INPUT_DEVICES = Path("/proc/bus/input/devices")
+
+
+class SchedulerApp(MDApp):
+    """With a container the app, opened on the screen ``first``; with ``damage`` the screen that restores the database, which then goes on
+    as the app.
+
+    ``restore`` closes the services, puts a backup in place and opens them again, off the UI thread; it returns what could not be done with
+    the services it has opened all the same, and raises Failure where it could open none.
+    """
+    title = NAME
+
+    def __init__(self, container: Container | None, damage: Damage | None = None, animate: bool = True,
+                 restore: Callable[[Path], tuple[Container, Failure | None]] | None = None, first: str = "home") -> None:
+        super().__init__()
+        self.container: Container | None = None
+        self.shell: Shell | None = None
+        self._given, self._damage, self._animate, self._restorer, self._first = container, damage, animate, restore, first
+        self._frame: FrameController | None = None
+        self._gate: Gate | None = None
+        self._keyboard: DockedKeyboard | None = None
+        self._poll: ClockEvent | None = None
+        self._bus: UiBus | None = None
+        self._unsubscribe: Callable[[], object] = lambda: None       # from the services
+        self._forget: Callable[[], object] = lambda: None            # what they still have told
+        self._shown: Settings | None = None      # as they look now
+        self._font_scale = Metrics.fontscale     # the system's own, that the setting multiplies
+        self._survivor = Survivor(self._tell_unexpected)
+
+    # ------------------------------------------------------------------ life
+    def build(self) -> Widget:
+        compat.apply()
+        app.widgets.load()
+        apply_theme(self.theme_cls, "light")
+        self._bus = UiBus()
+        self._forget = self._bus.subscribe(_SettingsChanged, self._settings_changed)
+        self.root_box = Factory.BoxLayout()
+        if self._given is not None:
+            self.begin(self._given)
+        elif self._damage is not None:
+            if translator.language != self._damage.language:
+                translator.use(self._damage.language)
+            self.root_box.add_widget(RescuePage(self._damage, self._bus, self.begin))
+        return self.root_box
+
+    def begin(self, container: Container) -> None:
+        """Show the app on these services."""
+        assert self._bus is not None
+        self.container = container
+        self._appear(container.settings())
+        frame = Factory.Frame()
+        background = Background(self._bus, unexpected=self._tell_unexpected)
+        builders = {name: partial(self._build_screen, name) for name in SCREENS}
+        self.shell = Shell(Navigator(frame.ids.body.__self__, builders), Dialogs(self._animate), Snackbars(), self._bus, background,
+                           self._restore if self._restorer is not None else None)
+        self._frame = FrameController(container, self.shell, frame)
+        self.root_box.clear_widgets()
+        self.root_box.add_widget(frame)
+        self._unsubscribe = container.changes.subscribe(self._heard)
+        self._frame.start()
+        self._gate = Gate(container, self.shell)
+        self._gate.start()
+        self._keyboard = DockedKeyboard(self._wants_keyboard)
+        self._keyboard.start()
+        self._set_poll(container.settings())
+        self.shell.go(self._first)
+
+    def on_start(self) -> None:
+        ExceptionManager.add_handler(self._survivor)
+        threading.excepthook = self._thread_failed
+
+    def on_stop(self) -> None:
+        """Screens let go, then the work in the background; the host closes the services after the window."""
+        ExceptionManager.remove_handler(self._survivor)
+        threading.excepthook = threading.__excepthook__
+        self._forget()
+        self._let_go()
+        Metrics.fontscale = self._font_scale
+
+    def _let_go(self) -> None:
+        """Of the services, with everything that shows them."""
+        self._unsubscribe()
+        self._unsubscribe = lambda: None
+        if self._poll is not None:
+            self._poll.cancel()
+        if self.shell is not None and self._frame is not None:
+            self._frame.stop()
+        if self._gate is not None:
+            self._gate.stop()
+        if self._keyboard is not None:
+            self._keyboard.stop()
+        if self.shell is not None:
+            self.shell.dialogs.close_all()
+            self.shell.snackbars.clear()
+            self.shell.navigator.close()
+            self.shell.background.close()
+        self.container = self.shell = self._frame = self._gate = self._keyboard = self._poll = None
+
+    # ------------------------------------------------------------------ going back to a backup
+    def _restore(self, path: Path) -> None:
+        """Asked for by a screen, which is gone in a moment."""
+        Clock.schedule_once(lambda _dt: self._go_back(path), 0)
+
+    def _go_back(self, path: Path) -> None:
+        """Everything goes, the backup comes, everything is built anew on it; one sentence says how it went."""
+        assert self._bus is not None
+        assert self._restorer is not None
+        restorer = self._restorer
+        self._let_go()
+        page = Factory.EmptyState(icon="backup-restore", title=_("Going back to {name} …").format(name=path.name),
+                                  text=_("Nothing is scheduled meanwhile."))
+        self.root_box.clear_widgets()
+        self.root_box.add_widget(page)
+        background = Background(self._bus, workers=1)
+
+        def restored(opened: tuple[Container, Failure | None]) -> None:
+            background.close()
+            container, problem = opened
+            self.begin(container)
+            assert self.shell is not None
+            told = _("The app goes on with {name}").format(name=path.name) if problem is None else sentence_of(problem)
+            self.shell.snackbars.show(told, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=TOLD_FOR)
+
+        def failed(problem: BaseException) -> None:
+            background.close()
+            page.title = _("The database can't be opened")
+            page.text = sentence_of(problem)
+
+        background.run(lambda: restorer(path), restored, failed)
+
+    def on_pause(self) -> bool:
+        """Android: stay alive behind other apps."""
+        return True
+
+    def _build_screen(self, name: str) -> Widget:
+        module, class_name = SCREENS[name]
+        return getattr(importlib.import_module(module), class_name)(self.container, self.shell)
+
+    # ------------------------------------------------------------------ the poll cycle
+    def _set_poll(self, settings: Settings) -> None:
+        """Every poll interval one cycle of all robots, each on its own thread; this only asks for it."""
+        if self._poll is not None:
+            self._poll.cancel()
+        self._cycle()
+        self._poll = Clock.schedule_interval(lambda _dt: self._cycle(), settings.poll_interval_seconds)
+
+    def _cycle(self) -> None:
+        if self.container is not None:
+            self.container.loop.request_cycle(by_window=True)
+
+    # ------------------------------------------------------------------ settings
+    def _heard(self, topic: Topic, _about: int | None) -> None:
+        """On the publisher's thread."""
+        if topic is Topic.SETTINGS and self._bus is not None:
+            self._bus.publish(_SettingsChanged(), key=_SettingsChanged)
+
+    def _settings_changed(self, _event: _SettingsChanged) -> None:
+        """On the UI thread: whatever was changed shows at once."""
+        if self.container is not None:
+            before, settings = self._shown, self.container.settings()
+            self._appear(settings)
+            if before is not None and before.poll_interval_seconds != settings.poll_interval_seconds:
+                self._set_poll(settings)
+
+    def _appear(self, settings: Settings) -> None:
+        """Theme, size of texts and targets, and language. What has other sizes is laid out anew: screens reckon with them when built."""
+        before, self._shown = self._shown, settings
+        sizes = [(seen.gloves, seen.font_scale_percent) for seen in (before, settings) if seen is not None]
+        if before is None or before.theme != settings.theme or before.gloves != settings.gloves:
+            apply_theme(self.theme_cls, settings.theme, gloves=settings.gloves)
+        Metrics.fontscale = self._font_scale * settings.font_scale_percent / 100
+        if translator.language != settings.language:
+            translator.use(settings.language)
+        if self.shell is not None and len(set(sizes)) > 1:
+            self.shell.navigator.rebuild()
+
+    def _wants_keyboard(self) -> bool:
+        """On the screen. Linux says whether the tablet has one; other systems, Android among them, bring up their own."""
+        wanted = self._shown.keyboard if self._shown is not None else "off"
+        if wanted != "auto" or platform != "linux":
+            return wanted == "on"
+        try:
+            return not has_keyboard(INPUT_DEVICES.read_text(encoding="utf-8", errors="replace"))
+        except OSError:
+            return False
+
+    # ------------------------------------------------------------------ what nobody foresaw
+    def _tell_unexpected(self, problem: BaseException) -> None:
+        """The traceback is in the log; here one sentence, and the app goes on."""
+        if self.shell is not None:
+            self.shell.say_problem(problem)
+
+    def _thread_failed(self, args: threading.ExceptHookArgs) -> None:
+        if args.exc_value is not None:
+            log.error("The thread %s failed", args.thread and args.thread.name, exc_info=args.exc_value)
+
+
+class _SettingsChanged:
+    """The settings in the database are new."""
+
+
+class Survivor(ExceptionHandler):
+    """What a handler raises is logged and told, and the event loop goes on; a flood is told once a second."""
+
+    def __init__(self, tell: Callable[[BaseException], object]) -> None:
+        super().__init__()
+        self._tell = tell
+        self._told_at = float("-inf")
+
+    def handle_exception(self, inst: BaseException) -> int:
+        if not isinstance(inst, Exception):              # KeyboardInterrupt and SystemExit end the app
+            return ExceptionManager.RAISE
+        log.error("A handler of the window failed", exc_info=inst)
+        now = Clock.get_time()
+        if now - self._told_at >= 1:
+            self._told_at = now
+            try:
+                self._tell(inst)
+            except Exception:
+                log.exception("It could not be told either")
+        return ExceptionManager.PASS

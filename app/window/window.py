@@ -1,0 +1,176 @@
+"""The life with a window: kivy is configured before it is imported, the host schedules, the app shows; closing the window ends both."""
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from types import FrameType
+
+import platformdirs
+
+from app import NAME
+from app.container import Container
+from app.database import backups
+from app.database.errors import DatabaseDamaged, DatabaseError
+from app.domain.clock import SystemClock
+from app.failures import BadInput, Failure
+from app.i18n import SOURCE_LANGUAGE
+from app.process import log_file
+from app.process.data_directory import DataDirectory
+from app.process.host import host
+from app.process.lock import AlreadyRunning, InstanceLock
+from app.window.garbage import Garbage
+
+DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
+
+WIDTH, HEIGHT = 1280, 800    # of the window where it does not fill the screen
+LEAST_WIDTH, LEAST_HEIGHT = 600, 480
+LOOKS_FOR_GARBAGE = 5.0      # s
+
+
+def live(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: bool = False) -> int:
+    """Returns the exit code 0 when the window was closed. Raises BadInput or Failure with the one line to say.
+
+    A damaged database is a screen of its own with a Restore button; closed without restoring it raises what the other commands do.
+    """
+    log_file.start(directory.logs, stderr=False)
+    configure(kiosk)
+    with contextlib.ExitStack() as stack:
+        def begin() -> Container:
+            return stack.enter_context(host(directory, demo=demo_robots, with_window=True))
+
+        try:
+            container = begin()
+        except BadInput as problem:
+            if not isinstance(problem.__cause__, DatabaseDamaged):
+                raise
+            _open_window()
+            _run(_rescue_app(directory, problem.__cause__, begin))
+            if not directory_is_sound(directory):
+                raise
+            return 0
+        _open_window()
+        from app.window.application import SchedulerApp
+
+        def go_back(backup: Path) -> tuple[Container, Failure | None]:
+            """The services end, the backup takes the place of their database, and they begin again on it, or on what there was."""
+            stack.close()
+            try:
+                restore_backup(directory, backup)
+            except BadInput as problem:
+                return begin(), problem
+            return begin(), None
+
+        _run(SchedulerApp(container, restore=go_back))
+    return 0
+
+
+# ---------------------------------------------------------------------- the window
+def configure(kiosk: bool) -> None:
+    """Tell kivy, before its first import, how to behave on a tablet. Nothing of this is written to a file."""
+    home = platformdirs.user_cache_path("amr-scheduler", appauthor=False) / "kivy"
+    with contextlib.suppress(OSError):
+        home.mkdir(mode=0o700, parents=True, exist_ok=True)
+    for name, value in {"KIVY_NO_ARGS": "1", "KIVY_NO_CONFIG": "1", "KIVY_NO_FILELOG": "1", "KIVY_LOG_MODE": "PYTHON",
+                        "KIVY_HOME": str(home)}.items():
+        os.environ.setdefault(name, value)
+    from kivy.config import Config
+    settings = {
+        "kivy": {"exit_on_escape": "0", "window_icon": ""},
+        "graphics": {"width": str(WIDTH), "height": str(HEIGHT), "minimum_width": str(LEAST_WIDTH), "minimum_height": str(LEAST_HEIGHT),
+                     "multisamples": "0", "allow_screensaver": "0", "resizable": "1"},
+        "input": {"mouse": "mouse,disable_multitouch"},      # no red dots under the right button
+        "widgets": {"scroll_distance": "12", "scroll_timeout": "120"},
+    }
+    if kiosk:
+        settings["graphics"] |= {"fullscreen": "auto", "show_cursor": "0"}
+    for section, values in settings.items():
+        for name, value in values.items():
+            Config.set(section, name, value)
+    if sys.platform == "linux":
+        Config.remove_option("input", "%(name)s")            # probesysfs: with SDL's own touch every tap would count twice
+
+
+def _open_window() -> None:
+    """Make the window, or say why there is none: with no display SDL would draw into memory without a word."""
+    chosen = "SDL_VIDEODRIVER" in os.environ
+    if sys.platform == "linux" and not chosen and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise Failure("there is no display; start it in a desktop session (DISPLAY is not set), or with --headless")
+    try:
+        from kivy.core.window import Window
+    except ImportError as error:
+        raise Failure(f"the window can't be opened: {error}; --headless works without") from error
+    if Window is None:
+        raise Failure("the window can't be opened: no OpenGL, or the display can't be reached; --headless works without")
+    if sys.platform == "linux" and not chosen and Window.get_window_info() is None:
+        raise Failure(f"the display {os.environ.get('DISPLAY', '')} can't be reached; --headless works without a window")
+    Window.set_title(NAME)
+
+
+def _run(app) -> None:  # type: ignore[no-untyped-def]
+    """Until the window is closed, or somebody asks the process to stop."""
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        from kivy.clock import Clock
+        Clock.schedule_once(lambda _dt: app.stop(), 0)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
+    with _quiet_garbage():
+        app.run()
+
+
+@contextlib.contextmanager
+def _quiet_garbage() -> Iterator[None]:
+    """No search through all objects while somebody uses the screen."""
+    from kivy.clock import Clock
+    from kivy.core.window import Window
+    garbage = Garbage(time.monotonic)
+    garbage.begin()
+    Window.fbind("on_touch_down", garbage.touched)
+    looks = Clock.schedule_interval(garbage.look, LOOKS_FOR_GARBAGE)
+    try:
+        yield
+    finally:
+        looks.cancel()
+        Window.funbind("on_touch_down", garbage.touched)
+        garbage.end()
+
+
+# ---------------------------------------------------------------------- a damaged database
+def _rescue_app(directory: DataDirectory, damage: DatabaseDamaged, begin: Callable[[], Container]):  # type: ignore[no-untyped-def]
+    from app.screens.rescue import Damage
+    from app.window.application import SchedulerApp
+
+    def restore() -> Container:
+        if damage.backup is None:
+            raise BadInput(damage.text)
+        restore_backup(directory, damage.backup)
+        return begin()
+
+    language = backups.settings_in(damage.backup).language if damage.backup else SOURCE_LANGUAGE
+    return SchedulerApp(None, damage=Damage(damage.told, damage.backup, restore, language))
+
+
+def restore_backup(directory: DataDirectory, backup: Path) -> None:
+    """Put a backup in the place of the database, which is kept aside. Raises BadInput with one sentence."""
+    lock = InstanceLock(directory.path)
+    try:
+        lock.acquire()
+    except AlreadyRunning as error:
+        raise BadInput(str(error)) from None
+    try:
+        backups.restore(backup, directory.database, SystemClock().now())
+    except DatabaseError as error:
+        raise BadInput(error.text) from error
+    finally:
+        lock.release()
+
+
+def directory_is_sound(directory: DataDirectory) -> bool:
+    """Whether the database can be read again."""
+    from app.database import files
+    return directory.database.exists() and not files.is_marked_damaged(directory.database)

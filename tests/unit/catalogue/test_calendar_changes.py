@@ -1,0 +1,175 @@
+"""A change of the exception calendar: in one transaction with the next occurrences of all schedules, undone by restore, kept by backups."""
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+from datetime import date, datetime, timedelta
+
+import pytest
+
+from app.container import Container
+from app.database.calendar import CalendarRepository
+from app.database.connection import Database
+from app.database.schema import MIGRATIONS
+from app.domain.models import DayException, InvalidInput, Mission, ReasonCode, Robot, State
+from app.services.catalogue import validation
+from app.services.catalogue.configuration import export_configuration
+from app.services.catalogue.pausing import Skipping
+from app.services.live.changes import Topic
+from tests.support.clock import VirtualClock
+from tests.unit.catalogue.test_catalogue import World, refuses
+
+CALENDAR = CalendarRepository()
+TUESDAY = date(2026, 11, 24)
+CLOSED = DayException("Inventory", TUESDAY, date(2026, 11, 25))
+
+
+@pytest.fixture
+def world(tmp_path):
+    world = World(tmp_path)
+    yield world
+    world.db.close()
+
+
+def next_of(world, schedule):
+    return world.stored(schedule).next_at.isoformat()[:10]
+
+
+def test_closed_days_move_the_next_start_and_their_removal_moves_it_back(world):
+    daily, free = world.schedule(), world.schedule(name="Free", respect_working_days=False)
+    assert next_of(world, daily) == "2026-11-24"
+    world.told.clear()
+    saved = world.catalogue.save_days(CLOSED)
+    assert (next_of(world, daily), next_of(world, free)) == ("2026-11-26", "2026-11-24")
+    assert world.told == [Topic.CALENDAR, Topic.SCHEDULES]
+    removed = world.catalogue.remove_days(saved.id)
+    assert next_of(world, daily) == "2026-11-24"
+    world.catalogue.restore(removed)
+    assert (next_of(world, daily), CALENDAR.all(world.db.read())) == ("2026-11-26", [saved])
+
+
+def test_an_extra_working_day_brings_a_start(world):
+    weekend = world.schedule(name="Weekend", recurrence="FREQ=WEEKLY;BYDAY=SA")
+    assert weekend.next_at is None
+    saved = world.catalogue.save_days(DayException("Fair", date(2026, 12, 5), date(2026, 12, 5), is_working=True))
+    assert next_of(world, weekend) == "2026-12-05"
+    world.catalogue.save_days(replace(saved, first_day=date(2026, 12, 12), last_day=date(2026, 12, 12)))
+    assert next_of(world, weekend) == "2026-12-12"
+
+
+def test_public_holidays_move_the_next_start(world):
+    sixth = world.schedule(name="Sixth", start=datetime(2027, 12, 6, 6, 30), recurrence="FREQ=MONTHLY")
+    assert next_of(world, sixth) == "2027-12-06"
+    world.catalogue.set_public_holidays("FI")
+    assert next_of(world, sixth) == "2028-03-06"           # Independence Day, Epiphany, a Sunday
+    world.catalogue.set_public_holidays("")
+    assert next_of(world, sixth) == "2027-12-06"
+
+
+def test_a_region_of_another_country_is_refused_and_nothing_changes(world):
+    with refuses("holiday_subdivision", "FI has no region BY"):
+        world.catalogue.set_public_holidays("FI", "BY")
+    world.catalogue.set_public_holidays("DE", "BY")
+    with refuses("holiday_subdivision", "FI has no region BY"):
+        world.catalogue.change_settings(holiday_country="FI")
+    assert world.catalogue.change_settings().holiday_country == "DE"
+
+
+def test_a_one_time_start_on_a_closed_day_is_refused_by_name(world):
+    world.catalogue.save_days(CLOSED)
+    with refuses("start", "2026-11-24 is no working day: Inventory"):
+        world.schedule(recurrence=None)
+    assert world.schedule(recurrence=None, respect_working_days=False).next_at is not None
+
+
+def test_a_one_time_start_on_an_extra_working_saturday_is_taken(world):
+    world.catalogue.save_days(DayException("Fair", date(2026, 11, 28), date(2026, 11, 28), is_working=True))
+    assert world.schedule(start=datetime(2026, 11, 28, 6, 30), recurrence=None).next_at is not None
+
+
+def test_what_is_due_already_stays_due(world):
+    daily = world.schedule()
+    world.clock.step(86400 + 1800)
+    world.catalogue.save_days(CLOSED)
+    assert world.stored(daily).next_at == daily.next_at
+
+
+def test_a_start_that_was_skipped_is_not_planned_again(world):
+    daily = world.schedule()
+    Skipping(world.db, world.clock, world.changes).skip_next(daily.id)
+    assert next_of(world, daily) == "2026-11-25"
+    world.catalogue.save_days(DayException("Inventory", date(2026, 11, 26), date(2026, 11, 26)))
+    assert next_of(world, daily) == "2026-11-25"
+
+
+def test_several_are_added_all_or_none(world):
+    with pytest.raises(InvalidInput):
+        world.catalogue.add_days([CLOSED, replace(CLOSED, name="")])
+    assert CALENDAR.all(world.db.read()) == []
+    assert len(world.catalogue.add_days([CLOSED, replace(CLOSED, name="Audit")])) == 2
+
+
+def test_the_calendar_has_an_end(world, monkeypatch):
+    monkeypatch.setattr(validation, "MOST_DAY_EXCEPTIONS", 2)
+    world.catalogue.add_days([CLOSED, CLOSED])
+    with refuses("days", "room for 2 entries"):
+        world.catalogue.save_days(CLOSED)
+
+
+def test_what_is_gone_can_not_be_changed(world):
+    saved = world.catalogue.save_days(CLOSED)
+    world.catalogue.remove_days(saved.id)
+    with refuses("days", "no such entry"):
+        world.catalogue.save_days(saved)
+    assert world.catalogue.remove_days(saved.id).days == []
+
+
+def test_the_configuration_file_does_not_speak_of_it(world):
+    before = export_configuration(world.db.read())
+    world.catalogue.save_days(CLOSED)
+    world.catalogue.set_public_holidays("FI")
+    assert export_configuration(world.db.read()) == before
+
+
+def test_entries_survive_a_restart(world):
+    saved = world.catalogue.save_days(replace(CLOSED, is_working=True, yearly=True, source="plant.ics"))
+    world.db.close()
+    world.db = Database.open(world.db.path, clock=world.clock, threaded=False, durable=False)
+    assert CALENDAR.all(world.db.read()) == [saved]
+
+
+def test_a_database_from_before_gets_an_empty_calendar_and_keeps_what_it_has(tmp_path):
+    path, clock = tmp_path / "data" / "a.db", VirtualClock()
+    old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[:1])
+    old.write(lambda c: c.execute("INSERT INTO robots (name, address) VALUES ('Aino', 'http://a')"))
+    old.close()
+    db = Database.open(path, clock=clock, threaded=False, durable=False)
+    assert CALENDAR.all(db.read()) == []
+    assert db.read().execute("SELECT name FROM robots").fetchone()["name"] == "Aino"
+    db.close()
+    kept = sqlite3.connect(next((path.parent / "backups").iterdir()))
+    assert kept.execute("PRAGMA user_version").fetchone()[0] == 1
+    kept.close()
+
+
+def test_the_planner_passes_over_closed_days(tmp_path):
+    clock = VirtualClock(datetime.fromisoformat("2026-11-23T06:00:00+00:00"))
+    container = Container(Database.open(tmp_path / "data" / "a.db", clock=clock, durable=False), clock)
+    robot = container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), password="secret")
+    world = World.__new__(World)
+    world.catalogue, world.robot = container.catalogue, robot
+    world.mission = container.catalogue.save_mission(Mission("Deliver", "guid-1"))
+    daily = world.schedule()
+    container.catalogue.save_days(DayException("Inventory", date(2026, 11, 25), date(2026, 11, 25)))
+    assert [run.at.date() for run in container.plan.next(2)] == [TUESDAY, date(2026, 11, 26)]
+    clock.step(86400 + 1801)
+    container.planner.fall_due()
+    [row] = container.repositories.executions.open_all(container.db.read())
+    assert (row.state, row.planned_at.date()) == (State.WAITING, TUESDAY)
+    assert container.repositories.schedules.get(container.db.read(), daily.id).next_at.date() == date(2026, 11, 26)
+    skipped = Skipping(container.db, clock, container.changes)
+    assert skipped.skip_next(daily.id).date() == date(2026, 11, 26)
+    last = container.repositories.executions.last_of_schedule(container.db.read(), daily.id)
+    assert (last.state, last.reason.code) == (State.SKIPPED, ReasonCode.HOLD)
+    assert last.planned_at - row.planned_at == timedelta(days=2)
+    container.close()

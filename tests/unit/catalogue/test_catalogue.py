@@ -1,0 +1,353 @@
+"""Every change of robots, missions, schedules and settings: checked first, whole, with all that follows from it."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import datetime, time, timedelta
+
+import pytest
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.holds import HoldRepository, StoredHold
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.domain.models import Between, Execution, IdleRule, InvalidInput, Mission, ReasonCode, Robot, Schedule, Settings, State, Trigger
+from app.services.catalogue.catalogue import Catalogue
+from app.services.live.changes import Changes, Topic
+from tests.support.clock import VirtualClock
+
+ROBOTS, MISSIONS, SCHEDULES, EXECUTIONS = RobotRepository(), MissionRepository(), ScheduleRepository(), ExecutionRepository()
+
+
+class World:
+    """A catalogue over a database, on Monday 2026-11-23 06:00 UTC, and what it published."""
+
+    def __init__(self, path) -> None:
+        self.clock, self.changes, self.told = VirtualClock(), Changes(), []
+        self.changes.subscribe(lambda topic, about: self.told.append(topic))
+        self.db = Database.open(path / "data" / "a.db", clock=self.clock, threaded=False, durable=False)
+        self.catalogue = Catalogue(self.db, self.clock, self.changes)
+        self.robot = self.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), password="secret")
+        self.mission = self.catalogue.save_mission(Mission("Deliver", "guid-1"))
+        self.told.clear()
+
+    def schedule(self, **values) -> Schedule:
+        given = Schedule("Morning", self.robot.id, self.mission.id, datetime(2026, 11, 24, 6, 30), "UTC", "FREQ=DAILY")
+        return self.catalogue.save_schedule(replace(given, **values))
+
+    def stored(self, schedule: Schedule) -> Schedule | None:
+        return SCHEDULES.get(self.db.read(), schedule.id)
+
+    def row(self, schedule: Schedule, state: State = State.WAITING) -> Execution:
+        now = self.clock.now()
+        number = EXECUTIONS.count(self.db.read(), self.every) + 1
+        execution = Execution(Trigger.SCHEDULED, schedule.robot_id, "Aino", "Deliver", "guid-1", now + timedelta(minutes=number),
+                              now + timedelta(hours=1), now, f"token-{number}", "UTC", state=state, schedule_id=schedule.id)
+        return self.db.write(lambda c: EXECUTIONS.add(c, execution))
+
+    def outcome(self, row: Execution) -> tuple[State, ReasonCode | None]:
+        found = EXECUTIONS.get(self.db.read(), row.id)
+        return found.state, found.reason.code if found.reason else None
+
+    @property
+    def every(self):
+        from app.database.executions import ExecutionFilter
+        return ExecutionFilter()
+
+
+@pytest.fixture
+def world(tmp_path):
+    world = World(tmp_path)
+    yield world
+    world.db.close()
+
+
+def refuses(field: str, told: str):
+    return pytest.raises(InvalidInput, match=told, check=lambda error: error.field == field)
+
+
+# ---------------------------------------------------------------------- robots
+def test_a_password_becomes_the_token_and_is_kept_nowhere(world):
+    assert world.robot.token.startswith("Basic ")
+    assert (world.robot.enabled, world.robot.needs_password, world.robot.address) == (True, False, "http://10.0.0.1")
+    assert b"secret" not in world.db.path.read_bytes()
+    assert world.robot.token not in repr(world.robot)
+
+
+def test_without_a_password_a_new_robot_is_off_until_it_has_one(world):
+    new = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"))
+    assert (new.enabled, new.needs_password, new.token) == (False, True, None)
+    assert world.catalogue.set_robot_enabled(new.id, True) == new
+    given = world.catalogue.save_robot(new, password="secret")
+    assert (given.enabled, given.needs_password, given.token) == (True, False, world.robot.token)
+
+
+def test_another_user_needs_another_password(world):
+    assert world.catalogue.save_robot(replace(world.robot, address="10.0.0.9")).token == world.robot.token
+    changed = world.catalogue.save_robot(replace(world.robot, username="other"))
+    assert (changed.enabled, changed.needs_password, changed.token) == (False, True, None)
+
+
+def test_a_robot_that_was_switched_off_stays_off_with_a_new_password(world):
+    off = world.catalogue.set_robot_enabled(world.robot.id, False)
+    assert world.catalogue.save_robot(off, password="new").enabled is False
+
+
+def test_switching_a_robot_off_cancels_what_waits_for_it_and_leaves_what_runs(world):
+    schedule = world.schedule()
+    waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
+    world.catalogue.set_robot_enabled(world.robot.id, False)
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.ROBOT_REMOVED)
+    assert world.outcome(running) == (State.EXECUTING, None)
+
+
+@pytest.mark.parametrize(("values", "field"), [
+    ({"name": ""}, "name"), ({"name": " \t"}, "name"), ({"name": "x" * 81}, "name"), ({"name": "a\nb"}, "name"),
+    ({"name": "\ud800"}, "name"),
+    ({"address": ""}, "address"), ({"address": "ftp://x"}, "address"), ({"address": "http://u:p@x"}, "address"),
+    ({"username": "a:b"}, "username"), ({"username": "a\x00b"}, "username"), ({"certificate_sha256": "12"}, "certificate_sha256")])
+def test_what_a_robot_cannot_be_is_told_at_its_field_and_nothing_changes(world, values, field):
+    with pytest.raises(InvalidInput) as caught:
+        world.catalogue.save_robot(replace(world.robot, **values))
+    assert caught.value.field == field
+    assert ROBOTS.all(world.db.read()) == [world.robot]
+    assert world.told == []
+
+
+def test_names_are_taken_once(world):
+    with refuses("name", "a robot Aino already"):
+        world.catalogue.save_robot(Robot(" Aino ", "10.0.0.3"))
+    with refuses("name", "a mission Deliver already"):
+        world.catalogue.save_mission(Mission("Deliver", "guid-9"))
+    world.schedule()
+    with refuses("name", "a schedule Morning already"):
+        world.schedule()
+
+
+def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
+    own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
+    world.catalogue.save_idle_rule(world.robot.id, own.id, after_minutes=7)
+    schedule = world.schedule()
+    world.db.write(lambda c: HoldRepository().add(c, StoredHold(world.clock.now(), robot_id=world.robot.id)))
+    before = ROBOTS.all(world.db.read()), MISSIONS.all(world.db.read())
+    waiting, running = world.row(schedule), world.row(schedule, State.QUEUED)
+    removed = world.catalogue.remove_robot(world.robot.id)
+    assert (ROBOTS.all(world.db.read()), SCHEDULES.all(world.db.read())) == ([], [])
+    assert world.outcome(waiting) == world.outcome(running) == (State.CANCELLED, ReasonCode.ROBOT_REMOVED)
+    world.catalogue.restore(removed)
+    assert (ROBOTS.all(world.db.read()), MISSIONS.all(world.db.read())) == before
+    assert SCHEDULES.all(world.db.read()) == [replace(schedule, changed_at=world.clock.now())]
+    assert len(HoldRepository().all(world.db.read())) == 1
+
+
+def test_undo_says_when_the_name_has_been_taken_meanwhile(world):
+    removed = world.catalogue.remove_robot(world.robot.id)
+    world.catalogue.save_robot(Robot("Aino", "10.0.0.5"))
+    with refuses("name", "a robot Aino already"):
+        world.catalogue.restore(removed)
+    assert len(ROBOTS.all(world.db.read())) == 1
+
+
+# ---------------------------------------------------------------------- missions
+@pytest.mark.parametrize("guid", ["", " ", "a b", "x" * 65, "a/b", "ä"])
+def test_a_guid_is_letters_digits_and_hyphens(world, guid):
+    with refuses("guid", "guid"):
+        world.catalogue.save_mission(Mission("New", guid))
+
+
+@pytest.mark.parametrize("minutes", [0, -5, 1441, 2.5, True, "12"])
+def test_a_usual_duration_is_a_whole_number_of_minutes_of_a_day(world, minutes):
+    with refuses("usual_minutes", "a whole number from 1 to 1440"):
+        world.catalogue.save_mission(replace(world.mission, usual_minutes=minutes))
+    assert MISSIONS.get(world.db.read(), world.mission.id) == world.mission
+
+
+@pytest.mark.parametrize("minutes", [1, 1440, None])
+def test_a_usual_duration_is_kept_or_taken_away(world, minutes):
+    typed = world.catalogue.save_mission(replace(world.mission, usual_minutes=12))
+    world.catalogue.save_mission(replace(typed, usual_minutes=minutes))
+    assert MISSIONS.get(world.db.read(), world.mission.id).usual_minutes == minutes
+
+
+def test_a_robots_own_mission_takes_over_what_is_planned_there(world):
+    other = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"), password="x")
+    here, there = world.schedule(), world.schedule(name="There", robot_id=other.id)
+    world.catalogue.save_idle_rule(world.robot.id, world.mission.id)
+    own = world.catalogue.save_mission(Mission("Deliver", "guid-2", robot_id=world.robot.id))
+    assert (world.stored(here).mission_id, world.stored(there).mission_id) == (own.id, world.mission.id)
+    assert ROBOTS.get(world.db.read(), world.robot.id).idle.mission_id == own.id
+    assert world.schedule(name="Later").mission_id == own.id
+    world.catalogue.remove_mission(own.id)
+    assert world.stored(here).mission_id == world.mission.id
+
+
+def test_a_mission_of_another_robot_cannot_be_planned(world):
+    other = world.catalogue.save_robot(Robot("Bella", "10.0.0.2"))
+    own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=other.id))
+    with refuses("mission", "another robot only"):
+        world.schedule(mission_id=own.id)
+    with refuses("mission", "another robot only"):
+        world.catalogue.save_idle_rule(world.robot.id, own.id)
+
+
+def test_a_removed_mission_takes_schedules_and_idle_rules_along_and_brings_them_back(world):
+    schedule = world.schedule()
+    waiting = world.row(schedule)
+    with_rule = world.catalogue.save_idle_rule(world.robot.id, world.mission.id)
+    removed = world.catalogue.remove_mission(world.mission.id)
+    assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read())) == ([], [])
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
+    world.catalogue.restore(removed)
+    assert ROBOTS.all(world.db.read()) == [with_rule]
+    assert [found.id for found in SCHEDULES.all(world.db.read())] == [schedule.id]
+
+
+@pytest.mark.parametrize("minutes", [4, 31, 7.5, True])
+def test_idle_time_is_5_to_30_minutes(world, minutes):
+    with refuses("after_minutes", "5 to 30"):
+        world.catalogue.save_idle_rule(world.robot.id, world.mission.id, after_minutes=minutes)
+
+
+def test_an_idle_rule_can_be_taken_away(world):
+    assert world.catalogue.save_idle_rule(world.robot.id, world.mission.id, 30, enabled=False).idle == IdleRule(world.mission.id, 30, False)
+    assert world.catalogue.remove_idle_rule(world.robot.id).idle is None
+
+
+# ---------------------------------------------------------------------- schedules
+def test_a_new_schedule_knows_when_it_runs_first(world):
+    schedule = world.schedule()
+    assert schedule.next_at.isoformat() == "2026-11-24T06:30:00+00:00"
+    assert schedule.changed_at == world.clock.now()
+    assert world.stored(schedule) == schedule
+    assert world.told == [Topic.SCHEDULES]
+
+
+def test_a_blank_name_is_made_of_mission_and_robot(world):
+    assert [world.schedule(name="").name for _ in range(3)] == ["Deliver on Aino", "Deliver on Aino 2", "Deliver on Aino 3"]
+
+
+def test_a_made_name_is_never_longer_than_a_name_may_be(world):
+    long = world.catalogue.save_mission(Mission("M" * 80, "guid-2"))
+    names = [world.schedule(name="", mission_id=long.id).name for _ in range(2)]
+    assert [len(name) for name in names] == [80, 80]
+    assert names[1].endswith(" 2")
+
+
+def test_changing_a_schedule_cancels_what_waits_and_begins_anew_from_now(world):
+    schedule = world.schedule(start=datetime(2026, 11, 23, 5, 0))
+    waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
+    world.clock.advance(3600)
+    changed = world.catalogue.save_schedule(replace(schedule, priority=5))
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
+    assert world.outcome(running) == (State.EXECUTING, None)
+    assert changed.changed_at == world.clock.now()
+    assert changed.next_at.isoformat() == "2026-11-24T05:00:00+00:00"
+
+
+def test_saving_what_was_not_changed_touches_nothing(world):
+    schedule = world.schedule()
+    waiting = world.row(schedule)
+    world.db.write(lambda c: SCHEDULES.advance(c, schedule.id, None))
+    world.told.clear()
+    world.clock.advance(3600)
+    world.catalogue.save_schedule(schedule)
+    assert world.stored(schedule) == replace(schedule, next_at=None)
+    assert world.outcome(waiting) == (State.WAITING, None)
+    assert world.told == []
+
+
+def test_switching_off_and_on(world):
+    schedule = world.schedule()
+    waiting = world.row(schedule)
+    assert world.catalogue.set_schedule_enabled(schedule.id, False).next_at is None
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
+    assert world.catalogue.set_schedule_enabled(schedule.id, True).next_at == schedule.next_at
+
+
+def test_a_deleted_schedule_is_off_at_once_and_undo_brings_it_back_from_then_on(world):
+    schedule = world.schedule(start=datetime(2026, 11, 23, 5, 0), recurrence="FREQ=HOURLY")
+    waiting = world.row(schedule)
+    removed = world.catalogue.remove_schedule(schedule.id)
+    assert world.stored(schedule) is None
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
+    world.clock.advance(3 * 3600 + 60)
+    world.catalogue.restore(removed)
+    assert world.stored(schedule).next_at.isoformat() == "2026-11-23T10:00:00+00:00"
+
+
+@pytest.mark.parametrize(("values", "field"), [
+    ({"start": datetime(2026, 11, 24, 6, 30, 1)}, "start"), ({"start": datetime(1969, 1, 1)}, "start"),
+    ({"start": datetime(2200, 1, 1)}, "start"), ({"timezone": "Mars/Base"}, "timezone"), ({"timezone": "../etc/passwd"}, "timezone"),
+    ({"recurrence": ""}, "recurrence"), ({"recurrence": "FREQ=DAILY;BYMONTH=2;BYMONTHDAY=30"}, "recurrence"),
+    ({"minimum_battery_percent": 101}, "minimum_battery_percent"), ({"minimum_battery_percent": float("nan")}, "minimum_battery_percent"),
+    ({"start_window_minutes": 1441}, "start_window_minutes"), ({"start_window_minutes": -1}, "start_window_minutes"),
+    ({"between": Between(time(8), time(9))}, "between"),
+    ({"between": Between(time(9), time(8)), "recurrence": "FREQ=HOURLY"}, "between"), ({"overlap": "both"}, "overlap"),
+    ({"priority": 1.5}, "priority"), ({"parameters": {"a": [1]}}, "parameters"), ({"parameters": {"": 1}}, "parameters"),
+    ({"robot_id": 99}, "robot"), ({"mission_id": 99}, "mission"), ({"name": "x" * 81}, "name"), ({"id": 99}, "schedule")])
+def test_what_a_schedule_cannot_be_is_told_at_its_field_and_nothing_changes(world, values, field):
+    with pytest.raises(InvalidInput) as caught:
+        world.schedule(**values)
+    assert caught.value.field == field
+    assert SCHEDULES.all(world.db.read()) == []
+
+
+def test_a_one_time_schedule_on_a_day_off_is_refused(world):
+    sunday = datetime(2026, 11, 29, 6, 30)
+    with refuses("start", "2026-11-29 is a Sunday, which is not a working day"):
+        world.schedule(start=sunday, recurrence=None)
+    assert world.schedule(start=sunday, recurrence=None, respect_working_days=False).next_at is not None
+
+
+# ---------------------------------------------------------------------- settings
+def test_settings_are_stored_and_told(world):
+    assert world.catalogue.change_settings(retry_limit=3, history_limit=None).retry_limit == 3
+    assert world.told == [Topic.SETTINGS]
+    world.told.clear()
+    world.catalogue.change_settings(retry_limit=3)
+    assert world.told == []
+
+
+@pytest.mark.parametrize("changes", [
+    {"poll_interval_seconds": 0}, {"poll_interval_seconds": 3601}, {"poll_interval_seconds": None}, {"retry_limit": -1},
+    {"retry_limit": 21}, {"retry_limit": True}, {"minimum_battery_percent": -1}, {"minimum_battery_percent": 100.5}, {"working_days": []},
+    {"working_days": ["MO", "MO"]}, {"working_days": ["Monday"]}, {"working_days": "MO"}, {"timezone": "Nowhere"},
+    {"start_window_minutes": 1441}, {"history_limit": 0},
+    {"unknown_outcome_quiet_seconds": 4}, {"unknown_outcome_quiet_seconds": 601}, {"install_id": "x"}, {"poll_interval": 3}])
+def test_what_a_setting_cannot_be_is_told_at_its_field_and_nothing_changes(world, changes):
+    with pytest.raises(InvalidInput) as caught:
+        world.catalogue.change_settings(**changes, theme="dark")
+    assert caught.value.field == next(iter(changes))
+    assert world.catalogue.change_settings() == Settings()
+
+
+def test_other_working_days_plan_anew_what_respects_them(world):
+    daily, free = world.schedule(), world.schedule(name="Free", respect_working_days=False)
+    weekend = world.schedule(name="Weekend", recurrence="FREQ=WEEKLY;BYDAY=SU")
+    once = world.schedule(name="Once", recurrence=None)
+    assert weekend.next_at is None
+    world.catalogue.change_settings(working_days=["SU"])
+    assert world.stored(daily).next_at.isoformat() == "2026-11-29T06:30:00+00:00" == world.stored(weekend).next_at.isoformat()
+    assert (world.stored(free), world.stored(once)) == (free, once)
+    assert world.stored(daily).changed_at == daily.changed_at
+
+
+def test_what_is_due_already_stays_due_when_working_days_change(world):
+    daily = world.schedule()
+    world.clock.step(86400 + 1800)
+    world.catalogue.change_settings(working_days=["SU"])
+    assert world.stored(daily).next_at == daily.next_at
+
+
+# ---------------------------------------------------------------------- together
+def test_several_changes_are_made_all_or_not_at_all(world):
+    def work(edit):
+        edit.change_settings(retry_limit=1)
+        edit.save_mission(Mission("New", "guid-7"))
+        edit.save_mission(Mission("New", "guid-8"))
+    with pytest.raises(InvalidInput):
+        world.catalogue.edit(work)
+    assert world.catalogue.change_settings().retry_limit == 10
+    assert MISSIONS.all(world.db.read()) == [world.mission]
+    assert world.told == []

@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from app.domain.models import DayException, Execution, IdleRule, Settings, State, Trigger
+from app.domain.robot import RobotState, RobotStatus
+from app.services.dispatch.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
+from app.services.planning.working_days import WorkingCalendar
+
+MONDAY = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
+READY = RobotStatus(state=RobotState.READY, battery_percentage=80.0)
+RULE = IdleRule(mission_id=1, after_minutes=10)
+LONG_ENOUGH = IdleSituation(600.0, READY, highest_queue_id=40, last_idle=None, next_planned_at=None)
+
+
+def idle_run(**changes) -> Execution:
+    return replace(Execution(Trigger.IDLE, 1, "Aino", "Home", "guid", MONDAY, MONDAY, MONDAY, "t", "UTC", state=State.COMPLETED,
+                             queue_floor=39, queue_id=40), **changes)
+
+
+def test_time_counts_only_what_was_seen_without_a_break():
+    watch = IdleWatch()
+    watch.saw(True, 0.0, 90.0)
+    watch.saw(True, 60.0, 90.0)
+    assert watch.seconds(60.0) == 60.0
+    watch.saw(True, 200.0, 90.0)            # nobody looked for 140 s
+    assert watch.seconds(200.0) == 0.0
+    watch.lost_sight()
+    watch.saw(True, 210.0, 90.0)
+    assert watch.seconds(230.0) == 20.0
+    watch.saw(False, 240.0, 90.0)
+    assert watch.seconds(240.0) == 0.0
+
+
+@pytest.mark.parametrize("state", [s for s in RobotState if s is not RobotState.READY])
+def test_only_a_ready_robot_without_queue_is_idle(state):
+    assert is_idle(READY, has_queue_items=False)
+    assert not is_idle(READY, has_queue_items=True)
+    assert not is_idle(RobotStatus(state=state), has_queue_items=False)
+
+
+@pytest.mark.parametrize(("rule", "situation", "settings", "due"), [
+    (RULE, LONG_ENOUGH, Settings(), True),
+    (None, LONG_ENOUGH, Settings(), False),
+    (replace(RULE, enabled=False), LONG_ENOUGH, Settings(), False),
+    (RULE, replace(LONG_ENOUGH, idle_seconds=599.9), Settings(), False),
+    (RULE, replace(LONG_ENOUGH, last_idle=idle_run()), Settings(), False),                                  # once per idle period
+    (RULE, replace(LONG_ENOUGH, last_idle=idle_run(), highest_queue_id=41), Settings(), True),              # something else ran since
+    (RULE, replace(LONG_ENOUGH, last_idle=idle_run(queue_id=None), highest_queue_id=39), Settings(), False),  # it never reached the robot
+    (RULE, replace(LONG_ENOUGH, last_idle=idle_run(state=State.WAITING), highest_queue_id=99), Settings(), False),
+    (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=4)), Settings(), False),
+    (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=5)), Settings(), True),
+    (RULE, LONG_ENOUGH, Settings(working_days=("TU",)), False),
+    (RULE, LONG_ENOUGH, Settings(minimum_battery_percent=81), False),
+    (RULE, replace(LONG_ENOUGH, status=replace(READY, battery_percentage=None)), Settings(minimum_battery_percent=1), False),
+])
+def test_when_the_idle_mission_starts(rule, situation, settings, due):
+    assert idle_mission_is_due(rule, situation, settings, WorkingCalendar(settings), MONDAY) is due
+
+
+@pytest.mark.parametrize(("zone", "due"), [("Europe/Helsinki", True), ("UTC", False)])
+def test_the_working_day_is_the_local_one(zone, due):
+    sunday_night_utc, settings = datetime(2026, 11, 22, 23, 0, tzinfo=UTC), Settings(timezone=zone)       # Monday 01:00 in Helsinki
+    assert idle_mission_is_due(RULE, LONG_ENOUGH, settings, WorkingCalendar(settings), sunday_night_utc) is due
+
+
+@pytest.mark.parametrize(("is_working", "working_days", "due"), [(False, ("MO",), False), (True, ("TU",), True)])
+def test_an_exception_of_the_calendar_beats_the_day_of_the_week(is_working, working_days, due):
+    settings = Settings(working_days=working_days)
+    calendar = WorkingCalendar(settings, [DayException("Inventory", MONDAY.date(), MONDAY.date(), is_working)])
+    assert idle_mission_is_due(RULE, LONG_ENOUGH, settings, calendar, MONDAY) is due

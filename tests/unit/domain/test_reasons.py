@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+import string
+from datetime import UTC, datetime, timedelta
+from zoneinfo import ZoneInfo
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.reasons import sentence, waiting_sentence
+
+NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
+HELSINKI = "Europe/Helsinki"
+
+
+def told(code: ReasonCode, zone=HELSINKI, **details) -> str:
+    return sentence(Reason(code, details), zone)
+
+
+@pytest.mark.parametrize(("code", "details", "expected"), [
+    (ReasonCode.BATTERY_LOW, {"battery": 12.0, "minimum": 30, "until": "2026-11-23T12:30:00+00:00"},
+     "Battery 12 % stayed under 30 % until 14:30"),
+    (ReasonCode.BATTERY_LOW, {"battery": 12.34, "minimum": 30.5, "until": NOON}, "Battery 12.3 % stayed under 30.5 % until 14:00"),
+    (ReasonCode.BATTERY_LOW, {"battery": None, "minimum": 30, "until": NOON}, "Battery unknown until 14:00, at least 30 % wanted"),
+    (ReasonCode.BATTERY_LOW, {"battery": float("nan"), "minimum": 30, "until": NOON}, "Battery unknown until 14:00, at least 30 % wanted"),
+    (ReasonCode.RETRY_LIMIT, {"attempts": 11, "problem": "no answer\n within 10 s"}, "Given up at attempt 11: no answer within 10 s"),
+    (ReasonCode.WINDOW_CLOSED, {"attempts": 0, "until": NOON, "problem": ""}, "Its start window closed at 14:00 before it could be sent"),
+    (ReasonCode.WINDOW_CLOSED, {"attempts": 2, "until": NOON, "problem": "busy"}, "Its start window closed at 14:00 after attempt 2: busy"),
+    (ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal"}, "The robot ended it: Failed to reach goal"),
+    (ReasonCode.WRONG_ROBOT, {"found": "22", "expected": "11"}, "Another robot answered at this address: serial number 22 instead of 11"),
+    (ReasonCode.OVERLAP, {"planned_at": NOON}, "The run planned for 14:00 was still under way"),
+    (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "Held back until 2026-11-25 14:00"),
+    (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=1)}, "The app was off or asleep from 14:00 to 15:00"),
+    (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=11)},
+     "The app was off or asleep from 2026-11-23 14:00 to 2026-11-24 01:00"),
+    (ReasonCode.VANISHED, {"queue_id": 0}, "Queue item 0 is gone from the robot")])
+def test_numbers_and_times_stand_in_the_sentence(code, details, expected):
+    assert told(code, **details) == expected
+
+
+def test_times_are_told_in_the_zone_that_is_asked_for():
+    assert told(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON) == "The run planned for 21:00 was still under way"
+    assert told(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 was still under way"
+
+
+@pytest.mark.parametrize("code", list(ReasonCode))
+def test_every_code_has_a_sentence_of_its_own_even_without_details(code):
+    text = told(code)
+    assert text[0].isupper()
+    assert "{" not in text
+    assert not text.endswith(".")
+    assert [told(other) for other in ReasonCode].count(text) == 1
+
+
+ODD = st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.lists(st.integers()) | st.datetimes()
+NAMES = st.sampled_from(["battery", "minimum", "until", "start", "end", "planned_at", "problem", "message", "attempts", "queue_id",
+                         "hold", "robot"])
+
+
+@given(code=st.sampled_from(list(ReasonCode)), details=st.dictionaries(NAMES | st.text(), ODD))
+def test_odd_details_never_break_it(code, details):
+    text = sentence(Reason(code, details), HELSINKI)
+    assert text
+    assert text == " ".join(text.split())
+
+
+def test_a_text_from_elsewhere_is_never_a_template():
+    assert told(ReasonCode.ROBOT_ABORTED, message="{0} {attempts} %s") == "The robot ended it: {0} {attempts} %s"
+
+
+def test_a_very_long_text_is_cut():
+    assert len(told(ReasonCode.ROBOT_ABORTED, message="x" * 5000)) < 500
+
+
+def test_it_is_translated_before_the_numbers_are_put_in():
+    german = {"Battery {battery} % stayed under {minimum} % until {until}": "Akku {battery} % blieb bis {until} unter {minimum} %"}
+    reason = Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": NOON})
+    assert sentence(reason, HELSINKI, lambda text: german.get(text, text)) == "Akku 12 % blieb bis 14:00 unter 30 %"
+
+
+def test_a_translation_with_a_wrong_placeholder_falls_back_to_english():
+    reason = Reason(ReasonCode.VANISHED, {"queue_id": 7})
+    assert sentence(reason, HELSINKI, lambda text: text.replace("{queue_id}", "{nummer}")) == "Queue item 7 is gone from the robot"
+
+
+# ---------------------------------------------------------------------- waiting
+def row(**values) -> Execution:
+    return Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid", NOON, NOON + timedelta(minutes=15), NOON, "token", HELSINKI, **values)
+
+
+@pytest.mark.parametrize(("values", "expected"), [
+    ({}, "Is being sent"),
+    ({"wait": Wait.RETRY, "wait_details": {"problem": "no answer"}, "attempts": 2},
+     "Attempt 2 failed: no answer; trying again until 14:15"),
+    ({"wait": Wait.BATTERY, "wait_details": {"battery": 12, "minimum": 30}}, "Battery 12 % is under 30 %; waits until 14:15"),
+    ({"wait": Wait.BATTERY, "wait_details": {"battery": None, "minimum": 30}}, "Battery unknown, at least 30 % wanted; waits until 14:15"),
+    ({"wait": Wait.HOLD, "wait_details": {"hold": ""}}, "Held back; waits until 14:15"),
+    ({"wait": Wait.CLOCK}, "The tablet's clock can't be trusted; waits until 14:15"),
+    ({"state": State.SUBMITTING}, "Checking with the robot"), ({"state": State.EXECUTING}, "Running on the robot"),
+    ({"state": State.COMPLETED}, "")])
+def test_what_holds_an_execution_is_told(values, expected):
+    assert waiting_sentence(row(**values)) == expected
+
+
+@pytest.mark.parametrize("wait", list(Wait))
+def test_every_wait_has_a_sentence(wait):
+    text = waiting_sentence(row(wait=wait), ZoneInfo("UTC"))
+    assert text[0] in string.ascii_uppercase

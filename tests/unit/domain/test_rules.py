@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from app.domain import rules
+from app.domain.models import Execution, ReasonCode, Schedule, Settings, State, Trigger, Wait
+
+NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
+SETTINGS = Settings(minimum_battery_percent=30)
+
+
+def row(**changes) -> Execution:
+    closes = NOON + timedelta(minutes=15)
+    return replace(Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid", NOON, closes, NOON, "token", "UTC"), **changes)
+
+
+def schedule(**changes) -> Schedule:
+    return replace(Schedule("S", 1, 1, datetime(2026, 11, 23, 12, 0), "UTC"), **changes)
+
+
+@pytest.mark.parametrize(("window", "minutes"), [(None, 15), (0, 1), (1, 1), (60, 60)])
+def test_the_window_is_never_shorter_than_a_minute(window, minutes):
+    assert rules.closes_at(NOON, window, SETTINGS) == NOON + timedelta(minutes=minutes)
+
+
+@pytest.mark.parametrize(("own", "limit"), [(None, 30), (40, 40), (0, None)])
+def test_a_schedules_battery_limit_inherits_the_setting_and_zero_means_none(own, limit):
+    assert rules.minimum_battery(schedule(minimum_battery_percent=own), SETTINGS) == limit
+
+
+@pytest.mark.parametrize(("battery", "minimum", "allowed"), [
+    (30.0, 30.0, True), (29.9, 30.0, False), (None, 30.0, False), (float("nan"), 30.0, False), (None, None, True)])
+def test_an_unknown_battery_never_satisfies_a_minimum(battery, minimum, allowed):
+    assert rules.battery_allows(battery, minimum) is allowed
+
+
+def test_tries_are_2_4_8_seconds_apart_and_at_most_a_poll_interval():
+    assert [rules.back_off(n, SETTINGS) for n in range(1, 7)] == [2, 4, 8, 16, 30, 30]
+    assert rules.back_off(5, Settings(poll_interval_seconds=1)) == 1
+    assert rules.back_off(10_000, SETTINGS) == 30
+
+
+@pytest.mark.parametrize(("limit", "attempts", "ends"), [(10, 10, False), (10, 11, True), (0, 1, True), (1, 1, False)])
+def test_retry_limit_n_allows_one_and_n_attempts(limit, attempts, ends):
+    reason = rules.after_failed_attempt(row(attempts=attempts), Settings(retry_limit=limit), "no answer")
+    assert (reason is not None) is ends
+    if reason:
+        assert reason.code is ReasonCode.RETRY_LIMIT
+        assert reason.details["attempts"] == attempts
+
+
+@pytest.mark.parametrize(("execution", "was_down", "code", "state"), [
+    (row(wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30}), False, ReasonCode.BATTERY_LOW, State.SKIPPED),
+    (row(wait=Wait.HOLD), False, ReasonCode.HOLD, State.SKIPPED),
+    (row(wait=Wait.LATE_START), False, ReasonCode.HOLD, State.SKIPPED),
+    (row(wait=Wait.CLOCK), False, ReasonCode.CLOCK_IMPLAUSIBLE, State.MISSED),
+    (row(), True, ReasonCode.APP_DOWN, State.MISSED),
+    (row(), False, ReasonCode.WINDOW_CLOSED, State.FAILED),
+    (row(attempts=3, wait=Wait.RETRY), True, ReasonCode.WINDOW_CLOSED, State.FAILED),
+])
+def test_a_closed_window_ends_with_what_held_the_execution(execution, was_down, code, state):
+    reason = rules.when_window_closed(execution, was_down)
+    assert (reason.code, reason.state) == (code, state)
+
+
+def test_due_together_on_one_robot_goes_by_priority_then_time_then_name():
+    late, early = row(id=1, planned_at=NOON + timedelta(minutes=1), schedule="a"), row(id=2, schedule="b")
+    first_by_name, urgent = row(id=3, schedule="a"), row(id=4, priority=5, planned_at=NOON + timedelta(minutes=9))
+    assert [e.id for e in rules.in_dispatch_order([late, early, first_by_name, urgent])] == [4, 3, 2, 1]
+
+
+def test_a_token_belongs_to_install_schedule_and_instant():
+    install = "5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f50"
+    token = rules.token_of(install, 7, NOON)
+    assert len(token) == 36
+    assert token == rules.token_of(install, 7, NOON.astimezone())
+    assert len({token, rules.token_of(install, 8, NOON), rules.token_of(install, 7, NOON + timedelta(minutes=1)),
+                rules.token_of("5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f51", 7, NOON)}) == 4

@@ -1,0 +1,123 @@
+"""The execution history as CSV, to the letter of the contract."""
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from app.database.connection import Database
+from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
+from app.services.files.history_export import write_history
+from tests.support.clock import VirtualClock
+
+NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
+HEADER = ("id,trigger,schedule,robot,mission,mission_guid,state,reason_code,reason,planned_at,created_at,submitted_at,started_at,ended_at,"
+          "duration_s,attempts,queue_id")
+PLAIN = Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid-1", NOON, NOON + timedelta(minutes=15), NOON, "token", "Europe/Helsinki",
+                  schedule_id=1, schedule="Morning")
+
+
+@pytest.fixture
+def db(tmp_path):
+    db = Database.open(tmp_path / "data" / "a.db", clock=VirtualClock(), threaded=False, durable=False)
+    yield db
+    db.close()
+
+
+def add(db, **values) -> Execution:
+    number = ExecutionRepository().count(db.read(), ExecutionFilter()) + 1
+    row = replace(PLAIN, **{"token": f"token-{number}", "schedule_id": number, **values})
+    return db.write(lambda c: ExecutionRepository().add(c, row))
+
+
+def text_of(db, wanted: ExecutionFilter | None = None) -> str:
+    file = io.StringIO(newline="")
+    write_history(db.read(), file, wanted)
+    return file.getvalue()
+
+
+def cells(db) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text_of(db), newline="")))
+
+
+def test_without_rows_there_is_the_header(db):
+    assert text_of(db) == HEADER + "\r\n"
+
+
+def test_an_ended_row_in_full(db):
+    add(db, state=State.FAILED, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "no way"}), submitted_at=NOON + timedelta(seconds=1.9),
+        started_at=NOON + timedelta(seconds=20), ended_at=NOON + timedelta(minutes=3), duration_s=159.6, attempts=2, queue_id=77)
+    assert text_of(db).split("\r\n")[1] == (
+        "1,scheduled,Morning,Aino,Deliver,guid-1,failed,robot_aborted,The robot ended it: no way,2026-11-23T14:00:00+02:00,"
+        "2026-11-23T14:00:00+02:00,2026-11-23T14:00:01+02:00,2026-11-23T14:00:20+02:00,2026-11-23T14:03:00+02:00,160,2,77")
+
+
+def test_an_open_row_has_empty_cells_where_there_is_nothing_yet(db):
+    add(db, trigger=Trigger.MANUAL, schedule="", timezone="UTC")
+    assert text_of(db).split("\r\n")[1:] == [
+        "1,manual,,Aino,Deliver,guid-1,waiting,,,2026-11-23T12:00:00+00:00,2026-11-23T12:00:00+00:00,,,,,0,", ""]
+
+
+def test_rows_stand_oldest_first_each_in_its_own_zone(db):
+    add(db, planned_at=NOON + timedelta(hours=1), timezone="Asia/Kolkata")
+    add(db, planned_at=NOON - timedelta(days=120))
+    assert [row["planned_at"] for row in cells(db)] == ["2026-07-26T15:00:00+03:00", "2026-11-23T18:30:00+05:30"]
+
+
+def test_a_zone_that_is_not_known_any_more_is_told_in_utc(db):
+    add(db, timezone="Gone/Zone")
+    assert cells(db)[0]["planned_at"] == "2026-11-23T12:00:00+00:00"
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", " =1+1", "＝1+1"])
+def test_a_cell_never_runs_as_a_formula(db, text):
+    add(db, schedule=text, robot=text, mission=text)
+    [row] = cells(db)
+    assert row["schedule"] == row["robot"] == row["mission"] == f"'{text}"
+
+
+def test_quotes_commas_and_other_letters_come_through(db):
+    add(db, mission='Vie "Ä", 漢字 🤖', state=State.CANCELLED, reason=Reason(ReasonCode.ROBOT_REMOVED, {"robot": 'a,"b'}), ended_at=NOON)
+    assert '"Vie ""Ä"", 漢字 🤖"' in text_of(db)
+    [row] = cells(db)
+    assert (row["mission"], row["reason"]) == ('Vie "Ä", 漢字 🤖', 'Robot a,"b is switched off or was removed')
+
+
+def test_only_what_is_filtered(db):
+    add(db)
+    add(db, robot="Bella", robot_id=2)
+    file = io.StringIO(newline="")
+    assert write_history(db.read(), file, ExecutionFilter(robot_ids=[2])) == 1
+    assert "Bella" in file.getvalue()
+
+
+def test_it_reads_beside_the_running_app(db, tmp_path):
+    add(db)
+    beside = Database.open_for_reading(db.path)
+    file = io.StringIO(newline="")
+    assert write_history(beside.read(), file) == 1
+    beside.close()
+
+
+TEXT = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\x00"), max_size=30)
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(schedule=TEXT, mission=TEXT, message=TEXT)
+def test_whatever_the_texts_are_it_stays_a_table(db, schedule, mission, message):
+    db.write(lambda c: c.execute("DELETE FROM executions"))
+    reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": message})
+    add(db, schedule=schedule, mission=mission, state=State.FAILED, reason=reason, ended_at=NOON)
+    text = text_of(db)
+    text.encode()
+    [row] = csv.DictReader(io.StringIO(text, newline=""))
+    assert (row["schedule"].removeprefix("'"), row["mission"].removeprefix("'")) == (schedule.removeprefix("'"), mission.removeprefix("'"))
+    assert None not in row
+    for cell in row.values():
+        assert not cell.startswith(("=", "+", "-", "@", "\t", "\r"))

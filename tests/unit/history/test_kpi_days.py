@@ -1,0 +1,122 @@
+"""What is kept per day of the history: always what a recount says, and long periods told from it as from the rows themselves."""
+from __future__ import annotations
+
+import sqlite3
+from collections import Counter
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.schema import _ENDED_DAYS, MIGRATIONS
+from app.database.values import to_text
+from app.domain.models import Reason, ReasonCode, State, Trigger
+from app.services.history.kpi import KpiFilter, Kpis, midnight
+from tests.support.clock import VirtualClock
+from tests.support.kpi_world import HELSINKI, NOON, World
+
+ENDED = [state for state in State if not state.is_open]
+CODES = {state: [code for code in ReasonCode if Reason(code).state is state] for state in ENDED}
+ROWS = st.lists(st.tuples(st.sampled_from(list(State)), st.integers(1, 4), st.integers(-600, 600), st.none() | st.floats(0, 5000),
+                          st.sampled_from(list(Trigger))), max_size=40)
+CHANGES = st.lists(st.tuples(st.integers(0, 39), st.sampled_from(["state", "ended_at", "submitted_at", "duration_s", "gone"]),
+                             st.integers(-600, 600), st.sampled_from(ENDED)), max_size=30)
+KEPT = """SELECT day, robot_id, is_scheduled, state, reason_code, is_submitted, number, timed, microseconds FROM ended_days
+          ORDER BY 1, 2, 3, 4, 5, 6"""
+COUNTED = """SELECT substr(ended_at, 1, 10), coalesce(robot_id, 0), trigger = 'scheduled', state, coalesce(reason_code, ''),
+             submitted_at IS NOT NULL, count(*), count(duration_s), coalesce(sum(CAST(round(duration_s * 1000000) AS INTEGER)), 0)
+             FROM executions WHERE ended_at IS NOT NULL GROUP BY 1, 2, 3, 4, 5, 6 ORDER BY 1, 2, 3, 4, 5, 6"""
+
+
+@pytest.fixture
+def world(tmp_path):
+    world = World(tmp_path)
+    yield world
+    world.db.close()
+
+
+def is_true(c: sqlite3.Connection) -> bool:
+    return [tuple(row) for row in c.execute(KEPT)] == [tuple(row) for row in c.execute(COUNTED)]
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(rows=ROWS, changes=CHANGES)
+def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, rows, changes):
+    world.empty()
+    stored = [world.row(state, hours, robot_id=robot, duration_s=seconds, trigger=trigger)
+              for state, robot, hours, seconds, trigger in rows]
+    assert is_true(world.db.read())
+    for number, column, hours, state in changes:
+        if number >= len(stored):
+            continue
+        at = to_text(NOON + timedelta(hours=hours))
+        value = {"state": state.value, "duration_s": hours / 7}.get(column, at if hours % 5 else None)
+        if column == "gone":
+            world.db.write(lambda c, n=number: c.execute("DELETE FROM executions WHERE id = ?", (stored[n].id,)))
+        else:
+            world.db.write(lambda c, n=number, column=column, value=value: c.execute(
+                f"UPDATE executions SET {column} = ? WHERE id = ?", (value, stored[n].id)))
+        assert is_true(world.db.read())
+    again = [replace(row, id=0) for row in stored if row.ended_at is not None]       # their tokens are known: nothing is added, or all anew
+    world.db.write(lambda c: ExecutionRepository().add_many(c, again))
+    assert is_true(world.db.read())
+    world.empty()
+    assert world.db.read().execute("SELECT count(*) FROM ended_days").fetchone()[0] == 0
+
+
+def test_history_of_before_is_counted_when_the_database_is_brought_up_to_date(tmp_path):
+    path, clock = tmp_path / "old.db", VirtualClock(NOON)
+    old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[:MIGRATIONS.index(_ENDED_DAYS)])
+    made = World(tmp_path / "other")
+    rows = [made.row(state, hours, duration_s=None if hours % 3 else hours * 1.5) for hours in range(60) for state in
+            (State.COMPLETED, State.FAILED, State.SKIPPED, State.WAITING)]
+    made.db.close()
+    assert old.write(lambda c: ExecutionRepository().add_many(c, [replace(row, id=0) for row in rows])) == len(rows)
+    old.close()
+    db = Database.open(path, clock=clock, threaded=False, durable=False)
+    assert is_true(db.read())
+    assert db.read().execute("SELECT sum(number) FROM ended_days").fetchone()[0] == 180
+    assert Kpis(db, clock).thesis().completed == 60
+    db.close()
+
+
+def test_adding_many_counts_rows_and_not_what_they_bring_along(world):
+    row = world.row(State.COMPLETED)
+    others = [replace(row, id=0, token=f"other {n}", schedule_id=100 + n) for n in range(3)]
+    assert world.db.write(lambda c: ExecutionRepository().add_many(c, [replace(row, id=0), *others])) == 3
+    assert world.db.write(lambda c: ExecutionRepository().add_many(c, [])) == 0
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(rows=st.lists(st.tuples(st.sampled_from(ENDED), st.integers(0, 20), st.integers(1, 3), st.integers(-30_000, 30_000), st.booleans(),
+                               st.none() | st.floats(0, 5000), st.sampled_from(list(Trigger))), max_size=50),
+       start=st.none() | st.integers(-30_000, 30_000), end=st.none() | st.integers(-30_000, 30_000),
+       robots=st.none() | st.lists(st.integers(1, 3), unique=True, max_size=2))
+def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
+    """A local day of Helsinki has no whole UTC day in it, so its figures come from the rows. Minutes before and after noon."""
+    world.empty()
+    for state, code, robot, minutes, submitted, seconds, trigger in rows:
+        codes = CODES[state]
+        at = NOON + timedelta(minutes=minutes)
+        world.row(state, minutes / 60, robot_id=robot, trigger=trigger, duration_s=seconds, ended_at=at,
+                  submitted_at=at if submitted else None, reason=Reason(codes[code % len(codes)]) if codes else None)
+    since, until = (None if minutes is None else NOON + timedelta(minutes=minutes) for minutes in (start, end))
+    told = world.kpis.adherence(KpiFilter(since, until, robots))
+    five = world.kpis.thesis(KpiFilter(since, until, robots))
+    first, last = since or NOON - timedelta(days=22), until or NOON + timedelta(days=22)
+    planned, ran, not_run, completed, failed, seconds = 0, 0, Counter(), 0, 0, 0.0
+    day = first.astimezone(HELSINKI).date()
+    while midnight(day, HELSINKI) < last:
+        bounds = max(first, midnight(day, HELSINKI)), min(last, midnight(day + timedelta(days=1), HELSINKI))
+        of_day = KpiFilter(*bounds, robots)
+        one, its = world.kpis.adherence(of_day), world.kpis.thesis(of_day)
+        planned, ran, not_run = planned + one.planned, ran + one.ran, not_run + Counter(one.not_run)
+        completed, failed, seconds = completed + its.completed, failed + its.failed, seconds + its.mission_s
+        day += timedelta(days=1)
+    assert (told.planned, told.ran, Counter(told.not_run)) == (planned, ran, not_run)
+    assert (five.completed, five.failed) == (completed, failed)
+    assert five.mission_s == pytest.approx(seconds, abs=1e-4)

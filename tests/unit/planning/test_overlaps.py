@@ -1,0 +1,59 @@
+"""Runs of other schedules around the starts of a new one, against the plainest way to find them: one by one from the beginning."""
+from __future__ import annotations
+
+from datetime import UTC, datetime, time, timedelta
+from itertools import takewhile
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.domain.models import Between, Schedule, Settings, Usual
+from app.services.planning.overlaps import FURTHEST, STEP, Other, free_shift, lasts, meetings, nearby
+from app.services.planning.recurrence import Occurrence, occurrences
+from app.services.planning.working_days import WorkingCalendar
+
+ZONE = "Europe/Helsinki"
+NOW = datetime(2026, 10, 23, 9, 0, tzinfo=UTC)                         # a Friday; clocks go back on Sunday
+CALENDAR = WorkingCalendar(Settings(timezone=ZONE))
+RULES = ["FREQ=DAILY", "FREQ=WEEKLY;BYDAY=MO,WE,FR", "FREQ=HOURLY;INTERVAL=6", "FREQ=MINUTELY;INTERVAL=7", "FREQ=MONTHLY;BYDAY=-1FR", None]
+USUAL = st.none() | st.floats(60, 30_000).map(lambda seconds: Usual(seconds / 2, seconds, (seconds / 2, seconds)))
+
+
+@st.composite
+def schedules(draw) -> Schedule:
+    start = datetime(2026, 10, 20) + timedelta(minutes=draw(st.integers(0, 20_000)))
+    rule = draw(st.sampled_from(RULES))
+    between = Between(time(6), time(18)) if rule and "MINUTELY" in rule and draw(st.booleans()) else None
+    schedule = Schedule("S", 1, 1, start, ZONE, rule, between=between, respect_working_days=draw(st.booleans()))
+    first = next(occurrences(schedule, NOW, CALENDAR), None)
+    return Schedule(**{**vars(schedule), "next_at": first and first.instant})
+
+
+def runs(other: Other, end: datetime) -> list[datetime]:
+    """All that are to come before ``end``."""
+    return [found.instant for found in takewhile(lambda found: found.instant < end, occurrences(other.schedule, NOW, CALENDAR))]
+
+
+@settings(max_examples=80)
+@given(draft=schedules(), usual=USUAL, others=st.lists(st.tuples(schedules(), USUAL), max_size=4))
+def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usual, others):
+    starts = [start for start, _ in zip(occurrences(draft, NOW, CALENDAR), range(4), strict=False)]
+    known = [Other(schedule, f"M{n}", its) for n, (schedule, its) in enumerate(others) if schedule.next_at is not None]
+    near = nearby(starts, usual, known, CALENDAR)
+    until = max((start.instant for start in starts), default=NOW) + FURTHEST + lasts(usual)
+    every = [(other, begins) for other in known for begins in runs(other, until)]
+
+    def in_the_way(at: datetime) -> list[datetime]:
+        return [begins for other, begins in every if begins < at + lasts(usual) and at < begins + other.lasts]
+
+    told = {meeting.at: meeting.begins for meeting in meetings(starts, usual, near)}
+    assert told == {start.instant: min(met) for start in starts if (met := in_the_way(start.instant))}
+    shifts = [sign * n * STEP for n in range(1, int(FURTHEST / STEP) + 1) for sign in (1, -1)]
+    fitting = [shift for shift in shifts if all(stays(start, shift) for start in starts)]
+    assert free_shift(starts, usual, near, NOW) == next(
+        (shift for shift in fitting if not any(in_the_way(start.instant + shift) for start in starts)), None)
+
+
+def stays(start: Occurrence, shift: timedelta) -> bool:
+    """On its day, and to come."""
+    return (start.nominal + shift).date() == start.nominal.date() and start.instant + shift > NOW

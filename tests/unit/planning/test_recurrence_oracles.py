@@ -1,0 +1,159 @@
+"""Recurrence against two oracles: dateutil's own expansion of whole rules, and a look at every single minute."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import UTC, date, datetime, time, timedelta
+from itertools import islice, pairwise, takewhile
+from zoneinfo import ZoneInfo, available_timezones
+
+import pytest
+from dateutil.rrule import rrulestr
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from app.domain.models import WEEKDAYS, Between, InvalidInput, Schedule, Settings
+from app.services.planning.recurrence import Recurrence, check_has_instants, next_occurrence, occurrences
+from app.services.planning.working_days import WorkingCalendar
+
+EVERY_DAY = WorkingCalendar(Settings(working_days=WEEKDAYS))
+LONG_AGO = datetime(1970, 1, 1, tzinfo=UTC)
+MINUTE, DAY = timedelta(minutes=1), timedelta(days=1)
+
+
+def schedule(start: datetime, rule: str, zone: str = "UTC", between: Between | None = None, respects: bool = False) -> Schedule:
+    return Schedule("S", 1, 1, start, zone, rule, between=between, respect_working_days=respects)
+
+
+def listed(name: str, values: st.SearchStrategy) -> st.SearchStrategy[str]:
+    """``;NAME=a,b`` or nothing."""
+    some = st.lists(values, min_size=1, max_size=3, unique=True).map(lambda items: f";{name}=" + ",".join(map(str, items)))
+    return st.one_of(st.just(""), some)
+
+
+STARTS = st.datetimes(datetime(2020, 1, 1), datetime(2028, 12, 31)).map(lambda moment: moment.replace(second=0, microsecond=0))
+MONTHS, HOURS, MINUTES = listed("BYMONTH", st.integers(1, 12)), listed("BYHOUR", st.integers(0, 23)), listed("BYMINUTE", st.integers(0, 59))
+MONTH_DAYS = listed("BYMONTHDAY", st.integers(1, 31) | st.integers(-31, -1))
+PLAIN_DAYS = listed("BYDAY", st.sampled_from(WEEKDAYS))
+NTH_DAYS = listed("BYDAY", st.tuples(st.sampled_from(("", "1", "2", "5", "-1", "-5")), st.sampled_from(WEEKDAYS)).map("".join))
+ENDS = st.one_of(st.just(""), st.integers(1, 40).map(lambda n: f";COUNT={n}"),
+                 st.dates(date(2020, 1, 1), date(2034, 1, 1)).map(lambda day: f";UNTIL={day:%Y%m%d}T{15:02}0000"))
+DATE_RULES = st.one_of(
+    st.tuples(st.just("FREQ=DAILY"), MONTHS, MONTH_DAYS, PLAIN_DAYS), st.tuples(st.just("FREQ=WEEKLY"), MONTHS, PLAIN_DAYS),
+    st.tuples(st.just("FREQ=MONTHLY"), MONTHS, MONTH_DAYS, NTH_DAYS), st.tuples(st.just("FREQ=YEARLY"), MONTHS, MONTH_DAYS, NTH_DAYS))
+INTERVALS = st.integers(1, 9).map(lambda n: f";INTERVAL={n}")
+
+
+# ---------------------------------------------------------------------- dateutil
+@settings(max_examples=150)
+@given(start=STARTS, parts=DATE_RULES, interval=INTERVALS, hours=HOURS, minutes=MINUTES, end=ENDS, look=st.integers(-400, 3000))
+def test_where_no_clock_changes_it_is_what_dateutil_says(start, parts, interval, hours, minutes, end, look):
+    rule = "".join(parts) + interval + hours + minutes + end
+    given_schedule = schedule(start, rule)
+    try:
+        check_has_instants(given_schedule)
+    except InvalidInput:
+        assume(False)
+    after = start + look * DAY
+    horizon = datetime(2036, 1, 1)
+    expected = [moment for moment in takewhile(lambda m: m < horizon, rrulestr(rule, dtstart=start)) if moment > after][:25]
+    found = takewhile(lambda o: o.nominal < horizon, occurrences(given_schedule, after.replace(tzinfo=UTC), EVERY_DAY))
+    assert [o.nominal for o in islice(found, 25)] == expected
+
+
+# ---------------------------------------------------------------------- every minute
+def fits(rule: Recurrence, local: datetime) -> bool:
+    last = (local.replace(day=28) + 4 * DAY).replace(day=1) - DAY
+    return ((not rule.weekdays or (0, local.weekday()) in rule.weekdays)
+            and (not rule.month_days or local.day in rule.month_days or local.day - last.day - 1 in rule.month_days)
+            and (not rule.months or local.month in rule.months) and (not rule.hours or local.hour in rule.hours)
+            and (not rule.minutes or local.minute in rule.minutes))
+
+
+def every_minute(given_schedule: Schedule, days: int) -> Iterator[datetime]:
+    """The definition itself, asked of each minute from the start on."""
+    rule, zone, between = Recurrence.parse(given_schedule.recurrence), ZoneInfo(given_schedule.timezone), given_schedule.between
+    start = given_schedule.start.replace(tzinfo=zone).astimezone(UTC)
+    is_hourly = "HOURLY" in (given_schedule.recurrence or "")
+    for number in range(days * 1440):
+        instant = start + number * MINUTE
+        local = instant.astimezone(zone)
+        begin = start
+        if between:
+            if not between.start <= local.time() <= between.end:
+                continue
+            begin = datetime.combine(local.date(), between.start, zone).astimezone(UTC)
+        if instant < begin or not fits(rule, local):
+            continue
+        if is_hourly and rule.minutes:
+            hour = instant - local.minute * MINUTE
+            first_hour = begin - begin.astimezone(zone).minute * MINUTE
+            on_step = (hour - first_hour) / timedelta(hours=1) % rule.interval == 0
+        else:
+            on_step = (instant - begin) / MINUTE % (rule.interval * (60 if is_hourly else 1)) == 0
+        if on_step:
+            yield instant
+
+
+CHANGES = {"Europe/Helsinki": ((2027, 3, 27), (2026, 10, 24)), "America/New_York": ((2027, 3, 13), (2026, 10, 31)),
+           "Asia/Kolkata": ((2026, 11, 1),), "America/Nuuk": ((2026, 3, 28), (2026, 10, 24))}
+BEGINNINGS = st.sampled_from([(zone, day) for zone, days in CHANGES.items() for day in days])
+PARTS_OF_DAY = st.one_of(st.none(), st.tuples(st.integers(0, 1439), st.integers(0, 1439)).map(
+    lambda ends: Between(*(time(minute // 60, minute % 60) for minute in sorted(ends)))))
+SUB_DAILY = st.one_of(st.integers(1, 200).map(lambda n: f"FREQ=MINUTELY;INTERVAL={n}"),
+                      st.integers(1, 30).map(lambda n: f"FREQ=HOURLY;INTERVAL={n}"))
+
+
+@settings(max_examples=80)
+@given(beginning=BEGINNINGS, minute=st.integers(0, 1439), rule=SUB_DAILY, days=PLAIN_DAYS, hours=HOURS, minutes=MINUTES, part=PARTS_OF_DAY,
+       look=st.integers(-60, 2 * 1440))
+def test_sub_daily_rules_are_what_a_look_at_every_minute_finds(beginning, minute, rule, days, hours, minutes, part, look):
+    zone, day = beginning
+    given_schedule = schedule(datetime(*day) + minute * MINUTE, rule + days + hours + minutes, zone, part)
+    start = given_schedule.start.replace(tzinfo=ZoneInfo(zone)).astimezone(UTC)
+    after, end = start + look * MINUTE, start + 3 * DAY
+    expected = [instant for instant in every_minute(given_schedule, 3) if instant > after]
+    found = [o.instant for o in takewhile(lambda o: o.instant < end, occurrences(given_schedule, after, EVERY_DAY))]
+    assert found == expected
+
+
+# ---------------------------------------------------------------------- wherever one begins to look
+ANY_RULE = st.one_of(DATE_RULES.map("".join), SUB_DAILY)
+
+
+@settings(max_examples=100)
+@given(zone=st.sampled_from(("Europe/Helsinki", "America/Nuuk", "Australia/Lord_Howe")), start=STARTS, rule=ANY_RULE, hours=HOURS,
+       minutes=MINUTES, end=ENDS, respects=st.booleans(), skip=st.integers(0, 30))
+def test_leaping_ahead_finds_what_walking_finds(zone, start, rule, hours, minutes, end, respects, skip):
+    given_schedule = schedule(start, rule + hours + minutes + end, zone, respects=respects)
+    calendar = WorkingCalendar(Settings())
+    walked = [o.instant for o in islice(occurrences(given_schedule, LONG_AGO, calendar), 40)]
+    assert all(earlier < later for earlier, later in pairwise(walked))
+    if len(walked) > skip:
+        assert [o.instant for o in islice(occurrences(given_schedule, walked[skip], calendar), 39 - skip)] == walked[skip + 1:]
+        assert next_occurrence(given_schedule, walked[skip] - timedelta(microseconds=1), calendar) == walked[skip]
+
+
+# ---------------------------------------------------------------------- every zone
+def changes(zone: ZoneInfo, first: int, last: int) -> Iterator[date]:
+    """Local dates around which the offset changes."""
+    day, before = date(first, 1, 1), None
+    while day.year <= last:
+        offset = datetime.combine(day, time(12), zone).utcoffset()
+        if before is not None and offset != before:
+            yield day
+        day, before = day + DAY, offset
+
+
+@pytest.mark.parametrize("clock", ["00:00", "01:30", "02:00", "02:45", "23:30"])
+def test_in_every_zone_a_daily_time_comes_once_per_local_date(clock):
+    checked = 0
+    for name in sorted(available_timezones()):
+        zone = ZoneInfo(name)
+        for day in changes(zone, 2026, 2027):
+            first = day - 3 * DAY
+            daily = schedule(datetime.combine(first, time.fromisoformat(clock)), "FREQ=DAILY", name)
+            found = list(islice(occurrences(daily, LONG_AGO, EVERY_DAY), 6))
+            assert [o.nominal.date() for o in found] == [first + number * DAY for number in range(6)], name
+            assert all(earlier.instant < later.instant for earlier, later in pairwise(found)), name
+            checked += 1
+    assert checked > 300

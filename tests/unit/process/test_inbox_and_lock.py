@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from app.process.inbox import Inbox, NoAnswer, ask
+from app.process.lock import AlreadyRunning, InstanceLock
+
+
+def test_only_one_process_holds_a_directory_and_a_killed_one_loses_it(tmp_path):
+    code = ("import sys, pathlib; from app.process.lock import InstanceLock; lock = InstanceLock(pathlib.Path(sys.argv[1]));"
+            "lock.acquire(); print('held', flush=True); sys.stdin.read()")
+    with subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                          cwd=Path(__file__).parents[3]) as other:
+        assert other.stdout.readline() == "held\n"
+        with pytest.raises(AlreadyRunning, match=f"process {other.pid}"):
+            InstanceLock(tmp_path).acquire()
+        other.kill()
+    mine = InstanceLock(tmp_path)
+    mine.acquire()
+    assert not InstanceLock(tmp_path).try_acquire()
+    mine.release()
+    assert InstanceLock(tmp_path).try_acquire()
+
+
+def served(tmp_path, handlers, **request):
+    """Ask while another thread ticks the inbox."""
+    inbox, done = Inbox(tmp_path, handlers), threading.Event()
+
+    def serve():
+        while not done.wait(0.005):
+            inbox.tick()
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        return ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False, **request)
+    finally:
+        done.set()
+        thread.join()
+
+
+def test_a_request_is_answered_and_leaves_nothing_behind(tmp_path):
+    assert served(tmp_path, {"greet": lambda request: {"text": f"hello {request['name']}"}}, name="Äijä") == {"text": "hello Äijä"}
+    assert list((tmp_path / "inbox").iterdir()) == []
+
+
+def test_a_request_may_take_several_ticks(tmp_path):
+    looks = iter([None, None, {"done": True}])
+    assert served(tmp_path, {"greet": lambda request: next(looks)}) == {"done": True}
+
+
+def test_a_handler_that_fails_is_an_answer_too(tmp_path):
+    answer = served(tmp_path, {"greet": lambda request: 1 / 0})
+    assert answer["exit"] == 1
+    assert "ZeroDivisionError" in answer["error"]
+
+
+def test_nobody_answers_when_the_app_is_gone(tmp_path):
+    with pytest.raises(NoAnswer, match="ended"):
+        ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: True)
+    assert list((tmp_path / "inbox").iterdir()) == []
+
+
+def test_what_a_command_of_an_earlier_life_asked_for_is_not_done(tmp_path):
+    """It and the app were killed; its mission would start now, whenever now is."""
+    asked = []
+    Inbox(tmp_path, {})
+    left = tmp_path / "inbox" / "left.request"
+    left.write_text('{"kind": "run_now", "id": "left"}')
+    os.utime(left, (1000.0, 1000.0))
+    inbox = Inbox(tmp_path, {"run_now": lambda request: asked.append(request) or {}}, since=2000.0)
+    inbox.tick()
+    assert asked == []
+    assert not left.exists()
+    left.write_text('{"kind": "run_now", "id": "new"}')
+    os.utime(left, (1500.0, 1500.0))                               # the clock was set back meanwhile
+    inbox.tick()
+    assert [request["id"] for request in asked] == ["new"]
+
+
+def test_an_unreadable_request_stops_nothing(tmp_path):
+    inbox = Inbox(tmp_path, {})
+    (tmp_path / "inbox" / "x.request").write_text("{nonsense")
+    inbox.tick()
+    assert json.loads((tmp_path / "inbox" / "x.answer").read_text())["exit"] == 1

@@ -1,0 +1,71 @@
+"""The log file: one physical line for each event, whatever a robot says and whatever breaks."""
+from __future__ import annotations
+
+import logging
+import re
+import sys
+import threading
+
+import pytest
+
+from app.failures import BadInput
+from app.process import log_file as logs
+
+LINE = re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} (INFO   |WARNING|ERROR  |CRITICAL) \S+ \S+: .+")
+
+
+@pytest.fixture
+def directory(tmp_path, monkeypatch):
+    """The root logger as a life finds it, and as it was afterwards."""
+    root = logging.getLogger()
+    before, level = list(root.handlers), root.level
+    monkeypatch.setattr(logs, "_file", None)
+    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
+    monkeypatch.setattr(threading, "excepthook", threading.excepthook)
+    yield tmp_path / "logs"
+    for handler in set(root.handlers) - set(before):
+        root.removeHandler(handler)
+        handler.close()
+    root.setLevel(level)
+
+
+def lines_of(directory):
+    content = (directory / logs.FILE_NAME).read_text(encoding="utf-8")
+    assert content.endswith("\n")
+    lines = content.removesuffix("\n").split("\n")
+    assert all(LINE.fullmatch(line) and line.isprintable() for line in lines), lines
+    return lines
+
+
+def breaks():
+    raise ValueError("first\nsecond")
+
+
+def test_every_event_is_one_line(directory, capsys):
+    logs.start(directory, stderr=True)
+    log = logging.getLogger("app.somewhere")
+    log.info("R1 says: %s", "left\r\nwheel\x85\u2028again \x1b[31mred \u202eturned \udc80")
+    try:
+        breaks()
+    except ValueError as error:
+        log.exception("It broke")
+        where = logs.note_crash(error)
+        sys.excepthook(type(error), error, error.__traceback__)
+    assert where == f"; details in {directory / logs.FILE_NAME}"
+    robot, exception, crash, hook = lines_of(directory)
+    assert robot.endswith("R1 says: left ⏎ wheel ⏎ again \\x1b[31mred \\u202eturned \\udc80")
+    for line in (exception, crash, hook):
+        assert " ⏎ Traceback (most recent call last): ⏎ " in line
+        assert line.endswith(" ⏎ ValueError: first ⏎ second")
+        assert ", in breaks ⏎ " in line
+    watched = capsys.readouterr().err.splitlines()
+    assert [line[20:] for line in watched] == [
+        "INFO    R1 says: left wheel again \\x1b[31mred \\u202eturned \\udc80", "ERROR   It broke", "CRITICAL Unexpected error"]
+
+
+def test_a_log_that_cannot_be_written_is_said_unless_it_is_only_read(directory):
+    directory.write_text("a file where the directory should be")
+    with pytest.raises(BadInput, match=r"amr-scheduler.log can't be written: .+; check the permissions"):
+        logs.start(directory, stderr=False)
+    logs.start(directory, stderr=False, only_to_read=True)
+    assert logs.note_crash(ValueError("why")) == " (why)"
