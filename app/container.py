@@ -23,12 +23,12 @@ from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.services.catalogue.catalogue import Catalogue
-from app.services.dispatch.lane import Lane
-from app.services.dispatch.lane import Services as LaneServices
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
 from app.services.dispatch.poll_loop import PollLoop
 from app.services.dispatch.scheduler import Scheduler
+from app.services.dispatch.worker import RobotWorker
+from app.services.dispatch.worker import Services as WorkerServices
 from app.services.history.kpi import Kpis
 from app.services.history.runs import History
 from app.services.live.access import Access
@@ -77,8 +77,9 @@ class Container:
         self.repositories = repositories = Repositories.build()
         self.changes = Changes()
         self.make_client = make_client or connect
-        self._settings = _Kept(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
-        self._calendar = _Kept(lambda: working_calendar(db.read(), self.settings()), self.changes, Topic.SETTINGS, Topic.CALENDAR)
+        self._settings = CachedUntilChanged(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
+        self._calendar = CachedUntilChanged(lambda: working_calendar(db.read(), self.settings()), self.changes,
+                                            Topic.SETTINGS, Topic.CALENDAR)
         self.access = Access(db, repositories.settings, clock, self.changes)
         self.downtime = Downtime()
         self.snapshots = Snapshots(self.changes)
@@ -98,7 +99,7 @@ class Container:
                                    holds=self.holds, alarms=self.alarms, downtime=self.downtime,
                                    clock_offsets=lambda: self.loop.clock_offsets())
         self.loop = PollLoop(db, scheduler=self.scheduler, clock=clock, alarms=self.alarms, changes=self.changes,
-                             robots=lambda: repositories.robots.all(db.read()), make_lane=self.make_lane,
+                             robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
                              poll_interval=lambda: self.settings().poll_interval_seconds)
         self.loop.add_chore(self._read_holidays)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
@@ -137,9 +138,9 @@ class Container:
         for line in self.catalogue.edit(lambda edit: edit.leave_unknown_zones(local_timezone_name())):
             log.warning("At the start %s", line)
 
-    def make_lane(self, robot: Robot) -> Lane:
+    def make_worker(self, robot: Robot) -> RobotWorker:
         r = self.repositories
-        return Lane(robot, self.make_client(robot), LaneServices(
+        return RobotWorker(robot, self.make_client(robot), WorkerServices(
             self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
             r.observed, self.settings, self.calendar, r.settings.restored_at(self.db.read())))
 
@@ -153,8 +154,8 @@ def connect(robot: Robot) -> RobotClient:
     return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256)
 
 
-class _Kept(Generic[T]):
-    """What is read at every step of every lane and changes rarely: kept until one of the topics is published."""
+class CachedUntilChanged(Generic[T]):
+    """What is read at every step of every worker and changes rarely: kept until one of the topics is published."""
 
     def __init__(self, read: Callable[[], T], changes: Changes, *topics: Topic) -> None:
         self._read, self._topics = read, topics

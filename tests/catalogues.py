@@ -5,8 +5,8 @@ translations stay, new texts come in empty, texts that are gone leave. ``check``
 and exits 1. ``compile`` writes .mo files for packagers; the app itself reads the .po files.
 
 Texts are the constants in ``_("…")``, ``ngettext``, ``pgettext`` and ``N_("…")`` (marked here, translated later) of Python and in
-``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``), kept in parts (``told``) and the tables named SENTENCES are
-told by msgid, too.
+``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``), kept in parts (``message``) and the tables named SENTENCES
+are rendered by msgid, too.
 Services that get ``translate`` handed in keep their sentences in tables; of such files every constant counts that reads like words: it
 begins with a capital, has a space or a placeholder.
 """
@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # name of a function: which of its arguments are context, msgid, plural
 CALLS = {"_": (None, 0, None), "N_": (None, 0, None), "gettext": (None, 0, None), "ngettext": (None, 0, 1), "pgettext": (0, 1, None),
          "n_": (None, 0, 1), "p_": (0, 1, None),
-         "InvalidInput": (None, 1, None), "InvalidAddress": (None, 0, None), "_wrong": (None, 0, None), "told": (None, 0, None),
+         "InvalidInput": (None, 1, None), "InvalidAddress": (None, 0, None), "_wrong": (None, 0, None), "message": (None, 0, None),
          "DatabaseUnavailable": (None, 0, None), "DatabaseRefused": (None, 0, None)}
 LIKE_WORDS = re.compile(r"(?![A-Z_0-9]+$)(?=.*[A-Za-z]{2})([A-Z]|.*[ {])", re.DOTALL)
 KV_CALL = re.compile(r"\btr\.(?:_|n_|p_)\(")

@@ -14,7 +14,7 @@ from app.database.errors import DatabaseRefused, DatabaseUnavailable, translated
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.database.settings import SettingsRepository
 from app.database.values import to_json, to_text
-from app.domain.message import Told, of_system, told
+from app.domain.message import Message, message, message_of_system
 from app.domain.models import Settings
 
 BACKUPS = "backups"          # the directory, in the data directory
@@ -56,24 +56,24 @@ def back_up(path: Path, target: Path) -> None:
     except sqlite3.Error as error:
         raise translated(error, path) from error
     except OSError as error:
-        raise DatabaseUnavailable("The backup {path} can't be written: {problem}", path=target, problem=of_system(error)) from error
+        raise DatabaseUnavailable("The backup {path} can't be written: {problem}", path=target, problem=message_of_system(error)) from error
 
 
-def problem_of(backup: Path, any_version: bool = False) -> Told | None:
+def problem_of(backup: Path, any_version: bool = False) -> Message | None:
     """Why this file can't be restored; None when it can. ``any_version``: only whether it is whole."""
     if not backup.is_file():
-        return told("there is no such file")
+        return message("there is no such file")
     try:
         with contextlib.closing(sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as connection:
             if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-                return told("it is not a database of this app")
+                return message("it is not a database of this app")
             version: int = connection.execute("PRAGMA user_version").fetchone()[0]
             if version > len(MIGRATIONS) and not any_version:
-                return told("it was written by a newer version")
+                return message("it was written by a newer version")
             verdict: str = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
             return None if verdict == "ok" else verdict.splitlines()[-1]
     except (sqlite3.Error, OSError) as error:
-        return of_system(error) if isinstance(error, OSError) else str(error)
+        return message_of_system(error) if isinstance(error, OSError) else str(error)
 
 
 def newest_good_backup(path: Path) -> Path | None:
@@ -113,7 +113,8 @@ def restore(backup: Path, path: Path, now: datetime) -> Path | None:
     except sqlite3.Error as error:
         raise translated(error, path) from error
     except OSError as error:
-        raise DatabaseUnavailable("The backup {path} can't be restored: {problem}", path=backup, problem=of_system(error)) from error
+        raise DatabaseUnavailable("The backup {path} can't be restored: {problem}", path=backup,
+                                  problem=message_of_system(error)) from error
     return kept
 
 

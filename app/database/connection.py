@@ -18,7 +18,7 @@ from app.database.migrations import migrate
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.database.writer import InlineWriter, ThreadedWriter, Writer
 from app.domain.clock import Clock, SystemClock
-from app.domain.message import Told, of_system, told
+from app.domain.message import Message, message, message_of_system
 
 T = TypeVar("T")
 
@@ -51,7 +51,7 @@ class Database:
         files.make_directory(path.parent)
         _refuse_marked(path, clock)
         if _is_lost(path):
-            raise _keep_aside(path, told("its content is gone"), clock)
+            raise _keep_aside(path, message("its content is gone"), clock)
         files.make_private(path)
 
         def connect() -> sqlite3.Connection:
@@ -64,7 +64,7 @@ class Database:
                 raise _keep_aside(path, known.problem, clock) from error
             raise known from error
         except OSError as error:
-            raise DatabaseUnavailable("{path} can't be used: {problem}", path=path, problem=of_system(error)) from error
+            raise DatabaseUnavailable("{path} can't be used: {problem}", path=path, problem=message_of_system(error)) from error
         return cls(path, writer)
 
     @classmethod
@@ -72,7 +72,7 @@ class Database:
         """Open beside a running app, or without one, changing nothing: for exports. ``write`` then raises DatabaseUnavailable."""
         path = path.absolute()
         if files.is_marked_damaged(path):
-            raise DatabaseDamaged(path, told("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
+            raise DatabaseDamaged(path, message("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
         if not path.exists():
             raise DatabaseUnavailable("There is no database in {path}: check --data-dir", path=path.parent)
         db = cls(path, None)
@@ -204,7 +204,7 @@ def _is_lost(path: Path) -> bool:
     return files.size_of(path) == 0 and (_has_backups(path) or files.size_of(files.beside_of(path, "-wal")) > 0)
 
 
-def _keep_aside(path: Path, problem: Told, clock: Clock) -> DatabaseDamaged:
+def _keep_aside(path: Path, problem: Message, clock: Clock) -> DatabaseDamaged:
     kept = files.put_aside(path, "damaged", clock.now())
     return DatabaseDamaged(path, problem, kept, newest_good_backup(path))
 
@@ -214,9 +214,9 @@ def _refuse_marked(path: Path, clock: Clock) -> None:
     if not files.is_marked_damaged(path):
         return
     if not path.exists():
-        raise DatabaseDamaged(path, told("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
+        raise DatabaseDamaged(path, message("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
     if not files.is_aside(path):
-        raise _keep_aside(path, told("found at an earlier start"), clock)
+        raise _keep_aside(path, message("found at an earlier start"), clock)
     files.clear_mark(path)                    # a restore was cut off after its last step but one
 
 

@@ -5,15 +5,15 @@ import shlex
 import sqlite3
 from pathlib import Path
 
-from app.domain.message import Told, tell, told
+from app.domain.message import Message, message, render
 
 
 class DatabaseError(Exception):
     """Base of all below; ``text`` is one English sentence for people, ``told`` what it is made of."""
 
     def __init__(self, msgid: str, **params: object) -> None:
-        self.told = told(msgid, **params)
-        super().__init__(tell(self.told))
+        self.message = message(msgid, **params)
+        super().__init__(render(self.message))
 
     @property
     def text(self) -> str:
@@ -35,15 +35,15 @@ class DatabaseDamaged(DatabaseError):
     ``backup`` the newest good backup (None: there is none).
     """
 
-    def __init__(self, path: Path, problem: Told, kept_as: Path | None = None, backup: Path | None = None) -> None:
+    def __init__(self, path: Path, problem: Message, kept_as: Path | None = None, backup: Path | None = None) -> None:
         self.path, self.problem, self.kept_as, self.backup = path, problem, kept_as, backup
-        kept = told(", kept as {path}", path=kept_as) if kept_as else ""
-        mend = (told("restore the newest good backup with: python main.py --data-dir {directory} --restore-backup {backup}",
+        kept = message(", kept as {path}", path=kept_as) if kept_as else ""
+        mend = (message("restore the newest good backup with: python main.py --data-dir {directory} --restore-backup {backup}",
                      directory=shlex.quote(str(path.parent)), backup=shlex.quote(str(backup)))
                 if backup else
-                told("there is no good backup in the data directory: restore one from elsewhere with: "
+                message("there is no good backup in the data directory: restore one from elsewhere with: "
                      "python main.py --data-dir {directory} --restore-backup FILE", directory=shlex.quote(str(path.parent))))
-        whole = told("The database {path} is damaged ({problem}){kept}; {mend}", path=path, problem=problem, kept=kept, mend=mend)
+        whole = message("The database {path} is damaged ({problem}){kept}; {mend}", path=path, problem=problem, kept=kept, mend=mend)
         super().__init__(whole["msgid"], **whole["params"])
 
 

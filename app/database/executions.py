@@ -11,8 +11,8 @@ from statistics import median
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from app.database.values import from_json, marks, to_instant, to_json, to_optional_instant, to_text
-from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Usual, Wait
+from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_text
+from app.domain.models import OPEN_STATES, DurationEstimate, Execution, Reason, ReasonCode, State, Trigger, Wait
 
 _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
@@ -99,7 +99,7 @@ class ExecutionRepository:
         """
         values = _stored(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
-        row = c.execute(f"UPDATE executions SET {assignments} WHERE id = ? AND state IN ({marks(expected)}) RETURNING *",
+        row = c.execute(f"UPDATE executions SET {assignments} WHERE id = ? AND state IN ({placeholders(expected)}) RETURNING *",
                         (*values.values(), execution_id, *expected)).fetchone()
         return row and execution_of(row)
 
@@ -152,7 +152,8 @@ class ExecutionRepository:
 
     def open_for(self, c: sqlite3.Connection, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
         """Open ones of a robot, or those of them in some states, oldest first."""
-        return self._list(c, f"WHERE robot_id = ? AND {_OPEN} AND state IN ({marks(states)}) ORDER BY planned_at, id", robot_id, *states)
+        return self._list(c, f"WHERE robot_id = ? AND {_OPEN} AND state IN ({placeholders(states)}) ORDER BY planned_at, id",
+                          robot_id, *states)
 
     def unsent_of(self, c: sqlite3.Connection, robot_id: int) -> list[Unsent]:
         """What waits for a robot or is on its way to it, in no order."""
@@ -164,7 +165,7 @@ class ExecutionRepository:
         """Those of these rows that stand in one of the states, in no order."""
         if not ids:
             return []
-        return self._list(c, f"WHERE id IN ({marks(ids)}) AND state IN ({marks(states)})", *ids, *states)
+        return self._list(c, f"WHERE id IN ({placeholders(ids)}) AND state IN ({placeholders(states)})", *ids, *states)
 
     def has_sent(self, c: sqlite3.Connection, robot_id: int) -> bool:
         """Whether anything open of a robot is with it, or may be."""
@@ -174,10 +175,10 @@ class ExecutionRepository:
     def waited_for(self, c: sqlite3.Connection, robot_ids: Collection[int]) -> set[int]:
         """Those of these robots for which something waits."""
         rows = c.execute(f"""SELECT DISTINCT robot_id FROM executions
-                             WHERE robot_id IN ({marks(robot_ids)}) AND {_OPEN} AND state = 'waiting'""", (*robot_ids,))
+                             WHERE robot_id IN ({placeholders(robot_ids)}) AND {_OPEN} AND state = 'waiting'""", (*robot_ids,))
         return {row[0] for row in rows}
 
-    def taken_back(self, c: sqlite3.Connection, intent: Execution) -> Reason | None:
+    def revocation_reason(self, c: sqlite3.Connection, intent: Execution) -> Reason | None:
         """Whether somebody has cancelled an intent since it was written, or switched off, changed, removed or paused what it comes from."""
         row = c.execute("""SELECT cancel_code, r.enabled AS robot_enabled, s.enabled, s.changed_at, s.paused_until FROM executions
                            LEFT JOIN robots r ON r.id = executions.robot_id LEFT JOIN schedules s ON s.id = executions.schedule_id
@@ -201,7 +202,7 @@ class ExecutionRepository:
         if not schedule_ids:
             return {}                        # SQLite finds no way to look up nothing in that index
         rows = c.execute(f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
-                             WHERE schedule_id IN ({marks(schedule_ids)}) AND {_OPEN} GROUP BY schedule_id""", (*schedule_ids,))
+                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {_OPEN} GROUP BY schedule_id""", (*schedule_ids,))
         return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
 
     def has_row(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
@@ -232,14 +233,14 @@ class ExecutionRepository:
         """The newest idle execution of a robot, open or ended."""
         return self._one(c, "WHERE robot_id = ? AND trigger = 'idle' ORDER BY id DESC LIMIT 1", robot_id)
 
-    def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> Usual | None:
+    def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """Of the newest 20 completed runs of that mission on that robot; None when there is none. P90 by nearest rank."""
         rows = c.execute("""SELECT duration_s FROM executions WHERE robot_id = ? AND mission_guid = ? AND state = 'completed'
                             AND duration_s IS NOT NULL ORDER BY ended_at DESC LIMIT ?""", (robot_id, mission_guid, _USUAL_OF)).fetchall()
         if not rows:
             return None
         lasted = sorted(row[0] for row in rows)
-        return Usual(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], tuple(lasted))
+        return DurationEstimate(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], tuple(lasted))
 
     def usual_duration(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> float | None:
         """Seconds: the median of these."""
@@ -287,13 +288,13 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
         values.extend(given)
 
     if wanted.robot_ids is not None:
-        demand(f"robot_id IN ({marks(wanted.robot_ids)})", *wanted.robot_ids)
+        demand(f"robot_id IN ({placeholders(wanted.robot_ids)})", *wanted.robot_ids)
     if wanted.mission is not None:
         demand("mission = ?", wanted.mission)
     if wanted.states is not None:
-        demand(f"state IN ({marks(wanted.states)})", *wanted.states)
+        demand(f"state IN ({placeholders(wanted.states)})", *wanted.states)
     if wanted.triggers is not None:
-        demand(f"trigger IN ({marks(wanted.triggers)})", *wanted.triggers)
+        demand(f"trigger IN ({placeholders(wanted.triggers)})", *wanted.triggers)
     if wanted.start is not None:
         demand("planned_at >= ?", to_text(wanted.start))
     if wanted.end is not None:

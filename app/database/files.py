@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 from app.database.errors import DatabaseUnavailable
-from app.domain.message import of_system
+from app.domain.message import message_of_system
 
 DIRECTORY_MODE, FILE_MODE = 0o700, 0o600
 SIDES = ("", "-wal", "-shm")                  # the files that make up one SQLite database
@@ -22,7 +22,8 @@ def make_directory(path: Path) -> None:
         if _CAN_SET_MODES and path.stat().st_mode & 0o077:
             path.chmod(DIRECTORY_MODE)
     except OSError as error:
-        raise DatabaseUnavailable("The data directory {path} can't be used: {problem}", path=path, problem=of_system(error)) from error
+        raise DatabaseUnavailable("The data directory {path} can't be used: {problem}", path=path,
+                                  problem=message_of_system(error)) from error
 
 
 def make_private(path: Path) -> None:
@@ -38,7 +39,7 @@ def make_private(path: Path) -> None:
                 if _CAN_SET_MODES and beside.stat().st_mode & 0o077:
                     beside.chmod(FILE_MODE)
     except OSError as error:
-        raise DatabaseUnavailable("{path} can't be written: {problem}", path=path, problem=of_system(error)) from error
+        raise DatabaseUnavailable("{path} can't be written: {problem}", path=path, problem=message_of_system(error)) from error
 
 
 def beside_of(path: Path, ending: str) -> Path:

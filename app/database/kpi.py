@@ -15,7 +15,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from app.database.executions import execution_of
-from app.database.values import marks
+from app.database.values import placeholders
 from app.domain.models import Execution
 
 ENDED = ("completed", "failed", "cancelled", "skipped", "missed")
@@ -86,7 +86,8 @@ class KpiRepository:
         robots = self._robots_of(c, span)
         rows = c.execute(f"""SELECT robot_id, state, count(*), count(duration_s), total(duration_s)
                              FROM executions INDEXED BY executions_by_robot
-                             WHERE robot_id IN ({marks(robots)}) AND state IN ({marks(ENDED)}) AND ended_at >= ? AND ended_at < ?
+                             WHERE robot_id IN ({placeholders(robots)}) AND state IN ({placeholders(ENDED)})
+                               AND ended_at >= ? AND ended_at < ?
                              GROUP BY robot_id, state""", (*robots, *ENDED, span.start, span.end))
         return [RobotSum(*row) for row in rows]
 
@@ -134,7 +135,7 @@ class KpiRepository:
         found = {}
         for state in ENDED:                  # one by one: grouping them would cost twice as much as counting them
             row = c.execute(f"""SELECT count(*), count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_robot
-                                WHERE robot_id IN ({marks(robots)}) AND state = ? AND ended_at >= ? AND ended_at < ?""",
+                                WHERE robot_id IN ({placeholders(robots)}) AND state = ? AND ended_at >= ? AND ended_at < ?""",
                             (*robots, state, span.start, span.end)).fetchone()
             if row[0]:
                 found[state] = tuple(row)
@@ -182,10 +183,10 @@ class KpiRepository:
         robots = self._robots_of(c, span)
         return [tuple(row) for row in c.execute(f"""
             SELECT reason_code, json_extract(reason_details, '$.message'), count(*) FROM executions INDEXED BY executions_by_robot
-            WHERE robot_id IN ({marks(robots)}) AND state = 'failed' AND ended_at >= ? AND ended_at < ? GROUP BY 1, 2""",
+            WHERE robot_id IN ({placeholders(robots)}) AND state = 'failed' AND ended_at >= ? AND ended_at < ? GROUP BY 1, 2""",
             (*robots, span.start, span.end))]
 
-    def troubled(self, c: sqlite3.Connection, span: Span, limit: int) -> list[Execution]:
+    def not_completed(self, c: sqlite3.Connection, span: Span, limit: int) -> list[Execution]:
         """Those that ended in any state but completed, newest first."""
         robots, values = self._of_robots(span)
         return [execution_of(row) for row in c.execute(f"""
@@ -202,7 +203,8 @@ class KpiRepository:
         for guid in sorted(guids):
             number, seconds = c.execute(f"""
                 SELECT count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_mission
-                WHERE state = 'completed' AND robot_id IN ({marks(robots)}) AND mission_guid = ? AND ended_at >= ? AND ended_at < ?""",
+                WHERE state = 'completed' AND robot_id IN ({placeholders(robots)}) AND mission_guid = ?
+                  AND ended_at >= ? AND ended_at < ?""",
                 (*robots, guid, span.start, span.end)).fetchone()
             if number:
                 found[guid] = (number, seconds)
@@ -224,7 +226,7 @@ class KpiRepository:
         """(ended_at, seconds) of a mission's completed runs, in no order."""
         robots = self._robots_of(c, span)
         return c.execute(f"""SELECT ended_at, duration_s FROM executions INDEXED BY executions_by_mission
-                             WHERE state = 'completed' AND robot_id IN ({marks(robots)}) AND mission_guid = ? AND ended_at >= ?
+                             WHERE state = 'completed' AND robot_id IN ({placeholders(robots)}) AND mission_guid = ? AND ended_at >= ?
                              AND ended_at < ? AND duration_s IS NOT NULL""", (*robots, guid, span.start, span.end)).fetchall()
 
     def newest_durations(self, c: sqlite3.Connection, span: Span, guid: str, limit: int) -> list[tuple[str, float]]:
@@ -259,4 +261,4 @@ class KpiRepository:
         if span.robot_ids is None:
             return "", []
         robots = span.robot_ids or NOBODY
-        return f"AND robot_id IN ({marks(robots)})", list(robots)
+        return f"AND robot_id IN ({placeholders(robots)})", list(robots)

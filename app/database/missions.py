@@ -5,7 +5,7 @@ import sqlite3
 from collections.abc import Collection
 from dataclasses import replace
 
-from app.database.values import marks
+from app.database.values import placeholders
 from app.domain.models import Mission
 
 
@@ -20,7 +20,7 @@ class MissionRepository:
 
     def those(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Mission]:
         """By id."""
-        return {row["id"]: _mission(row) for row in c.execute(f"SELECT * FROM missions WHERE id IN ({marks(ids)})", (*ids,))}
+        return {row["id"]: _mission(row) for row in c.execute(f"SELECT * FROM missions WHERE id IN ({placeholders(ids)})", (*ids,))}
 
     def by_name(self, c: sqlite3.Connection, name: str, robot_id: int | None = None) -> Mission | None:
         """Exactly that one: of the robot, or (None) the one for all robots."""

@@ -5,7 +5,7 @@ import sqlite3
 from collections.abc import Collection
 from dataclasses import replace
 
-from app.database.values import marks
+from app.database.values import placeholders
 from app.domain.models import IdleRule, Robot
 
 _COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", "serial_number", "model", "software")
@@ -25,7 +25,7 @@ class RobotRepository:
 
     def those(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Robot]:
         """By id."""
-        return {row["id"]: _robot(row) for row in c.execute(f"{_SELECT} WHERE r.id IN ({marks(ids)})", (*ids,))}
+        return {row["id"]: _robot(row) for row in c.execute(f"{_SELECT} WHERE r.id IN ({placeholders(ids)})", (*ids,))}
 
     def by_name(self, c: sqlite3.Connection, name: str) -> Robot | None:
         row = c.execute(f"{_SELECT} WHERE r.name = ?", (name,)).fetchone()

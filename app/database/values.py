@@ -43,6 +43,6 @@ def from_json(text: str) -> Any:
     return {} if text == "{}" else json.loads(text)       # most are, and most of the time of reading a row would go there
 
 
-def marks(values: Iterable[object]) -> str:
+def placeholders(values: Iterable[object]) -> str:
     """``?,?,?``: as many placeholders as there are values."""
     return ",".join("?" for _ in values)

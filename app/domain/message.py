@@ -1,8 +1,7 @@
-"""A sentence as what it is made of: stored and handed on in no language, told in any.
+"""A sentence as its text and parameters: stored and passed on without a language, rendered in any.
 
-``told("{address} doesn't answer", address="10.1.1.1")`` is ``{"msgid": "{address} doesn't answer", "params": {"address": "10.1.1.1"}}``,
-plain JSON. A text of elsewhere – a robot's own words, a row of an older version – is a ``str`` and stays as it is. A param may be such a
-sentence, too.
+``message("{address} doesn't answer", address="10.1.1.1")`` is ``{"msgid": "{address} doesn't answer", "params": {"address": "10.1.1.1"}}``,
+plain JSON. A text from outside – a robot's, a row of an older version – is a ``str`` and stays as it is. A param may be a message, too.
 """
 from __future__ import annotations
 
@@ -10,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard
 
-Told = str | Mapping[str, Any]
+Message = str | Mapping[str, Any]
 
 
 class _Params(dict[str, Any]):
@@ -20,37 +19,37 @@ class _Params(dict[str, Any]):
         return "?"
 
 
-def told(msgid: str, /, **params: object) -> dict[str, Any]:
-    """What a sentence is made of, as plain JSON. ``msgid`` is the English text with named placeholders."""
+def message(msgid: str, /, **params: object) -> dict[str, Any]:
+    """A message as plain JSON. ``msgid`` is the English text with named placeholders."""
     return {"msgid": msgid, "params": {name: _plain(value) for name, value in params.items()}}
 
 
-def made_of(error: BaseException) -> Told:
-    """What an error says; one of ours has it as ``told``."""
-    own = getattr(error, "told", None)
-    return own if is_told(own) else str(error)
+def message_of(error: BaseException) -> Message:
+    """What an error says; errors of this app have it as ``message``."""
+    own = getattr(error, "message", None)
+    return own if is_message(own) else str(error)
 
 
-# What systems say most when a file can't be read or written (strerror of POSIX); anything else is told as the system has it.
+# The most frequent reasons why a file can't be read or written (strerror of POSIX); any other is shown as the system words it.
 SENTENCES = ("No such file or directory", "Permission denied", "Operation not permitted", "File exists", "Not a directory",
              "Is a directory", "No space left on device", "Disk quota exceeded", "Read-only file system", "Input/output error",
              "File name too long", "Too many open files", "Device or resource busy")
 
 
-def of_system(error: OSError) -> Told:
+def message_of_system(error: OSError) -> Message:
     """What the operating system says about a file."""
     text = error.strerror or str(error)
     return {"msgid": text, "params": {}} if text in SENTENCES else text
 
 
-def is_told(value: object) -> TypeGuard[Mapping[str, Any]]:
-    """Whether it is a sentence in its parts."""
+def is_message(value: object) -> TypeGuard[Mapping[str, Any]]:
+    """Whether it is text and parameters, not a plain text."""
     return isinstance(value, Mapping) and isinstance(value.get("msgid"), str)
 
 
-def tell(what: object, translate: Callable[[str], str] = lambda text: text) -> str:
+def render(what: object, translate: Callable[[str], str] = lambda text: text) -> str:
     """The sentence in the language of ``translate``, in English without one. Never fails, whatever was stored."""
-    if not is_told(what):
+    if not is_message(what):
         return "" if what is None else str(what)
     msgid, given = what["msgid"], what.get("params")
     params = _Params({name: _in_words(value, translate) for name, value in given.items()} if isinstance(given, Mapping) else {})
@@ -83,14 +82,14 @@ class Decimal(float):
 
 
 def _in_words(value: object, translate: Callable[[str], str]) -> object:
-    if is_told(value):
-        return tell(value, translate)
+    if is_message(value):
+        return render(value, translate)
     return Decimal(value, translate) if isinstance(value, float) else value
 
 
 def _plain(value: object) -> object:
     if isinstance(value, BaseException):
-        return made_of(value)
-    if is_told(value) or value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value)):
+        return message_of(value)
+    if is_message(value) or value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value)):
         return value
     return str(value)

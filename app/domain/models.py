@@ -12,7 +12,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
 
-from app.domain.message import Told, tell, told
+from app.domain.message import Message, message, render
 from app.domain.robot import QueueItem, RobotStatus
 
 WEEKDAYS = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
@@ -178,21 +178,21 @@ class Schedule:
 
 
 @dataclass(frozen=True)
-class Usual:
+class DurationEstimate:
     """How long a mission takes on a robot, in seconds: the median of the runs lately, what nine of ten stayed under, of how many runs; or
     what a person typed, which is both and rests on none."""
     median_s: float
     slow_s: float
-    lasted_s: tuple[float, ...] = ()         # each of them, shortest first
+    samples_s: tuple[float, ...] = ()         # each of them, shortest first
     typed: bool = False
 
     @property
     def runs(self) -> int:
-        return len(self.lasted_s)
+        return len(self.samples_s)
 
     def share_over(self, seconds: float) -> float:
         """Of the runs, those that took longer; 0 … 1."""
-        return sum(lasted > seconds for lasted in self.lasted_s) / len(self.lasted_s) if self.lasted_s else 0.0
+        return sum(lasted > seconds for lasted in self.samples_s) / len(self.samples_s) if self.samples_s else 0.0
 
 
 @dataclass(frozen=True)
@@ -252,7 +252,7 @@ class RobotSnapshot:
     queue: tuple[QueueItem, ...] = ()    # running first, then pending in order, whoever put them there
     queue_read_at: datetime | None = None
     since: datetime | None = None        # of this connection state
-    problem: Told = ""                   # what the last failure says, empty when it answers
+    problem: Message = ""                   # what the last failure says, empty when it answers
     idle_since: datetime | None = None
 
 
@@ -338,12 +338,12 @@ class InvalidInput(ValueError):
 
     def __init__(self, field: str, msgid: str, **details: Any) -> None:
         self.field, self.msgid, self.details = field, msgid, details
-        super().__init__(tell(self.told))
+        super().__init__(render(self.message))
 
     @property
-    def told(self) -> Mapping[str, Any]:
+    def message(self) -> Mapping[str, Any]:
         """What its sentence is made of."""
-        return told(self.msgid, **self.details)
+        return message(self.msgid, **self.details)
 
     @property
     def text(self) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import writing
-from app.domain.message import decimal, is_told, tell
+from app.domain.message import decimal, is_message, render
 from app.domain.models import Execution, Reason, ReasonCode, State, Wait
 from app.domain.writing import Translate
 
@@ -123,7 +123,7 @@ def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> di
     known = {f"{name}_with_date": writing.day_and_time(instant, translate) for name, instant in instants.items()}
     known |= instants_in_words(details, zone, translate)
     for name, value in details.items():
-        value = tell(value, translate) if is_told(value) else value
+        value = render(value, translate) if is_message(value) else value
         if name not in _INSTANTS and (text := _text(value, translate)) and (name, value) != ("attempts", 0):
             known[str(name)] = translate(text) if name == "hold" else text       # those that are offered are known by their English word
     return known

@@ -6,12 +6,12 @@ from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta
 from functools import cache
 
-from app.domain.message import Told
+from app.domain.message import Message
 from app.domain.models import Execution, Reason, ReasonCode, Schedule, Settings, Wait
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
-EARLY = timedelta(milliseconds=100)      # before its instant an intent is on disk, so that then only the POST remains
+INTENT_LEAD = timedelta(milliseconds=100)      # before its instant an intent is on disk, so that then only the POST remains
 
 
 def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settings) -> datetime:
@@ -49,7 +49,7 @@ def battery_allows(battery: float | None, minimum: float | None) -> bool:
     return minimum is None or (battery is not None and battery >= minimum)
 
 
-def after_failed_attempt(execution: Execution, settings: Settings, problem: Told) -> Reason | None:
+def after_failed_attempt(execution: Execution, settings: Settings, problem: Message) -> Reason | None:
     """The end of an execution whose attempt has just failed, or None when it is tried again."""
     if execution.attempts > settings.retry_limit:
         return Reason(ReasonCode.RETRY_LIMIT, {"attempts": execution.attempts, "problem": problem})

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 from urllib.parse import quote
 
-from app.domain.message import told
+from app.domain.message import message
 from app.domain.robot import (
     Identity,
     MapPosition,
@@ -72,7 +72,7 @@ class RobotClient:
         """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where it is told."""
         status = self.status()
         try:
-            user = self._get("/users/me", lambda found: clean(parse.single(found, told("the user")).get("name"), 80))
+            user = self._get("/users/me", lambda found: clean(parse.single(found, message("the user")).get("name"), 80))
         except Rejected:
             user = ""
             self._queue.ids({"limit": "1"})                     # needs credentials as well
@@ -82,14 +82,14 @@ class RobotClient:
         """From software 3.x on; older robots tell it in a header, if at all."""
         try:
             return self._get("/software/system_status",
-                             lambda found: parse.text_or_none(parse.single(found, told("the system status")).get("application_version")))
+                             lambda found: parse.text_or_none(parse.single(found, message("the system status")).get("application_version")))
         except (Refusal, Unreadable, NotAMir):
             return None
 
     # ------------------------------------------------------------------ missions
     def missions(self) -> list[MissionInfo]:
         """All missions of the site that the robot has."""
-        return self._get("/missions", lambda found: parse.listed(found, told("the mission list"), parse.mission_info))
+        return self._get("/missions", lambda found: parse.listed(found, message("the mission list"), parse.mission_info))
 
     def mission(self, guid: str) -> MissionDetail:
         """Raises Rejected with status 404 when the robot has no such mission."""
@@ -114,23 +114,23 @@ class RobotClient:
         return []
 
     # ------------------------------------------------------------------ the queue
-    def enqueue(self, mission_guid: str, *, description: str = "", message: str = "", priority: int = 0,
+    def enqueue(self, mission_guid: str, *, description: str = "", text: str = "", priority: int = 0,
                 parameters: Mapping[str, Any] | None = None) -> int:
         """Put a mission at the end of the robot's queue; returns the id of its item. Only 201 with an integer id counts as accepted."""
         body: dict[str, Any] = {"mission_id": mission_guid, "priority": priority}
         if description:
             body["description"] = description[:LONGEST_DESCRIPTION]
-        if message:
-            body["message"] = message[:LONGEST_DESCRIPTION]
+        if text:
+            body["message"] = text[:LONGEST_DESCRIPTION]
         if parameters:
             body["parameters"] = [{"input_name": name, "value": value} for name, value in parameters.items()]
         try:
             json_module.dumps(body, allow_nan=False)
         except (TypeError, ValueError, RecursionError):
-            raise Rejected(status=400, reason=told("a parameter can't be written as JSON"), address=self.address.netloc) from None
+            raise Rejected(status=400, reason=message("a parameter can't be written as JSON"), address=self.address.netloc) from None
         answer = self._request("POST", "/mission_queue", json=body)
         if answer.status != 201:
-            raise Unreadable(address=self.address.netloc, problem=told("status {status} instead of 201", status=answer.status))
+            raise Unreadable(address=self.address.netloc, problem=message("status {status} instead of 201", status=answer.status))
         return self._read(answer, parse.queue_id)
 
     def queue_item(self, queue_id: int) -> QueueItem:
@@ -179,12 +179,12 @@ class RobotClient:
     def positions(self, map_id: str | None = None) -> list[MapPosition]:
         """Named places, of one map or of all. Coordinates come along where the robot knows the whitelist."""
         path = f"/maps/{_segment(map_id)}/positions" if map_id else "/positions"
-        return self._get(path, lambda found: parse.listed(found, told("the list of positions"),
+        return self._get(path, lambda found: parse.listed(found, message("the list of positions"),
                                                           lambda entry: parse.map_position(entry, map_id)),
                          {"whitelist": "all"})
 
     def registers(self) -> list[Register]:
-        return self._get("/registers", lambda found: parse.listed(found, told("the list of registers"), parse.register))
+        return self._get("/registers", lambda found: parse.listed(found, message("the list of registers"), parse.register))
 
     # ------------------------------------------------------------------ requests
     def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None) -> T:
@@ -192,7 +192,7 @@ class RobotClient:
 
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
         answer = self._request(method, path, query=query, json=json)
-        return self._read(answer, lambda found: parse.objects(found, told("the mission queue")))
+        return self._read(answer, lambda found: parse.objects(found, message("the mission queue")))
 
     def _put_status(self, body: Mapping[str, Any]) -> RobotStatus | None:
         began = self._clock()
@@ -224,7 +224,7 @@ class RobotClient:
         if 200 <= status < 300:
             return answer
         if status < 200:
-            raise Unreadable(address=address, problem=told("status {status}", status=status))
+            raise Unreadable(address=address, problem=message("status {status}", status=status))
         if status < 400:
             target = self._token.hide_in(clean(answer.header("Location"), 100)) or "elsewhere"
             raise NotAMir(code="redirected", address=address, target=target)

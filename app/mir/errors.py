@@ -2,7 +2,7 @@
 
 For a request that changes something, ``error.delivery`` says what is known about its effect; the dispatcher decides by it alone.
 Every error has a ``code``, the ``msgid`` of its English sentence and the ``params`` of that sentence, so that a screen can translate
-it: ``tell(error.told, _)``. No error carries a secret: neither the token nor a header of the request.
+it: ``render(error.message, _)``. No error carries a secret: neither the token nor a header of the request.
 """
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any, Self
 
-from app.domain.message import Told, tell, told
+from app.domain.message import Message, message, render
 
 
 class Delivery(Enum):
@@ -62,17 +62,17 @@ class RobotError(Exception):
         super().__init__(msgid, code, params)
         self.code = code or self.code
         self.msgid = msgid or SENTENCES[self.code]
-        self.params: dict[str, Any] = {"address": told("the robot"), **params}
+        self.params: dict[str, Any] = {"address": message("the robot"), **params}
 
     @property
     def text(self) -> str:
         """One English sentence: what is wrong and, where it can be said, what to mend. Begins small, has no full stop."""
-        return tell(self.told)
+        return render(self.message)
 
     @property
-    def told(self) -> Mapping[str, Any]:
+    def message(self) -> Mapping[str, Any]:
         """What its sentence is made of."""
-        return told(self.msgid, **self.params)
+        return message(self.msgid, **self.params)
 
     def __str__(self) -> str:
         return self.text
@@ -121,7 +121,7 @@ class TimedOut(RobotError):
 class Refusal(RobotError):
     """The robot answered with a ``status`` of failure (HTTP). ``robot_code`` and ``reason`` are its own words, often empty."""
 
-    def __init__(self, msgid: str = "", *, status: int, robot_code: str = "", reason: Told = "", code: str = "", **params: Any) -> None:
+    def __init__(self, msgid: str = "", *, status: int, robot_code: str = "", reason: Message = "", code: str = "", **params: Any) -> None:
         self.status, self.robot_code, self.reason = status, robot_code, reason
         own = code or type(self).code
         if reason and f"{own}_with_reason" in SENTENCES:

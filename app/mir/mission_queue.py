@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from app.domain.message import told
+from app.domain.message import message
 from app.domain.robot import QueueItem, QueueState
 from app.mir import parse
 from app.mir.errors import Refusal, Unreadable
@@ -74,7 +74,7 @@ class QueueReader:
             if is_last or (is_sorted and not found):
                 return
             seen |= page.keys()
-        raise Unreadable(problem=told("more than {n} queue items", n=MOST_ITEMS))
+        raise Unreadable(problem=message("more than {n} queue items", n=MOST_ITEMS))
 
     def _whole(self, entries: Sequence[parse.Object]) -> list[QueueItem]:
         """Items with all their fields, by ascending id; those that the list gave in short form are asked for."""
@@ -85,6 +85,6 @@ class QueueReader:
                 items.append(parse.queue_item(entry))
                 continue
             if (reads := reads + 1) > MOST_SINGLE_READS:
-                raise Unreadable(problem=told("more than {n} queue items in short form", n=MOST_SINGLE_READS))
+                raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
             items.append(self._read_item(parse.queue_id(entry)))
         return sorted(items, key=lambda item: item.id)

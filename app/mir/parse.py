@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
 from typing import Any, TypeVar
 
-from app.domain.message import Told, told
+from app.domain.message import Message, message
 from app.domain.robot import (
     MapPosition,
     MissionDetail,
@@ -45,33 +45,33 @@ def loads(body: bytes) -> Any:
         return json.loads(body.decode("utf-8-sig"), parse_constant=_no_constant, parse_int=_int, parse_float=_float,
                           object_pairs_hook=_object)
     except RecursionError:
-        raise Unreadable(problem=told("it is nested too deep")) from None
+        raise Unreadable(problem=message("it is nested too deep")) from None
     except UnicodeDecodeError:
-        raise Unreadable(problem=told("it is no UTF-8")) from None
+        raise Unreadable(problem=message("it is no UTF-8")) from None
     except ValueError:
-        raise Unreadable(problem=told("it is no JSON")) from None
+        raise Unreadable(problem=message("it is no JSON")) from None
 
 
 def _no_constant(name: str) -> Any:
-    raise Unreadable(problem=told("it has {name} where a number should be", name=name))
+    raise Unreadable(problem=message("it has {name} where a number should be", name=name))
 
 
 def _int(digits: str) -> int:
     if len(digits) > 20 or abs(number := int(digits)) > LARGEST_INT:
-        raise Unreadable(problem=told("it has a number beyond 64 bit"))
+        raise Unreadable(problem=message("it has a number beyond 64 bit"))
     return number
 
 
 def _float(digits: str) -> float:
     if not math.isfinite(number := float(digits)):
-        raise Unreadable(problem=told("it has an infinite number"))
+        raise Unreadable(problem=message("it has an infinite number"))
     return number
 
 
 def _object(pairs: list[tuple[str, Any]]) -> Object:
     found = dict(pairs)
     if len(found) != len(pairs):
-        raise Unreadable(problem=told("it has a key twice"))
+        raise Unreadable(problem=message("it has a key twice"))
     return found
 
 
@@ -80,19 +80,19 @@ def looks_like_web_page(body: bytes) -> bool:
 
 
 # ---------------------------------------------------------------------- values
-def object_(value: Any, what: Told) -> Object:
+def object_(value: Any, what: Message) -> Object:
     if not isinstance(value, dict):
-        raise Unreadable(problem=told("{what} is no JSON object", what=what))
+        raise Unreadable(problem=message("{what} is no JSON object", what=what))
     return value
 
 
-def objects(value: Any, what: Told) -> list[Object]:
+def objects(value: Any, what: Message) -> list[Object]:
     if not isinstance(value, list):
-        raise Unreadable(problem=told("{what} is no JSON list", what=what))
-    return [object_(entry, told("an entry of {what}", what=what)) for entry in value]
+        raise Unreadable(problem=message("{what} is no JSON list", what=what))
+    return [object_(entry, message("an entry of {what}", what=what)) for entry in value]
 
 
-def single(value: Any, what: Told) -> Object:
+def single(value: Any, what: Message) -> Object:
     """One object, which MiR's definition file types as a list in places (reference, section 5)."""
     return object_(value[0] if isinstance(value, list) and value else value, what)
 
@@ -226,9 +226,9 @@ _QUEUE_STATES = {"pending": QueueState.PENDING, "executing": QueueState.EXECUTIN
 
 def queue_id(value: Any) -> int:
     """The ``id`` of a queue item, the one thing to rely on in the answer of a POST. Raises Unreadable."""
-    number = object_(value, told("the queue item")).get("id")
+    number = object_(value, message("the queue item")).get("id")
     if isinstance(number, bool) or not isinstance(number, int) or number < 0:
-        raise Unreadable(problem=told("the queue item has no number"))
+        raise Unreadable(problem=message("the queue item has no number"))
     return number
 
 
@@ -242,7 +242,7 @@ def queue_item(value: Any) -> QueueItem:
     number = queue_id(value)
     state = clean(value.get("state"), 40)
     if not state:
-        raise Unreadable(problem=told("the queue item has no state"))
+        raise Unreadable(problem=message("the queue item has no state"))
     parameters = value.get("parameters")
     return QueueItem(
         id=number, state=_QUEUE_STATES.get(state.casefold(), QueueState.UNKNOWN), state_text=state,
@@ -261,10 +261,10 @@ def mission_info(value: Object) -> MissionInfo | None:
 
 
 def mission_detail(value: Any) -> MissionDetail:
-    found = object_(value, told("the mission"))
+    found = object_(value, message("the mission"))
     guid = text_or_none(found.get("guid"))
     if guid is None:
-        raise Unreadable(problem=told("the mission has no guid"))
+        raise Unreadable(problem=message("the mission has no guid"))
     return MissionDetail(
         guid, clean(found.get("name"), 255) or guid, clean(found.get("description")), text_or_none(found.get("group_id")),
         hidden=found.get("hidden") is True, is_template=found.get("is_template") is True, valid=bool_or_none(found.get("valid")),
@@ -287,24 +287,24 @@ def register(value: Object) -> Register | None:
 
 def robot_map(value: Any) -> RobotMap:
     """The picture is ``map`` on software 2.x and ``base_map`` on 3.x. Raises Unreadable when it is no PNG of a sane size."""
-    found = object_(value, told("the map"))
+    found = object_(value, message("the map"))
     encoded = next((found[key] for key in ("base_map", "map") if isinstance(found.get(key), str) and found[key]), "")
     try:
         png = base64.b64decode(encoded.partition(",")[2] if encoded.startswith("data:") else encoded)
     except (binascii.Error, ValueError):
         png = b""
     if len(png) < 24 or png[:8] != b"\x89PNG\r\n\x1a\n" or png[12:16] != b"IHDR":
-        raise Unreadable(problem=told("the map has no PNG picture"))
+        raise Unreadable(problem=message("the map has no PNG picture"))
     width, height = struct.unpack(">II", png[16:24])
     if not 0 < width * height <= LARGEST_MAP:
-        raise Unreadable(problem=told("the map's picture is too large"))
+        raise Unreadable(problem=message("the map's picture is too large"))
     x, y, theta = (float_or_none(found.get(f"origin_{axis}")) or 0.0 for axis in ("x", "y", "theta"))
     resolution = float_or_none(found.get("resolution"))
     return RobotMap(text_or_none(found.get("guid")) or "", clean(found.get("name"), 255), png, width, height,
                     resolution if resolution is not None and 0 < resolution < 10 else 0.05, Pose(x, y, theta))
 
 
-def listed(value: Any, what: Told, read: Callable[[Object], T | None]) -> list[T]:
+def listed(value: Any, what: Message, read: Callable[[Object], T | None]) -> list[T]:
     """The entries of a list that can be read; one without an identity is passed over."""
     found: Iterable[T | None] = map(read, objects(value, what))
     return [entry for entry in found if entry is not None]

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 from urllib.parse import urlencode
 
-from app.domain.message import told
+from app.domain.message import message
 from app.mir.address import Address
 from app.mir.connections import Exchange, Resolver, RobotConnection, Tls
 from app.mir.credentials import Token
@@ -143,7 +143,7 @@ class HttpTransport:
             return TimedOut(address=address, seconds=timeout.read)
         if isinstance(error, OSError | http.client.IncompleteRead):          # RemoteDisconnected is one of the former
             return ConnectionLost(address=address)
-        return Unreadable(address=address, problem=told("it doesn't keep to HTTP"))
+        return Unreadable(address=address, problem=message("it doesn't keep to HTTP"))
 
 
 def _unpacking(encoding: str | None) -> Callable[[bytes], Iterator[bytes]]:

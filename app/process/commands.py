@@ -23,7 +23,7 @@ from app.database.backups import restore
 from app.database.errors import DatabaseError
 from app.database.executions import ExecutionRepository
 from app.domain.clock import SystemClock
-from app.domain.message import tell
+from app.domain.message import render
 from app.domain.models import Execution, InvalidInput, State
 from app.failures import BadInput, Failure
 from app.process import log_file
@@ -87,7 +87,7 @@ def _import(directory: DataDirectory, path: Path) -> int:
         try:
             container = open_container(directory)
             try:
-                changes = [tell(line) for line in configuration.import_configuration(container.catalogue, content)]
+                changes = [render(line) for line in configuration.import_configuration(container.catalogue, content)]
             finally:
                 container.db.close()
         except InvalidInput as error:
@@ -180,7 +180,7 @@ def _submit(container: Container, robot_name: str, mission_name: str, parameters
     robot = find_robot(container, robot_name)
     mission = find_mission(container, mission_name, robot)
     execution = container.operator.run_now(robot.id, mission.id, parameters, token)
-    lane = container.make_lane(robot)
+    lane = container.make_worker(robot)
     try:
         while execution.state in (State.WAITING, State.SUBMITTING):
             wait = lane.dispatch_only(execution.id)

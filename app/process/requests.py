@@ -8,7 +8,7 @@ from typing import Any
 
 from app.container import Container
 from app.domain import names
-from app.domain.message import tell
+from app.domain.message import render
 from app.domain.models import Execution, InvalidInput, Mission, Robot, State
 from app.domain.reasons import sentence
 from app.process.inbox import Handler
@@ -56,7 +56,7 @@ def handlers(container: Container) -> Mapping[str, Handler]:
         if hashlib.sha256(content).hexdigest() != request["sha256"]:
             return {"exit": 2, "error": f"{path} changed while it was handed over; nothing was changed"}
         try:
-            return {"changes": [tell(line) for line in configuration.import_configuration(container.catalogue, content)]}
+            return {"changes": [render(line) for line in configuration.import_configuration(container.catalogue, content)]}
         except InvalidInput as error:
             return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
 

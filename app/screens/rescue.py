@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from kivy.properties import BooleanProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.domain.message import Told
+from app.domain.message import Message
 from app.i18n import SOURCE_LANGUAGE, _
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.threads import Background, UiBus
@@ -24,7 +24,7 @@ class Damage:
     """``sentence`` is the one that the commands print, in its parts; ``backup`` the newest good one, if there is any; ``restore`` puts it
     in place and opens the services on it, off the UI thread. It raises Failure with one sentence. ``language`` is the one that was last
     set."""
-    sentence: Told
+    sentence: Message
     backup: Path | None
     restore: Callable[[], Container]
     language: str = SOURCE_LANGUAGE

@@ -49,14 +49,14 @@ class Drawing:
     """Of ``chart`` as it is now. ``canvas`` holds it; ``add_lanes`` makes the lanes."""
 
     def __init__(self, chart: Timeline) -> None:
-        self._chart, self._lanes, self._closed, self._ticks = chart, chart.lanes, chart.closed, chart.ticks
+        self._chart, self._workers, self._closed, self._ticks = chart, chart.lanes, chart.closed, chart.ticks
         self.first, self.hours = chart.first, chart.hours
         self.low, self.high = self.first - self.hours * BEYOND, self.first + self.hours * (1 + BEYOND)     # hours drawn: from, to
         self.x, self.y, self.right, self.top = chart.x, chart.y, chart.right, chart.top
-        names = max(max(chart.width_of(lane["name"], 16, "RobotoMedium"), chart.width_of(lane.get("note", ""))) for lane in self._lanes)
+        names = max(max(chart.width_of(lane["name"], 16, "RobotoMedium"), chart.width_of(lane.get("note", ""))) for lane in self._workers)
         self.left = self.x + max(dp(88), min(names + dp(16), chart.width * .3))
         self.unit = (self.right - self.left) / self.hours                                                   # px of an hour
-        self.lane_height = (chart.height - dp(AXIS)) / len(self._lanes)
+        self.lane_height = (chart.height - dp(AXIS)) / len(self._workers)
         self.moved = 0.                                                                                     # px, since it was made
         self._reach: dict[int, list[dict]] = {}
         self._made: dict[int, tuple[Canvas, Canvas]] = {}                                                   # name and bars of a lane
@@ -67,7 +67,7 @@ class Drawing:
 
     def _draw(self):
         chart = self._chart
-        for n in range(len(self._lanes) + 1):
+        for n in range(len(self._workers) + 1):
             chart.box(self.x, self.y + self.lane_height * n, self.right - self.x, 1, tk.line)
         self._names = Canvas()
         window = {"pos": (self.left, self.y), "size": (self.right - self.left, self.top - self.y)}
@@ -96,16 +96,16 @@ class Drawing:
         """Those in reach, by their beginning."""
         if lane not in self._reach:
             low, high = self.low, self.high
-            self._reach[lane] = sorted((bar for bar in self._lanes[lane]["bars"] if bar["end"] > low and bar["start"] < high),
+            self._reach[lane] = sorted((bar for bar in self._workers[lane]["bars"] if bar["end"] > low and bar["start"] < high),
                                        key=lambda bar: bar["start"])
         return self._reach[lane]
 
     def in_sight(self, seen_from: float, seen_height: float) -> range:
         """All lanes, or of a page that scrolls those that are seen (px from the top) and one on either side."""
         if not seen_height:
-            return range(len(self._lanes))
+            return range(len(self._workers))
         above = int((seen_from - dp(AXIS)) / self.lane_height)
-        return range(max(0, above - 1), min(len(self._lanes), above + int(seen_height / self.lane_height) + 3))
+        return range(max(0, above - 1), min(len(self._workers), above + int(seen_height / self.lane_height) + 3))
 
     def would_be_crowded(self, seen_from: float, seen_height: float) -> bool:
         """Whether there is too much in sight to draw all of it in detail."""
@@ -123,7 +123,7 @@ class Drawing:
     @property
     def _is_whole(self) -> bool:
         """Whether nothing lies beyond what is drawn."""
-        return all(len(self.bars_of(lane)) == len(self._lanes[lane]["bars"]) for lane in self._made) and \
+        return all(len(self.bars_of(lane)) == len(self._workers[lane]["bars"]) for lane in self._made) and \
             all(self.low - 1 <= hour <= self.high + 1 for hour, *_ in self._ticks)
 
     def boxes(self, lane: int) -> Iterator[Box]:
@@ -137,7 +137,7 @@ class Drawing:
 
     def lane_at(self, y: float) -> int:
         """Nearest lane to a height in px."""
-        return min(max(int((self.top - dp(AXIS) - y) / self.lane_height), 0), len(self._lanes) - 1)
+        return min(max(int((self.top - dp(AXIS) - y) / self.lane_height), 0), len(self._workers) - 1)
 
     @property
     def _bar_height(self) -> float:
@@ -184,7 +184,7 @@ class Drawing:
         with self._names:
             name = Canvas()
         with name:
-            self._name(self._lanes[lane], self._middle(lane))
+            self._name(self._workers[lane], self._middle(lane))
         with self._bars:
             bars = Canvas()
         with bars:
@@ -298,7 +298,7 @@ class Drawing:
             left, right = max(self.left, self.at(start)), min(self.right, self.at(end))
             width = chart.width_of(words) + dp(24)
             if words and width <= right - left:
-                x, y = (left + right) / 2, self.y + self.lane_height * (len(self._lanes) - .5)
+                x, y = (left + right) / 2, self.y + self.lane_height * (len(self._workers) - .5)
                 chart.box(x - width / 2, y - dp(13), width, dp(26), tk.surface, dp(13))
                 chart.text(words, x, y, tk.ink2, ax=.5)
 

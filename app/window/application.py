@@ -64,7 +64,7 @@ class SchedulerApp(MDApp):
         self._forget: Callable[[], object] = lambda: None            # what they still have told
         self._shown: Settings | None = None      # as they look now
         self._font_scale = Metrics.fontscale     # the system's own, that the setting multiplies
-        self._survivor = Survivor(self._tell_unexpected)
+        self._exception_handler = UiExceptionHandler(self._tell_unexpected)
 
     # ------------------------------------------------------------------ life
     def build(self) -> Widget:
@@ -105,12 +105,12 @@ class SchedulerApp(MDApp):
         self.shell.go(self._first)
 
     def on_start(self) -> None:
-        ExceptionManager.add_handler(self._survivor)
+        ExceptionManager.add_handler(self._exception_handler)
         threading.excepthook = self._thread_failed
 
     def on_stop(self) -> None:
         """Screens let go, then the work in the background; the host closes the services after the window."""
-        ExceptionManager.remove_handler(self._survivor)
+        ExceptionManager.remove_handler(self._exception_handler)
         threading.excepthook = threading.__excepthook__
         self._forget()
         self._let_go()
@@ -238,7 +238,7 @@ class _SettingsChanged:
     """The settings in the database are new."""
 
 
-class Survivor(ExceptionHandler):
+class UiExceptionHandler(ExceptionHandler):
     """What a handler raises is logged and told, and the event loop goes on; a flood is told once a second."""
 
     def __init__(self, tell: Callable[[BaseException], object]) -> None:

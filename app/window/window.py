@@ -152,7 +152,7 @@ def _rescue_app(directory: DataDirectory, damage: DatabaseDamaged, begin: Callab
         return begin()
 
     language = backups.settings_in(damage.backup).language if damage.backup else SOURCE_LANGUAGE
-    return SchedulerApp(None, damage=Damage(damage.told, damage.backup, restore, language))
+    return SchedulerApp(None, damage=Damage(damage.message, damage.backup, restore, language))
 
 
 def restore_backup(directory: DataDirectory, backup: Path) -> None:

@@ -15,7 +15,7 @@ from app.screens.common.alarms_view import Here
 from app.screens.common.threads import UiBus
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarm_list import LateStartsDialog
-from app.screens.frame.view import Worries, banner, open_worries, robot_option, top_bar
+from app.screens.frame.view import OpenIssues, banner, open_issues, robot_option, top_bar
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
@@ -46,7 +46,7 @@ class _Nowhere:
         """Work in the background never comes back."""
 
 
-def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, worries: Worries | None = None) -> HomeScreen:
+def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenIssues | None = None) -> HomeScreen:
     """Home in its frame, with these facts."""
     container = SimpleNamespace(changes=SimpleNamespace(subscribe=lambda _listener: lambda: None), make_client=None,
                                 maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False),
@@ -62,11 +62,11 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, worries: Worr
     bar = top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW)
     frame.date, frame.clock, frame.robot, frame.link, frame.link_icon, frame.link_tone = (
         bar.date, bar.clock, bar.robot, bar.link, bar.icon, bar.tone)
-    if worries is not None:
-        view = banner(worries, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW, Here("home", 1))
+    if issues is not None:
+        view = banner(issues, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW, Here("home", 1))
         frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
         frame.alarm_others, frame.alarm_action = view.others, view.action
-        frame.bell_icon, frame.bell_count = "bell-ring-outline", str(len(open_worries(worries, {}, facts.settings, sample.NOW)))
+        frame.bell_icon, frame.bell_count = "bell-ring-outline", str(len(open_issues(issues, {}, facts.settings, sample.NOW)))
     studio.show(frame)
     return screen
 
@@ -78,7 +78,7 @@ def running(studio: Any) -> None:
 
 @picture("home-estop", sizes=(*BOTH, SMALL))
 def emergency_stop(studio: Any) -> None:
-    home(studio, sample.with_aino(sample.STOPPED), worries=Worries(ALARMS))
+    home(studio, sample.with_aino(sample.STOPPED), issues=OpenIssues(ALARMS))
 
 
 @picture("home-error", sizes=(LANDSCAPE,))
@@ -121,7 +121,7 @@ def fifty(studio: Any) -> None:
 @picture("home-held", sizes=(LANDSCAPE,))
 def held(studio: Any) -> None:
     from app.services.live.holds import Hold
-    home(studio, sample.FACTS, worries=Worries(holds=[Hold("Late starts after the app was off")]))
+    home(studio, sample.FACTS, issues=OpenIssues(holds=[Hold("Late starts after the app was off")]))
 
 
 @picture("home-empty")
@@ -131,7 +131,7 @@ def empty(studio: Any) -> None:
 
 @picture("late-starts")
 def late_starts(studio: Any) -> Any:
-    home(studio, sample.FACTS, worries=Worries(late_starts=LATE))
+    home(studio, sample.FACTS, issues=OpenIssues(late_starts=LATE))
     dialog = LateStartsDialog(hold=lambda: None)
     dialog.show(LATE, sample.SETTINGS, sample.NOW)
     return studio.dialogs.open(dialog)

@@ -95,7 +95,7 @@ def test_map_places_registers_and_parameters(robot: RobotClient) -> None:
 def test_a_mission_from_the_queue_to_its_end(robot: RobotClient) -> None:
     assert (robot.highest_queue_id(), robot.open_items(), robot.items_after(0)) == (None, [], [])
     robot.set_state(RobotState.PAUSE)
-    number = robot.enqueue(guid_of(robot, "Home"), description="token-1", message="Evening", priority=2)
+    number = robot.enqueue(guid_of(robot, "Home"), description="token-1", text="Evening", priority=2)
     (item,) = robot.items_after(0)
     assert (item.id, item.state, item.description, item.priority) == (number, QueueState.PENDING, "token-1", 2)
     assert (item.started, item.finished, item.created_by_name) == (None, None, "Distributor")

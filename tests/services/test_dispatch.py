@@ -289,7 +289,7 @@ def test_a_poll_in_the_moment_of_aborting_waits_for_what_the_robot_says(site, pl
     robot = site.container.repositories.robots.all(site.container.db.read())[0]
     site.container.make_client(robot).cancel(run.queue_id)
     assert str(items(site)[0].state) == "Abort"
-    site.container.make_lane(robot).step(poll=True)
+    site.container.make_worker(robot).step(poll=True)
     assert site.executions()[0].state is State.EXECUTING
     site.run(60)
     assert outcome(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED)]

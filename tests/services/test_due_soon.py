@@ -6,8 +6,8 @@ from itertools import pairwise
 import pytest
 
 from app.domain.models import State
-from app.services.dispatch.lane import PREPARES_WITHIN, phase_of
-from app.services.dispatch.scheduler import AHEAD, AHEAD_AT_ONCE
+from app.services.dispatch.scheduler import PREFETCH_LEAD, PREFETCH_TOGETHER
+from app.services.dispatch.worker import PREPARES_WITHIN, phase_of
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05
@@ -39,8 +39,8 @@ def test_each_instant_is_told_once_and_only_shortly_before(site, plan):
 
 
 def test_at_the_instant_only_the_post_remains(site, requests):
-    [lane] = site._lanes.values()
-    site.read_ahead(lane)
+    [worker] = site._workers.values()
+    site.read_ahead(worker)
     assert requests == ["GET /status"]
     requests.clear()
     site.run(1.05)
@@ -49,9 +49,9 @@ def test_at_the_instant_only_the_post_remains(site, requests):
 
 
 def test_a_look_ahead_that_fails_is_no_attempt(site, requests):
-    [lane] = site._lanes.values()
+    [worker] = site._workers.values()
     site.network.next("GET", "/status", Fate.REFUSED)
-    site.read_ahead(lane)
+    site.read_ahead(worker)
     site.run(1.05)
     assert requests[:3] == ["GET /status", "GET /status", "POST /mission_queue"]
     [run] = site.executions()
@@ -65,17 +65,17 @@ def test_what_is_due_does_not_wait_for_a_poll(site, requests):
 
 
 def test_a_robot_is_read_ahead_when_its_turn_comes(site, requests):
-    [lane] = site._lanes.values()
-    wait = lane.step(False, due_soon=True, changed=False)
+    [worker] = site._workers.values()
+    wait = worker.step(False, due_soon=True, changed=False)
     assert requests == []
     assert 0 < wait < PREPARES_WITHIN
     site.clock.advance(wait)
-    lane.step(False, changed=False)
+    worker.step(False, changed=False)
     assert requests == ["GET /status"]
 
 
 def test_many_robots_take_turns_and_all_are_read_before_the_instant():
     """What else falls due in the second before must not wait for two hundred reads in one moment."""
-    assert (AHEAD - AHEAD_AT_ONCE).total_seconds() - 0.2 > PREPARES_WITHIN
+    assert (PREFETCH_LEAD - PREFETCH_TOGETHER).total_seconds() - 0.2 > PREPARES_WITHIN
     turns = sorted(PREPARES_WITHIN * phase_of(number) for number in range(1, 201))
     assert max(later - earlier for earlier, later in pairwise(turns)) <= 2.5 * PREPARES_WITHIN / 200

@@ -1,4 +1,4 @@
-"""A tenth of a second before its instant, what nothing stands in the way of is on disk and in the hands of its lane, which waits for the
+"""A tenth of a second before its instant, what nothing stands in the way of is on disk and in the hands of its worker, which waits for the
 instant; whatever happens in between is heeded."""
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain.models import ReasonCode, State, Wait
-from app.domain.rules import EARLY
+from app.domain.rules import INTENT_LEAD
 from app.services.catalogue.pausing import Skipping
 from app.services.dispatch.intents import PUT_OFF_AT_MOST, ROUND_TAKES
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05
 INSTANT = datetime(2026, 11, 23, 6, 5, tzinfo=UTC)
-EARLIER = 0.05           # s before the instant, within EARLY
+EARLIER = 0.05           # s before the instant, within INTENT_LEAD
 DAY = 86400.0
 
 
@@ -24,26 +24,26 @@ def sent(site) -> list[str]:
     return [item.description for item in site.machines["R1"].queue if item.description]
 
 
-def only_lane(site):
-    [lane] = site._lanes.values()
-    return lane
+def only_worker(site):
+    [worker] = site._workers.values()
+    return worker
 
 
 def come_close(site) -> None:
     """The robot has been read ahead, and the instant is near enough."""
     site.run(DUE - 1.0)
     site.container.scheduler.due_soon()
-    site.read_ahead(only_lane(site))
+    site.read_ahead(only_worker(site))
     site.clock.advance((INSTANT - site.clock.now()).total_seconds() - EARLIER)
     site.tick()
 
 
 @pytest.fixture
 def in_hand(site, plan):
-    """A schedule whose next start is written down, taken in hand by its lane, and not yet due."""
+    """A schedule whose next start is written down, taken in hand by its worker, and not yet due."""
     schedule = plan("2026-11-23T06:05", minimum_battery_percent=20)
     come_close(site)
-    wait = only_lane(site).step(False, intents=site._intents.pop(1), changed=False)
+    wait = only_worker(site).step(False, intents=site._intents.pop(1), changed=False)
     assert [run.state for run in site.executions()] == [State.SUBMITTING]
     assert 0 < wait <= EARLIER
     return schedule
@@ -62,8 +62,8 @@ def test_it_is_sent_at_its_instant_and_not_before(site, in_hand):
 def test_nothing_is_written_earlier_than_that(site, plan):
     plan("2026-11-23T06:05")
     site.run(DUE - 1.0)
-    site.read_ahead(only_lane(site))
-    site.clock.advance((INSTANT - site.clock.now() - EARLY).total_seconds() - 0.001)
+    site.read_ahead(only_worker(site))
+    site.clock.advance((INSTANT - site.clock.now() - INTENT_LEAD).total_seconds() - 0.001)
     site.tick()
     assert site.executions() == []
     assert 0 < site.container.scheduler.seconds_to_next() < 0.03
@@ -150,7 +150,7 @@ def test_another_schedule_that_is_changed_stops_nothing(site, plan, in_hand):
 def test_the_ledger_is_not_asked_while_nobody_changes_anything(site, in_hand, monkeypatch):
     """It would be one more wait between the instant and the POST."""
     asked = []
-    monkeypatch.setattr(site.container.ledger, "taken_back", asked.append)
+    monkeypatch.setattr(site.container.ledger, "revocation_reason", asked.append)
     site.run(EARLIER + 0.01)
     assert len(sent(site)) == 1
     assert asked == []
@@ -183,7 +183,7 @@ def test_what_something_stands_in_the_way_of_is_not_written_early(site, plan, ob
         site.run(DUE - 1.0)
         site.clock.advance(0.95)
         if obstacle == "still running":
-            site.read_ahead(only_lane(site))
+            site.read_ahead(only_worker(site))
             site.clock.step(-0.4)
         site.tick()
     else:
@@ -205,11 +205,11 @@ def test_a_clock_that_is_set_in_that_moment_neither_delays_nor_doubles(site, in_
     assert len(site.executions()) == 1
 
 
-def test_a_lane_that_is_closed_gives_back_what_it_holds(site, in_hand):
-    only_lane(site).close()
+def test_a_worker_that_is_closed_gives_back_what_it_holds(site, in_hand):
+    only_worker(site).close()
     [run] = site.executions()
     assert (run.state, run.attempts) == (State.WAITING, 0)
-    site._lanes.clear()                       # another takes its place, and does not send it early either
+    site._workers.clear()                       # another takes its place, and does not send it early either
     site.run(1.0)
     [run] = site.executions()
     assert sent(site) == [run.token]
@@ -219,7 +219,7 @@ def test_a_lane_that_is_closed_gives_back_what_it_holds(site, in_hand):
 def test_one_that_was_never_taken_in_hand_is_given_back_too(site, plan):
     plan("2026-11-23T06:05")
     come_close(site)
-    only_lane(site).close(site._intents.pop(1))
+    only_worker(site).close(site._intents.pop(1))
     assert [(run.state, run.attempts) for run in site.executions()] == [(State.WAITING, 0)]
 
 
@@ -235,35 +235,35 @@ def test_an_unexpected_error_with_one_leaves_the_others_in_hand(site, plan, monk
     for name in ("first", "second"):
         plan("2026-11-23T06:05", name=name)
     come_close(site)
-    lane = only_lane(site)
-    lane.step(False, intents=site._intents.pop(1), changed=False)
-    enqueue, left = lane.client.enqueue, [RuntimeError("planted")]
+    worker = only_worker(site)
+    worker.step(False, intents=site._intents.pop(1), changed=False)
+    enqueue, left = worker.client.enqueue, [RuntimeError("planted")]
 
     def fails_once(*args, **options):
         if left:
             raise left.pop()
         return enqueue(*args, **options)
 
-    monkeypatch.setattr(lane.client, "enqueue", fails_once)
+    monkeypatch.setattr(worker.client, "enqueue", fails_once)
     site.clock.advance(EARLIER)
     with pytest.raises(RuntimeError):
-        lane.step(False, changed=False)
-    lane.step(False, changed=False)
+        worker.step(False, changed=False)
+    worker.step(False, changed=False)
     second = next(run for run in site.executions() if run.schedule == "second")
     assert sent(site) == [second.token]
 
 
 # ---------------------------------------------------------------- what gives way
 def test_a_round_gives_way_to_what_is_due_in_a_moment(site, in_hand):
-    lane = only_lane(site)
+    worker = only_worker(site)
     asked: list[str] = []
     site.network.interrupt = asked.append
     site.clock.advance(EARLIER - ROUND_TAKES / 2)
-    wait = lane.step(True, changed=False)
+    wait = worker.step(True, changed=False)
     assert asked == []
     assert wait == pytest.approx(ROUND_TAKES / 2)
     site.clock.advance(wait)
-    lane.step(False, changed=False)
+    worker.step(False, changed=False)
     assert asked[0] == "before POST /mission_queue"
     assert "before GET /status" in asked                       # the poll that was asked for is not forgotten
 
@@ -272,14 +272,14 @@ def test_but_not_for_ever(site, plan):
     """Missions without a gap between them: robot and ledger are looked at all the same."""
     plan("2026-11-23T06:05")
     come_close(site)
-    lane = only_lane(site)
+    worker = only_worker(site)
     [intent] = site._intents.pop(1)
     asked: list[str] = []
     site.network.interrupt = asked.append
     steps, began = 0, site.clock.monotonic()
     while "before GET /status" not in asked:
         following = replace(intent, id=1000 + steps, planned_at=site.clock.now() + timedelta(seconds=0.03))
-        lane.step(steps == 0, intents=[following], changed=False)
+        worker.step(steps == 0, intents=[following], changed=False)
         site.clock.advance(0.01)
         steps += 1
     assert PUT_OFF_AT_MOST <= site.clock.monotonic() - began <= PUT_OFF_AT_MOST + 0.3
@@ -290,14 +290,14 @@ def test_what_the_robot_has_taken_is_written_down_when_there_is_time(site, plan)
     plan("2026-11-23T06:05", name="first")
     plan("2026-11-23T06:05", name="second")
     come_close(site)
-    lane = only_lane(site)
+    worker = only_worker(site)
     first, second = site._intents.pop(1)
-    lane.step(False, intents=[first, replace(second, planned_at=second.planned_at + timedelta(seconds=0.02))], changed=False)
+    worker.step(False, intents=[first, replace(second, planned_at=second.planned_at + timedelta(seconds=0.02))], changed=False)
     site.clock.advance(EARLIER)
-    lane.step(False, changed=False)
+    worker.step(False, changed=False)
     assert len(sent(site)) == 1
     assert {run.state for run in site.executions()} == {State.SUBMITTING}
     site.clock.advance(0.02)
-    lane.step(False, changed=False)
+    worker.step(False, changed=False)
     assert len(sent(site)) == 2
     assert {run.state for run in site.executions()} == {State.QUEUED}

@@ -252,7 +252,7 @@ def test_what_was_skipped_is_not_taken_when_its_time_comes(container):
     schedule = plan(container, recurrence="FREQ=DAILY")
     skipping(container).skip_next(schedule.id)
     container.clock.advance((schedule.next_at - NOW).total_seconds() + 1)
-    assert container.planner.fall_due().robot_ids == set()
+    assert container.planner.insert_due().robot_ids == set()
     assert container.history.count(ExecutionFilter()) == 1
 
 

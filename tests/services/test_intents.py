@@ -15,11 +15,11 @@ def sent(site) -> list[str]:
     return [item.description for item in site.machines["R1"].queue if item.description]
 
 
-def fall_due(site) -> list[State]:
-    """Let the instant come, but no lane; returns where the rows stand."""
+def insert_due(site) -> list[State]:
+    """Let the instant come, but no worker; returns where the rows stand."""
     site.container.scheduler.due_soon()
-    [lane] = site._lanes.values()
-    site.read_ahead(lane)
+    [worker] = site._workers.values()
+    site.read_ahead(worker)
     site.clock.advance(1.05)
     site.tick()
     return [run.state for run in site.executions()]
@@ -27,19 +27,19 @@ def fall_due(site) -> list[State]:
 
 @pytest.fixture
 def held_up(site, plan, monkeypatch) -> list[Execution]:
-    """An intent is written, and does not reach its lane."""
+    """An intent is written, and does not reach its worker."""
     plan("2026-11-23T06:05")
     site.run(DUE - 1.0)
     intents: list[Execution] = []
     monkeypatch.setattr(site.container.loop, "hand_over", intents.append)
-    assert fall_due(site) == [State.SUBMITTING]
+    assert insert_due(site) == [State.SUBMITTING]
     return intents
 
 
 def test_row_and_intent_are_one_write_and_the_post_is_next(site, plan):
     plan("2026-11-23T06:05")
     site.run(DUE - 1.0)
-    assert fall_due(site) == [State.SUBMITTING]
+    assert insert_due(site) == [State.SUBMITTING]
     [run] = site.executions()
     assert run.attempts == 1
     assert sent(site) == []
@@ -54,7 +54,7 @@ def test_row_and_intent_are_one_write_and_the_post_is_next(site, plan):
 def test_a_power_cut_before_the_post_loses_nothing_and_doubles_nothing(site, plan):
     plan("2026-11-23T06:05")
     site.run(DUE - 1.0)
-    assert fall_due(site) == [State.SUBMITTING]
+    assert insert_due(site) == [State.SUBMITTING]
     site.switch_off(cleanly=False)
     site.switch_on()
     site.run(QUIET / 2)
@@ -65,7 +65,7 @@ def test_a_power_cut_before_the_post_loses_nothing_and_doubles_nothing(site, pla
     assert run.attempts == 2
 
 
-def test_one_that_the_lane_has_begun_to_look_for_is_not_sent_beside_that(site, held_up):
+def test_one_that_the_worker_has_begun_to_look_for_is_not_sent_beside_that(site, held_up):
     """The row is seen in the ledger before it is handed over: the wait is longer, nothing is doubled."""
     site.kick()
     site.run(10.0)
@@ -82,9 +82,9 @@ def test_one_that_comes_when_all_is_over_is_not_sent_again(site, held_up):
     site.run(2 * QUIET)
     [intent] = held_up
     assert sent(site) == [intent.token]
-    [lane] = site._lanes.values()
-    site.read_ahead(lane)                         # something else is due
-    assert lane.ready() is not None
+    [worker] = site._workers.values()
+    site.read_ahead(worker)                         # something else is due
+    assert worker.ready() is not None
     site._hand_over(intent)
     site.run(10.0)
     assert sent(site) == [intent.token]
@@ -92,7 +92,7 @@ def test_one_that_comes_when_all_is_over_is_not_sent_again(site, held_up):
 
 def test_one_that_comes_a_moment_later_is_sent_at_once(site, held_up):
     site.kick()
-    site.run(0.5)                                 # the lane meets it in the ledger
+    site.run(0.5)                                 # the worker meets it in the ledger
     [intent] = held_up
     site._hand_over(intent)
     site.run(0.5)
@@ -101,10 +101,10 @@ def test_one_that_comes_a_moment_later_is_sent_at_once(site, held_up):
 
 def test_nor_does_it_wait_when_the_robot_has_to_be_read_again(site, held_up):
     site.kick()
-    site.run(0.2)                                 # the lane meets it in the ledger, and gives it two seconds
+    site.run(0.2)                                 # the worker meets it in the ledger, and gives it two seconds
     site.clock.advance(1.0)                       # until then the status is too old
-    [lane] = site._lanes.values()
-    assert lane.ready() is None
+    [worker] = site._workers.values()
+    assert worker.ready() is None
     [intent] = held_up
     site._hand_over(intent)
     site.run(0.2)
@@ -127,14 +127,14 @@ def test_whatever_needs_a_second_look_is_written_as_waiting(site, plan, obstacle
         site.tick()
         assert [run.state for run in site.executions()] == [State.WAITING]
         return
-    assert set(fall_due(site)) == {State.WAITING}
+    assert set(insert_due(site)) == {State.WAITING}
 
 
 def test_those_due_together_go_in_their_order(site, plan):
     for name, priority in (("late", 0), ("early", 0), ("first", 5)):
         plan("2026-11-23T06:05", name=name, priority=priority)
     site.run(DUE - 1.0)
-    assert fall_due(site) == [State.SUBMITTING] * 3
+    assert insert_due(site) == [State.SUBMITTING] * 3
     site.run(0.1)
     runs = {run.token: run.schedule for run in site.executions()}
     assert [runs[token] for token in sent(site)] == ["first", "early", "late"]
@@ -146,12 +146,12 @@ def test_when_the_first_meets_trouble_the_others_wait(site, plan, fate):
     for number in range(3):
         plan("2026-11-23T06:05", name=f"S{number}")
     site.run(DUE - 1.0)
-    assert fall_due(site) == [State.SUBMITTING] * 3
-    [lane] = site._lanes.values()
+    assert insert_due(site) == [State.SUBMITTING] * 3
+    [worker] = site._workers.values()
     site.network.down.add("R1")
     if fate is Fate.ANSWER_LOST:
         site.network.next("POST", "/mission_queue", fate)
-    lane.step(False, intents=site._intents.pop(lane.robot.id), changed=False)
+    worker.step(False, intents=site._intents.pop(worker.robot.id), changed=False)
     first, *others = site.executions()
     assert first.state is (State.WAITING if fate is Fate.REFUSED else State.SUBMITTING)
     assert [(run.state, run.attempts) for run in others] == [(State.WAITING, 1)] * 2      # their own look at the robot brought nothing
@@ -163,7 +163,7 @@ def test_when_the_first_meets_trouble_the_others_wait(site, plan, fate):
 def test_a_hold_that_comes_between_stops_it(site, plan):
     plan("2026-11-23T06:05")
     site.run(DUE - 1.0)
-    assert fall_due(site) == [State.SUBMITTING]
+    assert insert_due(site) == [State.SUBMITTING]
     site.container.holds.hold("cleaning")
     site.run(10.0)
     [run] = site.executions()
@@ -175,7 +175,7 @@ def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):
     """As with every POST."""
     plan("2026-11-23T06:05")
     site.run(DUE - 1.0)
-    assert fall_due(site) == [State.SUBMITTING]
+    assert insert_due(site) == [State.SUBMITTING]
     [run] = site.executions()
 
     def cancel(where: str) -> None:
@@ -205,5 +205,5 @@ def test_what_falls_due_while_the_writer_is_waited_for_goes_along(site, plan, mo
         return result
     site.clock.advance(1.05)
     monkeypatch.setattr(site.container.db, "write", late)
-    site.container.planner.fall_due()
+    site.container.planner.insert_due()
     assert rows_after[0] == 2

@@ -39,7 +39,7 @@ class Plant:
 
     def go_to(self, moment: datetime) -> None:
         self.clock.step((moment - self.clock.now()).total_seconds())
-        self.container.planner.fall_due()
+        self.container.planner.insert_due()
 
 
 @pytest.fixture
@@ -121,7 +121,7 @@ def test_nothing_runs_within_a_pause_and_every_start_has_one_row(tmp_path_factor
         moment = NOW + timedelta(hours=hour, minutes=35)
         if moment - timedelta(hours=1) < resumed <= moment:
             plant.clock.step((resumed - plant.clock.now()).total_seconds() if resumed > plant.clock.now() else 0)
-            plant.container.planner.fall_due()
+            plant.container.planner.insert_due()
             plant.skipping.resume(plant.daily.id)
         if hour % 24 == minute_hour or moment.hour == 6:
             plant.go_to(moment)

@@ -9,7 +9,7 @@ import pytest
 from app.domain.clock import SystemClock
 from app.domain.models import Execution, Robot
 from app.services.dispatch import poll_loop
-from app.services.dispatch.planner import Fallen
+from app.services.dispatch.planner import DueBatch
 from app.services.dispatch.poll_loop import POLLED_AT_ONCE, PollLoop
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
@@ -17,7 +17,7 @@ from tests.support.process import wait_for
 
 
 class CountingLane:
-    """A lane that only counts its polls; ``hangs`` until the test ends."""
+    """A worker that only counts its polls; ``hangs`` until the test ends."""
 
     def __init__(self, robot: Robot, polls: Counter[int]) -> None:
         self.robot, self.polled, self.watched, self.clock_offset = robot, False, False, None
@@ -42,8 +42,8 @@ class QuietScheduler:
     def stop(self) -> None: ...
     def tidy(self) -> None: ...
 
-    def tick(self) -> Fallen:
-        return Fallen()
+    def tick(self) -> DueBatch:
+        return DueBatch()
 
     def due_soon(self) -> set[int]:
         return set()
@@ -64,14 +64,14 @@ def start(site, polls) -> Iterator[Callable[..., PollLoop]]:
 
     def make(count: int, *, hanging: int | None = None, every: float = 0.2, scheduler: QuietScheduler | None = None,
              changes: Changes | None = None, trouble: Callable[[Robot], None] = lambda robot: None) -> PollLoop:
-        def lane_of(robot: Robot) -> CountingLane:
-            lane = CountingLane(robot, polls)
-            lane.hangs = free.wait if robot.id == hanging else lambda: trouble(robot)
-            return lane
+        def worker_of(robot: Robot) -> CountingLane:
+            worker = CountingLane(robot, polls)
+            worker.hangs = free.wait if robot.id == hanging else lambda: trouble(robot)
+            return worker
         alarms = Alarms(site.container.db, site.container.repositories.alarms, SystemClock(), Changes())
         robots = [Robot(f"R{n}", "http://r", id=n) for n in range(count)]
         loop = PollLoop(site.container.db, scheduler=scheduler or QuietScheduler(), clock=SystemClock(), alarms=alarms,  # type: ignore[arg-type]
-                        changes=changes or Changes(), robots=lambda: robots, make_lane=lane_of,  # type: ignore[arg-type]
+                        changes=changes or Changes(), robots=lambda: robots, make_worker=worker_of,  # type: ignore[arg-type]
                         poll_interval=lambda: every)
         loops.append(loop)
         loop.start()
@@ -102,7 +102,7 @@ def test_a_robot_that_hangs_holds_up_itself_alone(start, polls, monkeypatch):
     assert 2 not in polls
 
 
-def test_a_lane_that_meets_an_unexpected_error_goes_on(start, polls, monkeypatch, caplog):
+def test_a_worker_that_meets_an_unexpected_error_goes_on(start, polls, monkeypatch, caplog):
     monkeypatch.setattr(poll_loop, "AFTER_A_CRASH", 0.01)
     left = {1: 3}
 
@@ -114,20 +114,20 @@ def test_a_lane_that_meets_an_unexpected_error_goes_on(start, polls, monkeypatch
     loop = start(3, trouble=trouble)
     wait_for(lambda: len(polls) == 3 and min(polls.values()) >= 3)
     assert left == {1: 0}
-    assert loop._lanes[1].lane.told[:5] == [False, True, True, True, False]       # what a round did not get to, the next one takes up
+    assert loop._workers[1].worker.told[:5] == [False, True, True, True, False]       # what a round did not get to, the next one takes up
     assert [record.exc_info is not None for record in caplog.records] == [True] * 3
 
 
 @pytest.mark.parametrize("topic", [Topic.SCHEDULES, Topic.EXECUTIONS, Topic.HOLDS, Topic.ROBOTS])
-def test_every_lane_is_told_what_a_person_has_changed(start, polls, topic):
+def test_every_worker_is_told_what_a_person_has_changed(start, polls, topic):
     """It may have an intent in hand that must not be sent any more."""
     changes = Changes()
     loop = start(3, every=60.0, changes=changes)
     wait_for(lambda: len(polls) == 3)
-    lanes = [thread.lane for thread in loop._lanes.values()]
-    before = [sum(lane.told) for lane in lanes]
+    workers = [thread.worker for thread in loop._workers.values()]
+    before = [sum(worker.told) for worker in workers]
     changes.publish(topic)
-    wait_for(lambda: [sum(lane.told) for lane in lanes] == [count + 1 for count in before])
+    wait_for(lambda: [sum(worker.told) for worker in workers] == [count + 1 for count in before])
 
 
 class FailingScheduler(QuietScheduler):
@@ -136,12 +136,12 @@ class FailingScheduler(QuietScheduler):
     def __init__(self) -> None:
         self.left, self.beats = 3, 0
 
-    def tick(self) -> Fallen:
+    def tick(self) -> DueBatch:
         if self.left:
             self.left -= 1
             raise RuntimeError("planted")
         self.beats += 1
-        return Fallen()
+        return DueBatch()
 
 
 def test_the_heart_goes_on_beating_after_an_unexpected_error(start, polls, monkeypatch, caplog):
@@ -159,13 +159,13 @@ class PlanningScheduler(QuietScheduler):
         self.changes, self.beats, self.loop = changes, 0, None
         self.woken: list[bool] = []
 
-    def tick(self) -> Fallen:
+    def tick(self) -> DueBatch:
         before = self.loop and self.loop._woken
         self.changes.publish(Topic.SCHEDULES)
         if self.loop and not before:
             self.woken.append(self.loop._woken)
         self.beats += 1
-        return Fallen()
+        return DueBatch()
 
 
 def test_what_the_scheduler_plans_does_not_wake_itself_but_what_others_plan_does(start, polls, monkeypatch):

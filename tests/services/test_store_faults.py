@@ -43,7 +43,7 @@ def app(tmp_path, robot) -> Iterator[Container]:
     container.close()
 
 
-def fall_due(app: Container, seconds: float) -> None:
+def insert_due(app: Container, seconds: float) -> None:
     """The schedule is due in that many seconds, which is finer than people can plan."""
     schedules = app.repositories.schedules
     schedule = schedules.by_name(app.db.read(), "S")
@@ -92,7 +92,7 @@ def alarms(app: Container) -> list[str]:
 
 @pytest.mark.parametrize("harm", [make_read_only, fill_up, break_down])
 def test_nothing_is_sent_while_nothing_can_be_written_and_it_is_sent_once_when_it_can(app, robot, harm):
-    fall_due(app, 1.0)
+    insert_due(app, 1.0)
     mend = harm(app)
     wait_for(lambda: "database" in alarms(app), what="the alarm")
     assert robot.state()["queue"] == []
@@ -107,7 +107,7 @@ def test_nothing_is_sent_while_nothing_can_be_written_and_it_is_sent_once_when_i
 def test_a_robot_that_took_it_while_the_disk_broke_is_asked_before_anything_is_sent_again(app, robot):
     """The intent is on disk, the POST is under way, and then its outcome can't be noted."""
     robot.control({"fault": {"kind": "delay", "method": "POST", "path": "/mission_queue", "seconds": 1.0}})
-    fall_due(app, 0.2)
+    insert_due(app, 0.2)
     wait_for(lambda: [row[0] for row in app.db.read().execute("SELECT state FROM executions")] == ["submitting"])
     mend = break_down(app)
     wait_for(lambda: "database" in alarms(app))

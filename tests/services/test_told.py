@@ -153,7 +153,7 @@ def unknown_outcome(site, plan):
 def database(site, plan):
     full = sqlite3.OperationalError("database or disk is full")
     full.sqlite_errorcode = sqlite3.SQLITE_FULL
-    site.container.alarms.database_fails(translated(full, site.container.db.path).told)
+    site.container.alarms.database_fails(translated(full, site.container.db.path).message)
 
 
 def backup_failed(site, plan):
@@ -254,7 +254,7 @@ def test_what_is_wrong_with_a_robot_is_kept_in_its_parts(site):
     site.network.down.add("R1")
     site.run(90)
     robot, = site.container.repositories.robots.all(site.container.db.read())
-    assert site.container.snapshots.get(robot.id).problem == Unreachable(code="refused", address="R1").told
+    assert site.container.snapshots.get(robot.id).problem == Unreachable(code="refused", address="R1").message
 
 
 def test_a_problem_of_the_clock_says_both_times(site, plan):

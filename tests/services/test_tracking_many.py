@@ -31,11 +31,11 @@ def test_many_are_followed_in_one_request(site, asked):
 
 
 def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
-    [lane] = site._lanes.values()
+    [worker] = site._workers.values()
 
     def too_many(floor):
         raise Unreadable(problem="more than 5000 queue items")
-    monkeypatch.setattr(lane.client, "items_after", too_many)
+    monkeypatch.setattr(worker.client, "items_after", too_many)
     site.run(3600.0)
     assert {path for path in asked if path.startswith("GET /mission_queue/")}
     assert [run.state for run in site.executions()] == [State.COMPLETED] * COUNT
@@ -43,8 +43,8 @@ def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
 
 def test_those_that_are_not_in_the_list_are_asked_for_by_themselves(site, asked, monkeypatch):
     """What the list does not show is not taken for gone."""
-    [lane] = site._lanes.values()
-    monkeypatch.setattr(lane.client, "items_after", lambda floor: [])
+    [worker] = site._workers.values()
+    monkeypatch.setattr(worker.client, "items_after", lambda floor: [])
     site.run(10.0)
     assert len({path for path in asked if path.startswith("GET /mission_queue/")}) == COUNT
     site.run(3600.0)

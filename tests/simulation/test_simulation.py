@@ -82,11 +82,11 @@ def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     """Row and advance in two transactions, which the unique key forgives: without it a crash in between makes two rows."""
     advance, pending = planner.ScheduleRepository.advance_all, []
     monkeypatch.setattr(planner.ScheduleRepository, "advance_all", lambda self, c, following: following and pending.append(following))
-    fall_due = planner.Planner._take_due
+    insert_due = planner.Planner._take_due
 
     def split(self, c, fallen):
         pending.clear()
-        return fall_due(self, c, fallen)
+        return insert_due(self, c, fallen)
     write = planner.Database.write
 
     def write_then_advance(self, work, patient=False):

@@ -1,6 +1,6 @@
 """A whole site in one thread: the real services on a virtual clock, simulated robots behind a network that misbehaves on demand.
 
-Nothing here waits: time passes when a lane asks for it (``clock.sleep``), when an answer takes time, or when the test says so.
+Nothing here waits: time passes when a worker asks for it (``clock.sleep``), when an answer takes time, or when the test says so.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.domain.models import Execution, Mission, Robot, State
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.services.dispatch.lane import PREPARES_WITHIN, Lane
+from app.services.dispatch.worker import PREPARES_WITHIN, RobotWorker
 from app.services.live.changes import Topic
 from mir_sim import MISSIONS, SimulatedRobot
 from tests.support.clock import VirtualClock
@@ -30,7 +30,7 @@ GUIDS = {mission.name: mission.guid for mission in MISSIONS}
 
 
 class Site:
-    """Robots, network, tablet. ``run`` lets time pass as the app's own threads would: ticks, cycles, lanes, each at its instant."""
+    """Robots, network, tablet. ``run`` lets time pass as the app's own threads would: ticks, cycles, workers, each at its instant."""
 
     def __init__(self, directory: Path, *, robots: int = 1, now: datetime | None = None, network: Network | None = None,
                  with_window: bool = False, timezone: str = "UTC", robot_speed: float = 1.0) -> None:
@@ -65,7 +65,7 @@ class Site:
         db = Database.open(self.directory / "amr-scheduler.db", clock=self.clock, threaded=False, durable=False)
         self.container = Container(db, self.clock, make_client=self._client, with_window=self._with_window)
         self.container.first_start()
-        self._lanes: dict[int, Lane] = {}
+        self._workers: dict[int, RobotWorker] = {}
         self._due: dict[int, float] = {}
         self._polls: set[int] = set()
         self._soon: set[int] = set()
@@ -73,7 +73,7 @@ class Site:
         self._intents: dict[int, list[Execution]] = {}
         self._in_tick = False
         self.container.changes.subscribe(self._on_change)
-        self.container.loop.ready = lambda key: self._lanes[key].ready() if key in self._lanes else None
+        self.container.loop.ready = lambda key: self._workers[key].ready() if key in self._workers else None
         self.container.loop.hand_over = self._hand_over
         self._next_tick = self._next_cycle = -math.inf
         self.switched_on()
@@ -83,8 +83,8 @@ class Site:
         """Stop the app; not cleanly is a power cut: whatever was not committed is gone."""
         if cleanly:
             self.container.scheduler.stop()
-            for lane in self._lanes.values():
-                lane.close()
+            for worker in self._workers.values():
+                worker.close()
         self.container.db.close()
 
     def _client(self, robot: Robot) -> RobotClient:
@@ -125,11 +125,11 @@ class Site:
                 raise AssertionError(f"not within {within} s: {condition}")
             self.run(0.5)
 
-    def read_ahead(self, lane: Lane) -> None:
+    def read_ahead(self, worker: RobotWorker) -> None:
         """Something is due at that robot in a moment, and its turn to be read has come."""
-        lane.step(False, due_soon=True, changed=False)
+        worker.step(False, due_soon=True, changed=False)
         self.clock.advance(PREPARES_WITHIN)
-        lane.step(False, changed=False)
+        worker.step(False, changed=False)
 
     def _go_to(self, instant: float) -> None:
         self.clock.advance(max(0.0, instant - self.clock.monotonic()))
@@ -141,7 +141,7 @@ class Site:
             self._tick()
         for key in sorted(self._due, key=self._due.__getitem__):
             if self._due.get(key, math.inf) <= self.clock.monotonic():
-                self._step_lane(key)
+                self._step_worker(key)
 
     def tick(self) -> set[int]:
         """One beat of the scheduler; returns the robots for which something waits since."""
@@ -153,9 +153,9 @@ class Site:
 
     def _tick(self) -> None:
         """What the scheduler's thread does."""
-        self._match_lanes()
+        self._match_workers()
         kicked = self.tick()
-        soon = self.container.scheduler.due_soon() & self._lanes.keys()
+        soon = self.container.scheduler.due_soon() & self._workers.keys()
         self.container.scheduler.tidy()
         self._soon |= soon
         self._changed |= kicked
@@ -163,7 +163,7 @@ class Site:
             self._due[key] = self.clock.monotonic()
         if self.clock.monotonic() >= self._next_cycle:
             self._next_cycle = self.clock.monotonic() + self.container.settings().poll_interval_seconds
-            for key in self._lanes:
+            for key in self._workers:
                 self._polls.add(key)
                 self._due[key] = self.clock.monotonic()
         wait = self.container.scheduler.seconds_to_next(longest=TICK_EVERY)
@@ -176,29 +176,29 @@ class Site:
         self._due[intent.robot_id] = self.clock.monotonic()
 
     def _on_change(self, topic: Topic, about: int | None) -> None:
-        """Somebody changed the plan or cancelled something: every lane is told, at its next step."""
+        """Somebody changed the plan or cancelled something: every worker is told, at its next step."""
         if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS) and about is None and not self._in_tick:
-            self._changed |= self._lanes.keys()
+            self._changed |= self._workers.keys()
 
-    def _match_lanes(self) -> None:
+    def _match_workers(self) -> None:
         for robot in self.container.repositories.robots.all(self.container.db.read()):
-            if robot.id not in self._lanes:
-                self._lanes[robot.id] = self.container.make_lane(robot)
+            if robot.id not in self._workers:
+                self._workers[robot.id] = self.container.make_worker(robot)
                 self._due[robot.id] = self.clock.monotonic()
 
-    def _step_lane(self, key: int) -> None:
+    def _step_worker(self, key: int) -> None:
         wanted = key in self._polls
         self._polls.discard(key)
         self._due[key] = math.inf
         soon, changed = key in self._soon, key in self._changed
         self._soon.discard(key)
         self._changed.discard(key)
-        wait = self._lanes[key].step(wanted, soon, self._intents.pop(key, ()), changed)
+        wait = self._workers[key].step(wanted, soon, self._intents.pop(key, ()), changed)
         self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
 
     def kick(self) -> None:
-        """As after an operator's press: every lane looks at once."""
-        for key in self._lanes:
+        """As after an operator's press: every worker looks at once."""
+        for key in self._workers:
             self._due[key] = self.clock.monotonic()
             self._changed.add(key)
         self._next_tick = self.clock.monotonic()

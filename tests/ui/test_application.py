@@ -16,7 +16,7 @@ from kivy.clock import Clock
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database, DatabaseDamaged
-from app.domain.message import tell
+from app.domain.message import render
 from app.domain.models import Robot, Schedule, State
 from app.failures import BadInput
 from app.i18n import translation, translator
@@ -28,7 +28,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, NavItem, TopBar
 from app.widgets.tokens import tk
 from app.window import window
-from app.window.application import SchedulerApp, Survivor
+from app.window.application import SchedulerApp, UiExceptionHandler
 from tests.ui.whole_app import plant, shown
 
 ROOT = Path(__file__).parents[2]
@@ -97,7 +97,7 @@ def test_a_handler_that_fails_is_logged_told_and_survived(site, ui, caplog):
 
 def test_a_flood_of_failures_is_told_once_a_second_and_a_failing_teller_does_not_matter():
     told = []
-    survivor = Survivor(told.append)
+    survivor = UiExceptionHandler(told.append)
     for _n in range(5):
         survivor.handle_exception(RuntimeError("x"))
     assert len(told) == 1
@@ -105,12 +105,12 @@ def test_a_flood_of_failures_is_told_once_a_second_and_a_failing_teller_does_not
     def fails(_problem):
         raise ValueError
 
-    assert Survivor(fails).handle_exception(RuntimeError("x")) == survivor.handle_exception(RuntimeError("x"))
+    assert UiExceptionHandler(fails).handle_exception(RuntimeError("x")) == survivor.handle_exception(RuntimeError("x"))
 
 
 def test_ctrl_c_still_ends_the_app():
     from kivy.base import ExceptionManager
-    assert Survivor(print).handle_exception(KeyboardInterrupt()) == ExceptionManager.RAISE
+    assert UiExceptionHandler(print).handle_exception(KeyboardInterrupt()) == ExceptionManager.RAISE
 
 
 # ---------------------------------------------------------------------- settings
@@ -224,11 +224,11 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
         opened.append(Container.open(tmp_path, with_window=True))
         return opened[0]
 
-    app = SchedulerApp(None, damage=Damage(damage.told, damage.backup, restore), animate=False)
+    app = SchedulerApp(None, damage=Damage(damage.message, damage.backup, restore), animate=False)
     app._run_prepare()
     try:
         ui.advance(.2)
-        assert words_of(damage.told) in ui.texts()
+        assert words_of(damage.message) in ui.texts()
         assert "The database is damaged; nothing is scheduled" in ui.texts()
         ui.tap(ui.find(CommandButton, text="Restore"))
         ui.wait(lambda: app.container is not None)
@@ -247,7 +247,7 @@ def test_the_screen_of_a_damaged_database_speaks_the_language_that_was_set(tmp_p
     app._run_prepare()
     try:
         ui.advance(.2)
-        assert tell(damage.told, translation("fi").gettext) in ui.texts()
+        assert render(damage.message, translation("fi").gettext) in ui.texts()
         assert ui.find(CommandButton, text="Palauta")
     finally:
         app.dispatch("on_stop")

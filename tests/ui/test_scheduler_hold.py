@@ -143,7 +143,7 @@ def test_a_start_within_a_pause_until_a_picked_day_is_skipped(screen, container,
     press(screen, ui, "Set")
     assert container.repositories.schedules.get(container.db.read(), schedule.id).is_paused(NOW)
     container.clock.step(30 * 60)
-    container.planner.fall_due()
+    container.planner.insert_due()
     assert container.history.last_of_schedule(schedule.id).state is State.SKIPPED
     settle(screen, ui)
     assert line(screen, schedule) == "Aino · paused until Sat 21 Nov"

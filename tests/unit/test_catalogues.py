@@ -6,7 +6,7 @@ from datetime import UTC, datetime, time
 import pytest
 
 from app.domain import reasons
-from app.domain.message import tell
+from app.domain.message import render
 from app.domain.models import Between, InvalidInput, Reason, ReasonCode, Schedule, Settings
 from app.i18n import DOMAIN, LOCALE_DIR, Translator, languages, po_entries
 from app.screens.common import formats
@@ -109,4 +109,4 @@ def test_a_date_without_its_schedule_reads_in_finnish(finnish):
     sunday = Schedule("x", 1, 1, datetime(2026, 11, 29, 6, 30), "Europe/Helsinki")
     with pytest.raises(InvalidInput) as refused:
         one_time_on_working_day(sunday, WorkingCalendar(Settings()))
-    assert tell(refused.value.told, finnish.gettext).startswith("2026-11-29 (sunnuntai) ei ole työpäivä")
+    assert render(refused.value.message, finnish.gettext).startswith("2026-11-29 (sunnuntai) ei ole työpäivä")

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from app.database.errors import DatabaseError
-from app.domain.message import Told, is_told, made_of, tell
+from app.domain.message import Message, is_message, message_of, render
 from app.domain.models import InvalidInput
 from app.failures import Failure
 from app.i18n import _
@@ -15,11 +15,11 @@ def sentence_of(problem: BaseException) -> str:
         cause = problem.__cause__
         return sentence_of(cause) if isinstance(cause, DatabaseError) else str(problem)
     if isinstance(problem, RobotError | InvalidInput | DatabaseError):
-        return words_of(made_of(problem))
+        return words_of(message_of(problem))
     return _("Something unexpected went wrong; the log file has the details")
 
 
-def words_of(problem: Told) -> str:
+def words_of(problem: Message) -> str:
     """With a capital, unless it begins with a name or an address; texts of elsewhere as they are."""
-    text = tell(problem, _)
-    return text if not is_told(problem) or problem["msgid"].startswith("{") else text[:1].upper() + text[1:]
+    text = render(problem, _)
+    return text if not is_message(problem) or problem["msgid"].startswith("{") else text[:1].upper() + text[1:]

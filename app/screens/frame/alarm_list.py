@@ -24,7 +24,7 @@ from app.screens.common.alarms_view import (
     way_to,
 )
 from app.screens.common.shell import Shell
-from app.screens.frame.view import Worries, Worry, late_line, open_worries, seconds_left, worry_row
+from app.screens.frame.view import OpenIssue, OpenIssues, issue_row, late_line, open_issues, seconds_left
 from app.services.live.alarms import LONGEST_NOTE
 from app.widgets import load_kv
 from app.widgets.dialogs import Dialog, FormDialog
@@ -104,7 +104,7 @@ class AlarmList:
     def __init__(self, container: Container, shell: Shell, do: Do) -> None:
         self._container, self._shell, self._do = container, shell, do
         self._dialog: AlarmsDialog | None = None
-        self._worries, self._settings = Worries(), Settings()
+        self._worries, self._settings = OpenIssues(), Settings()
         self._robots: Mapping[int, Robot] = {}
         self._past: Sequence[Alarm] | None = None        # None: not read yet
         self._past_total = 0
@@ -123,9 +123,9 @@ class AlarmList:
     def _closed(self, _dialog: AlarmsDialog) -> None:
         self._dialog, self._past, self._past_total = None, None, 0
 
-    def show(self, worries: Worries, robots: Mapping[int, Robot], settings: Settings) -> None:
+    def show(self, issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings) -> None:
         """What stands now; called every second."""
-        self._worries, self._robots, self._settings = worries, robots, settings
+        self._worries, self._robots, self._settings = issues, robots, settings
         self._show()
 
     def changed(self) -> None:
@@ -138,7 +138,7 @@ class AlarmList:
         if dialog is None:
             return
         now, settings = self._container.clock.now(), self._settings
-        standing = open_worries(self._worries, self._robots, settings, now)
+        standing = open_issues(self._worries, self._robots, settings, now)
         shelved = [alarm for alarm in self._worries.alarms if is_shelved(alarm, now)]
         dialog.tabs = tab_words(len(standing), len(shelved))
         dialog.rows = self._rows(dialog.tab, standing, shelved, now)
@@ -147,10 +147,10 @@ class AlarmList:
         dialog.count = past_count(len(past), self._past_total) if past else ""
         dialog.more = _("Show more") if past and len(past) < self._past_total else ""
 
-    def _rows(self, tab: str, standing: Sequence[Worry], shelved: Sequence[Alarm], now: datetime) -> list[dict[str, Any]]:
+    def _rows(self, tab: str, standing: Sequence[OpenIssue], shelved: Sequence[Alarm], now: datetime) -> list[dict[str, Any]]:
         settings = self._settings
         if tab == "standing":
-            return [worry_row(worry, self._robots, settings, now) for worry in standing]
+            return [issue_row(issue, self._robots, settings, now) for issue in standing]
         if tab == "shelved":
             return [shelved_row(alarm, settings, now) for alarm in shelved]
         return [past_row(alarm, settings, now) for alarm in self._past or ()]

@@ -12,7 +12,7 @@ from app.i18n import _, translator
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
 from app.screens.common.shell import Shell
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
-from app.screens.frame.view import BannerView, Worries, banner, late_starts, open_worries, robot_option, top_bar
+from app.screens.frame.view import BannerView, OpenIssues, banner, late_starts, open_issues, robot_option, top_bar
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.frame import Frame
@@ -33,7 +33,7 @@ class FrameFacts:
     """What the frame needs to know at one moment."""
     settings: Settings = field(default_factory=Settings)
     robots: Mapping[int, Robot] = field(default_factory=dict)
-    worries: Worries = field(default_factory=Worries)
+    issues: OpenIssues = field(default_factory=OpenIssues)
 
     @property
     def robot(self) -> Robot | None:
@@ -46,7 +46,7 @@ def read(container: Container) -> FrameFacts:
     robots = {robot.id: robot for robot in container.repositories.robots.all(container.db.read())}
     holds = sorted(container.holds.standing(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
     return FrameFacts(container.settings(), robots,
-                      Worries(container.alarms.standing(), holds, late_starts(container.history.open())))
+                      OpenIssues(container.alarms.standing(), holds, late_starts(container.history.open())))
 
 
 class FrameController:
@@ -127,14 +127,14 @@ class FrameController:
         frame.date, frame.clock, frame.robot, frame.link = bar.date, bar.clock, bar.robot, bar.link
         frame.link_icon, frame.link_tone = bar.icon, bar.tone
         if not finger.is_down():             # else a second later: the banner moves all that is below it
-            self._show_banner(banner(facts.worries, facts.robots, facts.settings, now,
+            self._show_banner(banner(facts.issues, facts.robots, facts.settings, now,
                                      Here(self._shell.navigator.current, robot.id if robot else None)))
-        standing = len(open_worries(facts.worries, facts.robots, facts.settings, now))
-        shelved = sum(is_shelved(alarm, now) for alarm in facts.worries.alarms)
+        standing = len(open_issues(facts.issues, facts.robots, facts.settings, now))
+        shelved = sum(is_shelved(alarm, now) for alarm in facts.issues.alarms)
         frame.bell_icon, frame.bell_count = bell(standing, shelved)
-        self._alarms.show(facts.worries, facts.robots, facts.settings)
+        self._alarms.show(facts.issues, facts.robots, facts.settings)
         if self._late is not None:
-            self._late.show(facts.worries.late_starts, facts.settings, now)
+            self._late.show(facts.issues.late_starts, facts.settings, now)
 
     def _show_banner(self, view: BannerView) -> None:
         self._banner, frame = view, self._frame
@@ -212,7 +212,7 @@ class FrameController:
 
     def _show_late_starts(self) -> None:
         """Opens by itself: a robot must not start because somebody plugged the tablet in."""
-        waiting = frozenset(e.id for e in self._facts.worries.late_starts)
+        waiting = frozenset(e.id for e in self._facts.issues.late_starts)
         if self._late is not None and not waiting:
             self._late.dismiss()
         elif self._late is None and waiting - self._late_seen:
@@ -223,4 +223,4 @@ class FrameController:
 
     def _late_closed(self, _dialog: LateStartsDialog) -> None:
         self._late = None
-        self._late_seen = frozenset(e.id for e in self._facts.worries.late_starts)
+        self._late_seen = frozenset(e.id for e in self._facts.issues.late_starts)

@@ -67,7 +67,7 @@ class BannerView:
 
 
 @dataclass(frozen=True)
-class Worries:
+class OpenIssues:
     """Everything a banner may have to tell."""
     alarms: Sequence[Alarm] = ()         # standing
     holds: Sequence[Hold] = ()           # the operator's, of all robots or of one
@@ -79,9 +79,9 @@ def late_starts(executions: Sequence[Execution]) -> list[Execution]:
     return [e for e in executions if e.state is State.WAITING and e.wait is Wait.LATE_START]
 
 
-def banner(worries: Worries, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> BannerView:
+def banner(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> BannerView:
     """The most serious one, and how many others the list has. ``here`` is where one is already, so that nothing leads there."""
-    found = open_worries(worries, robots, settings, now, here)
+    found = open_issues(issues, robots, settings, now, here)
     if not found:
         return BannerView()
     count = len(found) - 1
@@ -90,30 +90,31 @@ def banner(worries: Worries, robots: Mapping[int, Robot], settings: Settings, no
 
 
 @dataclass(frozen=True)
-class Worry:
+class OpenIssue:
     """One line that the banner counts and the list shows: an alarm, a hold, or the late starts."""
     key: tuple[str, int]
     view: BannerView
     alarm: Alarm | None = None
 
 
-def open_worries(worries: Worries, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> list[Worry]:
+def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime,
+                here: Here = NOWHERE) -> list[OpenIssue]:
     """Everything that stands and is not shelved, most serious first."""
-    lines = [(urgency(alarm), Worry(("alarm", alarm.id), _alarm(alarm, robots, settings, now, here), alarm))
-             for alarm in worries.alarms if not is_shelved(alarm, now)]
-    lines += [(_HOLD, Worry(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
-              for hold in worries.holds if not hold.clock and not hold.is_over(now)]             # a doubted clock has its own alarm
+    lines = [(urgency(alarm), OpenIssue(("alarm", alarm.id), _alarm(alarm, robots, settings, now, here), alarm))
+             for alarm in issues.alarms if not is_shelved(alarm, now)]
+    lines += [(_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
+              for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # a doubted clock has its own alarm
     lines.sort(key=lambda line: line[0])
-    late = [Worry(("late", 0), _late(worries.late_starts, settings, now))] if worries.late_starts else []
-    return [*late, *(worry for _urgency, worry in lines)]
+    late = [OpenIssue(("late", 0), _late(issues.late_starts, settings, now))] if issues.late_starts else []
+    return [*late, *(issue for _urgency, issue in lines)]
 
 
-def worry_row(worry: Worry, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> dict[str, Any]:
+def issue_row(issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> dict[str, Any]:
     """Its line in the list."""
-    if worry.alarm is not None:
-        return alarm_row(worry.alarm, robots, settings, now)
-    view = worry.view
-    return {"key": worry.key, "icon": view.icon, "tone": view.tone, "text": view.text, "note": view.note, "action": view.action}
+    if issue.alarm is not None:
+        return alarm_row(issue.alarm, robots, settings, now)
+    view = issue.view
+    return {"key": issue.key, "icon": view.icon, "tone": view.tone, "text": view.text, "note": view.note, "action": view.action}
 
 
 _HOLD = (False, False, 0.5, 0.0)         # a hold comes after what is high and new, before all others

@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 from zoneinfo import ZoneInfo
 
-from app.domain.models import Execution, Robot, Settings, Usual
+from app.domain.models import DurationEstimate, Execution, Robot, Settings
 from app.screens.logs.view import Chosen, Period, period_start
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class LogsFacts:
     next: Any = None                     # where the next page begins; None: there is none
     count: int = 0                       # rows that the filters let through
     usual_s: Mapping[tuple[int | None, str], float] = field(default_factory=dict)
-    expected: Mapping[int, Usual] = field(default_factory=dict)      # by id, of what is open
+    expected: Mapping[int, DurationEstimate] = field(default_factory=dict)      # by id, of what is open
 
     @property
     def zone(self) -> ZoneInfo:

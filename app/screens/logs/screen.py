@@ -77,7 +77,7 @@ class LogsViewModel(ViewModel):
         self._facts = LogsFacts()
         self._figures: Figures | None = None
         self._more = MoreFigures()
-        self._worded = view.Worded()
+        self._row_cache = view.RowCache()
         self._states: StatesFacts | None = None
         self._reading = self._stale = self._loading_more = False
         self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
@@ -100,7 +100,7 @@ class LogsViewModel(ViewModel):
             self._refresh()
 
     def retranslated(self) -> None:
-        self._worded.forget()
+        self._row_cache.forget()
         self._show()
 
     def _read(self) -> None:
@@ -225,7 +225,7 @@ class LogsViewModel(ViewModel):
 
     def _show_rows(self) -> None:
         facts, now = self._facts, self._container.clock.now()
-        self.rows = self._worded.rows(facts.rows, now, facts.zone, facts.usual_s, self.told, self.narrow, facts.expected)
+        self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.told, self.narrow, facts.expected)
 
     # ------------------------------------------------------------------ the filters
     def _choose(self, chosen: Chosen | None = None, **values: Any) -> None:

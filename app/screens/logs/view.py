@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from app.domain.models import OPEN_STATES, Execution, ReasonCode, Robot, State, Trigger, Usual
+from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
@@ -138,7 +138,7 @@ def nothing(chosen: Chosen) -> tuple[str, str]:
 
 # ---------------------------------------------------------------------- a run as a row
 def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool, narrow: bool = False,
-        expected: Usual | None = None) -> Row:
+        expected: DurationEstimate | None = None) -> Row:
     """``expected``: how long one that is open will take, as far as anybody knows."""
     line: Row = {
         "key": execution.id, **execution_appearance.look(execution), "mission": execution.mission,
@@ -151,7 +151,7 @@ def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds
     return line
 
 
-class Worded:
+class RowCache:
     """Rows of many runs: a run that is as it was isn't put into words again, so that thousands can be shown anew within a frame."""
 
     def __init__(self) -> None:
@@ -163,7 +163,7 @@ class Worded:
         self._rows = {}
 
     def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, told: int | None,
-             narrow: bool, expected: Mapping[int, Usual]) -> list[Row]:
+             narrow: bool, expected: Mapping[int, DurationEstimate]) -> list[Row]:
         """``row`` of each; ``told`` is the one that is opened, ``expected`` goes by the id of what has not ended."""
         alike = now.astimezone(zone).date(), zone, narrow
         known = self._rows if alike == self._alike else {}
@@ -232,7 +232,7 @@ def _length(execution: Execution, usual: UsualSeconds) -> str:
 
 
 # ---------------------------------------------------------------------- its story
-def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: Usual | None = None) -> list[Row]:
+def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: DurationEstimate | None = None) -> list[Row]:
     """planned → submitted → started → ended, as far as it came."""
     steps = [_step(_("Planned"), execution.planned_at, zone, _planned_note(execution))]
     if execution.submitted_at is not None:
@@ -275,7 +275,7 @@ def _queue_note(execution: Execution) -> str:
     return _("after {duration} in the queue").format(duration=formats.duration(execution.robot_delay_s))
 
 
-def _open_note(expected: Usual | None) -> str:
+def _open_note(expected: DurationEstimate | None) -> str:
     """How long it will take, and who says so."""
     if expected is None:
         return _("not ended yet")

@@ -11,7 +11,7 @@ from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
-from app.domain.message import Told
+from app.domain.message import Message
 from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.settings.facts import SettingsFacts
@@ -109,7 +109,7 @@ class DataPage(SettingsPage):
         self.vm.configuration_outcome.tell(NoticeView(_("Configuration written, without passwords"), str(path), "done", "check-circle"))
         self._suggest()
 
-    def _configuration_taken(self, lines: Sequence[Told]) -> None:
+    def _configuration_taken(self, lines: Sequence[Message]) -> None:
         self.vm.configuration_outcome.tell(import_result(lines))
         self.desk.refresh()
 

@@ -11,7 +11,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app import __version__
-from app.domain.message import Told
+from app.domain.message import Message
 from app.domain.models import WEEKDAYS, Connection, Robot, Settings
 from app.domain.robot import Identity
 from app.i18n import _, ngettext
@@ -231,7 +231,7 @@ def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
     return _("{backups}, the newest of {when}").format(backups=count, when=newest)
 
 
-def import_result(lines: Sequence[Told], most: int = 12) -> NoticeView:
+def import_result(lines: Sequence[Message], most: int = 12) -> NoticeView:
     """What an import did; a long list is cut, and says so."""
     if not lines:
         return NoticeView(_("Everything in the file is here already"), tone="done", icon="check-circle")

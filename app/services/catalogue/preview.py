@@ -21,10 +21,10 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Mission, Schedule, Settings, Usual
+from app.domain.models import DurationEstimate, Mission, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.planning.durations import expected
-from app.services.planning.overlaps import Meeting, Other, free_shift, meetings, nearby
+from app.services.planning.overlaps import Other, RunConflict, free_shift, meetings, nearby
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -57,7 +57,7 @@ class Concern:
 @dataclass(frozen=True)
 class Forecast:
     starts: tuple[Occurrence, ...] = ()
-    usual: Usual | None = None           # of that mission on that robot; None: nobody knows
+    usual: DurationEstimate | None = None           # of that mission on that robot; None: nobody knows
     concerns: tuple[Concern, ...] = ()
     free_at: datetime | None = None      # naive local time of the nearest first start at which no other run is in the way
 
@@ -110,7 +110,7 @@ class Forecasts:
     def _others(self, c: sqlite3.Connection, draft: Schedule) -> list[Other]:
         """The robot's other schedules that are on and still to come."""
         missions = {mission.id: mission for mission in self._missions.all(c)}
-        usual: dict[int, Usual | None] = {}
+        usual: dict[int, DurationEstimate | None] = {}
         others = []
         for schedule in self._schedules.for_robot(c, draft.robot_id):
             if schedule.enabled and schedule.next_at is not None and schedule.id != draft.id:
@@ -133,7 +133,7 @@ class Forecasts:
             yield Concern(ConcernCode.LOW_BATTERY, details={"count": count, "days": LOOKS_BACK, "minimum": minimum})
 
 
-def _overlap(meeting: Meeting) -> Concern:
+def _overlap(meeting: RunConflict) -> Concern:
     return Concern(ConcernCode.OVERLAP, meeting.at, {
         "schedule_id": meeting.other.schedule.id, "mission": meeting.other.mission, "start": meeting.begins, "end": meeting.ends,
         "likely": meeting.likely})

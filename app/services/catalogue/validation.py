@@ -15,7 +15,7 @@ from zoneinfo import ZoneInfo
 
 from app.domain import names
 from app.domain.clock import zone_names
-from app.domain.message import told
+from app.domain.message import message
 from app.domain.models import FONT_SCALES, KEYBOARDS, WEEKDAYS, Between, DayException, InvalidInput, Overlap, Robot, Schedule, Settings
 from app.mir.address import Address
 from app.mir.credentials import normalise_fingerprint
@@ -263,7 +263,8 @@ def day_exception(given: DayException) -> DayException:
     return replace(given, name=name(given.name))
 
 
-_WEEKDAY_NAMES = (told("Monday"), told("Tuesday"), told("Wednesday"), told("Thursday"), told("Friday"), told("Saturday"), told("Sunday"))
+_WEEKDAY_NAMES = (message("Monday"), message("Tuesday"), message("Wednesday"), message("Thursday"), message("Friday"),
+                  message("Saturday"), message("Sunday"))
 
 
 def starts_text(value: object, field: str = "start") -> datetime:

@@ -1,7 +1,7 @@
 """Puts the waiting executions of one robot on its queue, each exactly once (design: "Exactly-once submission").
 
 The robot's POST has no idempotency key and links drop answers, so the intent is on disk before the POST, and an unknown outcome is never
-retried: the robot's queue is asked first. Called by the robot's lane only, one call at a time.
+retried: the robot's queue is asked first. Called by the robot's worker only, one call at a time.
 """
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from datetime import datetime, timedelta
 from app.database.executions import Unsent
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.message import Told, made_of, tell, told
+from app.domain.message import Message, message, message_of, render
 from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings, State, Wait
 from app.domain.robot import QueueItem, RobotStatus
 from app.mir.client import RobotClient
@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 LOOK_AGAIN = 2.0             # s between looks at a queue in which a submission may yet appear
 STATUS_IS_FRESH = 2.0        # s for which one status read serves several executions due together
 RECHECK = 2.0                # s between checks of what an execution waits for (battery, hold)
-HANDED_OVER_WITHIN = 2.0     # s that an intent written when it fell due may take to its lane
+HANDED_OVER_WITHIN = 2.0     # s that an intent written when it fell due may take to its worker
 SEARCHED_AFTER_RESTORE = 1000    # newest queue items in which a restored database looks for what it may have forgotten
 
 
@@ -46,8 +46,8 @@ class WrongRobot(Exception):
 
     def __init__(self, expected: str, found: str) -> None:
         self.expected, self.found = expected, found
-        self.told = told("serial number {found} answers where {expected} was expected", found=found, expected=expected)
-        super().__init__(tell(self.told))
+        self.message = message("serial number {found} answers where {expected} was expected", found=found, expected=expected)
+        super().__init__(render(self.message))
 
 
 @dataclass
@@ -108,19 +108,19 @@ class Dispatcher:
             return None
         return Ready(status.battery_percentage, floor)
 
-    def send(self, intent: Execution, is_doubtful: bool = True) -> bool:
+    def send(self, intent: Execution, needs_recheck: bool = True) -> bool:
         """The first attempt of one whose intent was written for its instant; returns whether the robot has it now. It stands in the
         ledger after the next ``note``.
 
         If the ledger was looked at before this came, it is being looked for on the robot already, and whoever has begun that never sends.
         If the robot is not what it was then (the one sent before it got no answer, or somebody holds it), it waits like any other; if
-        somebody has cancelled it or changed its schedule, which is looked for when it ``is_doubtful``, it ends.
+        somebody has cancelled it or changed its schedule, which is looked for when it ``needs_recheck``, it ends.
         """
         if intent.id in self._memory.looked_for:
             return False
-        is_taken_back = is_doubtful and self._ledger.taken_back(intent) is not None
+        is_taken_back = needs_recheck and self._ledger.revocation_reason(intent) is not None
         if is_taken_back or self.ready() is None or self._clock.now() >= intent.closes_at:
-            self._ledger.give_back([intent])
+            self._ledger.release_unsent([intent])
             self._memory.not_before.pop(intent.id, None)         # it need not be waited for any more
             return False
         return self._send(intent, self._settings())
@@ -174,7 +174,7 @@ class Dispatcher:
         elif hold := self._holds.active(self._robot.id):
             self._ledger.waits(execution, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
             self._later(execution, RECHECK)
-        elif timedelta() < (early := execution.planned_at - now) <= rules.EARLY:     # given back by a lane that was closed
+        elif timedelta() < (early := execution.planned_at - now) <= rules.INTENT_LEAD:     # given back by a worker that was closed
             self._later(execution, early.total_seconds())
         elif not self._is_held_for_late_start(execution):
             return self._memory.not_before.get(execution.id, -math.inf) <= self._clock.monotonic()
@@ -238,14 +238,14 @@ class Dispatcher:
             case WrongRobot():
                 self._end_all(executions, Reason(ReasonCode.WRONG_ROBOT, {"expected": error.expected, "found": error.found}))
             case Unauthorized():
-                self._end_all(executions, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.told}))
+                self._end_all(executions, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message}))
             case _:
-                self._attempts_failed(executions, "" if error is None else made_of(error), self._settings())
+                self._attempts_failed(executions, "" if error is None else message_of(error), self._settings())
 
     def _end_all(self, executions: list[Execution], reason: Reason) -> None:
         self._ledger.make([self._ledger.ended(execution, reason, (execution.state,)) for execution in executions])
 
-    def _attempts_failed(self, executions: list[Execution], problem: Told, settings: Settings, waited: bool = False) -> None:
+    def _attempts_failed(self, executions: list[Execution], problem: Message, settings: Settings, waited: bool = False) -> None:
         """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or give up at the retry limit."""
         given_up: list[Move] = []
         for waiting in self._ledger.make([self._ledger.attempt_failed(execution, problem) for execution in executions]):
@@ -261,7 +261,7 @@ class Dispatcher:
         """The POST itself; returns whether the robot has it. ``description`` carries the token; ``message`` is for people and the robot
         overwrites it."""
         try:
-            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, message=intent.schedule or intent.mission,
+            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.schedule or intent.mission,
                                             priority=intent.priority, parameters=dict(intent.parameters))
         except RobotError as error:
             self._not_accepted(intent, error, settings)
@@ -272,7 +272,7 @@ class Dispatcher:
     def _not_accepted(self, intent: Execution, error: RobotError, settings: Settings) -> None:
         if error.delivery is Delivery.NOT_SENT:
             self._status_read = (-math.inf, None, None)
-            self._attempts_failed([intent], error.told, settings)
+            self._attempts_failed([intent], error.message, settings)
         elif error.delivery is Delivery.REFUSED:
             self._ledger.end(intent, self._refusal(intent, error))
         else:
@@ -284,7 +284,7 @@ class Dispatcher:
     def _refusal(self, intent: Execution, error: RobotError) -> Reason:
         """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it."""
         if isinstance(error, Unauthorized):
-            return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.told})
+            return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
         if isinstance(error, Rejected) and error.status in (400, 404):
             try:
                 self._client.mission(intent.mission_guid)
@@ -293,7 +293,7 @@ class Dispatcher:
                     return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
             except RobotError as unheard:
                 log.info("Whether %r has mission %s could not be asked: %s", self._robot.name, intent.mission_guid, unheard.text)
-        return Reason(ReasonCode.REFUSED, {"problem": error.told})
+        return Reason(ReasonCode.REFUSED, {"problem": error.message})
 
     def _adopt(self, intent: Execution, queue_id: int) -> None:
         self._taken.append(self._ledger.accepted(intent, queue_id))
@@ -326,11 +326,11 @@ class Dispatcher:
                 self._found(intent, found)
                 return
             if quiet_is_over and intent.queue_floor and (self._client.highest_queue_id() or 0) < intent.queue_floor:
-                self._give_up_unknown(intent, told("its queue numbers began anew"))
+                self._give_up_unknown(intent, message("its queue numbers began anew"))
                 return
         except (RobotError, WrongRobot) as error:
             if quiet_is_over and window_is_over:
-                self._give_up_unknown(intent, made_of(error))
+                self._give_up_unknown(intent, message_of(error))
             else:
                 self._later(intent, min(rules.back_off(2, settings), LOOK_AGAIN * 2))
             return
@@ -386,14 +386,14 @@ class Dispatcher:
         self._alarms.raise_("duplicate_healed" if item.is_pending else "duplicate_running", f"execution:{execution.id}",
                             robot=self._robot.name, mission=execution.mission, queue_id=item.id)
 
-    def _give_up_unknown(self, intent: Execution, problem: Told) -> None:
+    def _give_up_unknown(self, intent: Execution, problem: Message) -> None:
         self._alarms.raise_("unknown_outcome", f"execution:{intent.id}", robot=self._robot.name, mission=intent.mission, problem=problem)
         self._ledger.end(intent, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
 
     def _absent(self, intent: Execution, window_is_over: bool, settings: Settings) -> None:
         """Not on the robot and nothing in flight can still land: as if the attempt had failed."""
         self._memory.unknown_since.pop(intent.id, None)
-        problem = told("the robot did not receive it")
+        problem = message("the robot did not receive it")
         if window_is_over and not intent.cancel_code and intent.attempts <= settings.retry_limit:
             self._ledger.end(intent, Reason(ReasonCode.WINDOW_CLOSED, {"attempts": intent.attempts, "until": intent.closes_at.isoformat(),
                                                                       "problem": problem}))

@@ -1,7 +1,7 @@
-"""The intents that one lane holds until their instants, and how everything else gives way to them.
+"""The intents that one worker holds until their instants, and how everything else gives way to them.
 
-An intent is on disk up to ``EARLY`` before its instant, so that then nothing but the POST is left to do. That is why a lane that is sending
-knows what it has to send next: whatever takes long is done in between.
+An intent is on disk up to ``INTENT_LEAD`` before its instant, so that then nothing but the POST is left to do. That is why a worker that
+is sending knows what it has to send next: whatever takes long is done in between.
 """
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from datetime import datetime, timedelta
 
 from app.domain.clock import Clock
 from app.domain.models import Execution
-from app.domain.rules import EARLY, in_dispatch_order
+from app.domain.rules import INTENT_LEAD, in_dispatch_order
 
 ROUND_TAKES = 0.04              # s for a look at a robot and what it brings; what is due sooner goes first
 PUT_OFF_AT_MOST = 0.5           # s that a round gives way to what is due
 
 
 class Intents:
-    """Used by the lane's thread only."""
+    """Used by the worker's thread only."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -34,7 +34,7 @@ class Intents:
         """Each until its instant, however the wall clock is set meanwhile."""
         wall, mono = self._clock.now(), self._clock.monotonic()
         for intent in intents:
-            self._held[intent.id] = (mono + min(max(timedelta(), intent.planned_at - wall), EARLY).total_seconds(), intent)
+            self._held[intent.id] = (mono + min(max(timedelta(), intent.planned_at - wall), INTENT_LEAD).total_seconds(), intent)
 
     def pop_due(self) -> Iterator[Execution]:
         """Those whose instant has come, in dispatch order."""
@@ -48,11 +48,11 @@ class Intents:
         return min((at for at, _intent in self._held.values()), default=math.inf)
 
     # ------------------------------------------------------------------ what happens in between
-    def doubt(self) -> None:
+    def invalidate(self) -> None:
         """Somebody has changed the ledger or the plan: what was written by now may not be wanted any more."""
         self._told_at = self._clock.now()
 
-    def is_doubtful(self, intent: Execution) -> bool:
+    def needs_recheck(self, intent: Execution) -> bool:
         return self._told_at is not None and intent.created_at <= self._told_at
 
     def leave_time(self) -> bool:

@@ -15,7 +15,7 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository, Unsent
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.message import Told
+from app.domain.message import Message
 from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Wait
 from app.domain.reasons import sentence, to_store
 from app.services.live.alarms import Alarms
@@ -60,9 +60,9 @@ class Ledger:
         """Whether anything of ours is with this robot, or may be."""
         return self._executions.has_sent(self._db.read(), robot_id)
 
-    def taken_back(self, intent: Execution) -> Reason | None:
+    def revocation_reason(self, intent: Execution) -> Reason | None:
         """Why an intent must not be sent any more, although its row stands; None: nobody has changed anything since it was written."""
-        return self._executions.taken_back(self._db.read(), intent)
+        return self._executions.revocation_reason(self._db.read(), intent)
 
     def by_token(self, token: str) -> Execution | None:
         return self._executions.by_token(self._db.read(), token)
@@ -130,7 +130,7 @@ class Ledger:
         """An intent whose POST was not even begun."""
         return Move(intent, (State.SUBMITTING,), {"state": State.WAITING, "attempts": intent.attempts - 1})
 
-    def attempt_failed(self, execution: Execution, problem: Told) -> Move:
+    def attempt_failed(self, execution: Execution, problem: Message) -> Move:
         """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
         attempts = execution.attempts + (execution.state is State.WAITING)
         return Move(execution, NOT_WITH_THE_ROBOT, {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY,
@@ -150,12 +150,12 @@ class Ledger:
         """Ended with a reason, whose code tells the state."""
         return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
 
-    def give_back(self, intents: Sequence[Execution]) -> None:
+    def release_unsent(self, intents: Sequence[Execution]) -> None:
         """Intents of which nothing was sent wait again, or end where somebody has taken them back."""
         moves: list[Move] = []
         for intent in intents:
             moves.append(self.not_tried(intent))
-            if reason := self.taken_back(intent):
+            if reason := self.revocation_reason(intent):
                 moves.append(self.ended(intent, reason, (State.WAITING,)))
         self.make(moves)
 

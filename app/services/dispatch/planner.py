@@ -32,7 +32,7 @@ AT_ONCE = 500                # schedules per transaction, so that a burst never 
 
 
 @dataclass
-class Fallen:
+class DueBatch:
     """What one look at the plan brought."""
     robot_ids: set[int] = field(default_factory=set)      # with something that waits to be sent
     touched: set[int] = field(default_factory=set)        # with something new in the ledger
@@ -61,7 +61,7 @@ class Planner:
         self._db, self._schedules, self._executions = db, schedules, executions
         self._robots, self._missions, self._settings = robots, missions, settings
         self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
-        self._ready, self._hand_over = ready, hand_over   # of the robots' lanes
+        self._ready, self._hand_over = ready, hand_over   # of the robots' workers
         self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
 
     def next_due(self) -> datetime | None:
@@ -72,12 +72,12 @@ class Planner:
         due = self.next_due()
         return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
 
-    def fall_due(self) -> Fallen:
-        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing stands in its way: its lane waits for
+    def insert_due(self) -> DueBatch:
+        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing stands in its way: its worker waits for
         the instant. Costs one indexed look when nothing is due."""
-        fallen = Fallen()
+        fallen = DueBatch()
         due = self.next_due()
-        is_more = due is not None and due <= self._clock.now() + rules.EARLY
+        is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
         while is_more:
             is_more = self._db.write(lambda c: self._take_due(c, fallen))
             for intent in rules.in_dispatch_order(fallen.intents):       # before anybody hears of it and looks
@@ -96,12 +96,12 @@ class Planner:
             self._changes.publish(Topic.SCHEDULES)
         return fallen
 
-    def _take_due(self, c: sqlite3.Connection, fallen: Fallen) -> bool:
+    def _take_due(self, c: sqlite3.Connection, fallen: DueBatch) -> bool:
         """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
         more of it."""
         now = self._clock.now()
-        schedules = self._schedules.due(c, now + rules.EARLY, AT_ONCE)
-        site = self._look_around(c, schedules, now)
+        schedules = self._schedules.due(c, now + rules.INTENT_LEAD, AT_ONCE)
+        site = self._load_context(c, schedules, now)
         rows: list[Execution] = []
         following: dict[int, datetime | None] = {}
         for schedule in schedules:
@@ -115,18 +115,18 @@ class Planner:
         fallen.note(added)
         return len(schedules) == AT_ONCE and schedules[-1].id in following
 
-    def _look_around(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime) -> _Site:
+    def _load_context(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime) -> PlanningContext:
         """All that the rows of these schedules depend on. Few statements for however many of them: each lets go of the interpreter, and
         has to wait until it gets it back."""
         settings = self._settings.load(c)
         robot_ids = {schedule.robot_id for schedule in schedules}
         no_overlap = [schedule.id for schedule in schedules if schedule.overlap is Overlap.SKIP]
-        return _Site(
+        return PlanningContext(
             now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.those(c, robot_ids),
             self._missions.those(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
             self._executions.open_of_schedules(c, no_overlap))
 
-    def _take(self, schedule: Schedule, site: _Site, fallen: Fallen) -> _Taken | None:
+    def _take(self, schedule: Schedule, site: PlanningContext, fallen: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
         and something stands in the way of a start, which only then can be judged."""
         robot, mission = site.robots.get(schedule.robot_id), site.missions.get(schedule.mission_id)
@@ -186,7 +186,7 @@ def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> t
 
 
 @dataclass(frozen=True)
-class _Site:
+class PlanningContext:
     """What everything that falls due at ``now`` depends on, as the database has it."""
     now: datetime
     settings: Settings
@@ -204,7 +204,7 @@ class _RowMaker:
     schedule: Schedule
     robot: Robot
     mission: Mission
-    site: _Site
+    site: PlanningContext
 
     def waiting(self, planned_at: datetime, late: bool = False) -> Execution:
         schedule, settings, now = self.schedule, self.site.settings, self.site.now

@@ -7,13 +7,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime, timedelta
 
-from app.domain.message import Told, told
+from app.domain.message import Message, message
 
 TOLERANCE = timedelta(minutes=10)
 BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
 
 
-def clock_problem(now: datetime, last_heartbeat: datetime | None, offsets: Sequence[float | None]) -> Told | None:
+def clock_problem(now: datetime, last_heartbeat: datetime | None, offsets: Sequence[float | None]) -> Message | None:
     """A part of a sentence when the clock is not plausible, else None.
 
     ``offsets`` are the robots' HTTP ``Date`` minus the tablet's clock in seconds, None where unknown. Two or more robots that mostly agree
@@ -24,10 +24,10 @@ def clock_problem(now: datetime, last_heartbeat: datetime | None, offsets: Seque
     if len(known) >= 2 and len(differing) * 2 > len(known):
         minutes = round(sorted(differing)[len(differing) // 2] / 60)
         if minutes > 0:
-            return told("most robots' clocks are {minutes} min ahead of it", minutes=minutes)
-        return told("most robots' clocks are {minutes} min behind it", minutes=-minutes)
+            return message("most robots' clocks are {minutes} min ahead of it", minutes=minutes)
+        return message("most robots' clocks are {minutes} min behind it", minutes=-minutes)
     robots_agree = len(known) >= 2
     if last_heartbeat is not None and now < last_heartbeat - BACKWARDS and not robots_agree:
-        return told("it shows {now} UTC, but the app already ran on {then} UTC",
+        return message("it shows {now} UTC, but the app already ran on {then} UTC",
                     now=f"{now:%Y-%m-%d %H:%M}", then=f"{last_heartbeat:%Y-%m-%d %H:%M}")
     return None

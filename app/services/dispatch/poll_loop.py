@@ -1,4 +1,4 @@
-"""The threads: one for the scheduler, one lane for each robot. They only wait and call; what is done stands in scheduler and lane.
+"""The threads: one for the scheduler, one worker for each robot. They only wait and call; what is done stands in scheduler and worker.
 
 With a window, Kivy's Clock asks for a cycle every poll interval (the thesis's Algorithm 1); headless, or when the window has not asked for
 two intervals, the scheduler thread does.
@@ -13,11 +13,11 @@ from collections.abc import Callable
 
 from app.database.connection import Database, DatabaseUnavailable
 from app.domain.clock import Clock
-from app.domain.message import Told
+from app.domain.message import Message
 from app.domain.models import Execution, Robot
 from app.services.dispatch.dispatcher import Ready
-from app.services.dispatch.lane import Lane
 from app.services.dispatch.scheduler import LONGEST_WAIT, Scheduler
+from app.services.dispatch.worker import RobotWorker
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
 
@@ -29,18 +29,18 @@ CYCLE_TAKES = 2.0           # s within which every robot has its turn
 TURN_EVERY = 0.08           # s between turns
 POLLED_AT_ONCE = 2          # robots in a turn at least
 CHORES_EVERY = 0.1          # s at least between chores
-AFTER_A_CRASH = 5.0         # s before a lane that met an unexpected error goes on
+AFTER_A_CRASH = 5.0         # s before a worker that met an unexpected error goes on
 
 
-class _LaneThread:
-    """One robot's lane on its thread."""
+class _WorkerThread:
+    """One robot's worker on its thread."""
 
-    def __init__(self, lane: Lane, database_fails: Callable[[Told], None]) -> None:
-        self.lane, self._database_fails = lane, database_fails
+    def __init__(self, worker: RobotWorker, database_fails: Callable[[Message], None]) -> None:
+        self.worker, self._database_fails = worker, database_fails
         self._wake = threading.Condition()
         self._poll_wanted = self._due_soon = self._changed = self._something_new = self._stopping = False
         self._intents: list[Execution] = []
-        self._thread = threading.Thread(target=self._run, name=f"lane-{lane.robot.name}", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"worker-{worker.robot.name}", daemon=True)
         self._thread.start()
 
     def kick(self, poll: bool = False, due_soon: bool = False) -> None:
@@ -81,19 +81,19 @@ class _LaneThread:
                 intents, self._intents = self._intents, []
                 self._poll_wanted = self._due_soon = self._changed = self._something_new = False
             try:
-                wait = self.lane.step(poll, due_soon, intents, changed)
+                wait = self.worker.step(poll, due_soon, intents, changed)
             except DatabaseUnavailable as error:      # no durable intent, no POST
                 if not self._stopping:
-                    self._database_fails(error.told)
+                    self._database_fails(error.message)
                 wait = self._begin_anew()
-            except Exception:                # one robot's trouble must not end its lane, nor touch any other
-                log.exception("The lane of %r met an unexpected error and goes on", self.lane.robot.name)
+            except Exception:                # one robot's trouble must not end its worker, nor touch any other
+                log.exception("The worker of %r met an unexpected error and goes on", self.worker.robot.name)
                 wait = self._begin_anew()
             with self._wake:
                 if not (self._stopping or self._something_new):
                     self._wake.wait(None if math.isinf(wait) else wait)
         with contextlib.suppress(DatabaseUnavailable):        # a request outlived the stop: at most a minute of observed time is lost
-            self.lane.close(self._intents)
+            self.worker.close(self._intents)
 
     def _begin_anew(self) -> float:
         """Whatever the round was to do is found in the ledger by the next one, in so many seconds."""
@@ -104,10 +104,11 @@ class _LaneThread:
 
 class PollLoop:
     def __init__(self, db: Database, *, scheduler: Scheduler, clock: Clock, alarms: Alarms, changes: Changes,
-                 robots: Callable[[], list[Robot]], make_lane: Callable[[Robot], Lane], poll_interval: Callable[[], float]) -> None:
+                 robots: Callable[[], list[Robot]], make_worker: Callable[[Robot], RobotWorker],
+                 poll_interval: Callable[[], float]) -> None:
         self._db, self._scheduler, self._clock, self._alarms = db, scheduler, clock, alarms
-        self._robots, self._make_lane, self._poll_interval = robots, make_lane, poll_interval
-        self._lanes: dict[int, _LaneThread] = {}
+        self._robots, self._make_worker, self._poll_interval = robots, make_worker, poll_interval
+        self._workers: dict[int, _WorkerThread] = {}
         self._watched: int | None = None
         self._lock = threading.Lock()
         self._wake = threading.Condition()
@@ -141,10 +142,10 @@ class PollLoop:
             self._wake.notify()
         deadline = self._clock.monotonic() + STOP_WITHIN
         with self._lock:
-            lanes = list(self._lanes.values())
-        for lane in lanes:
-            lane.stop()
-        for thread in [self._thread, *lanes]:
+            workers = list(self._workers.values())
+        for worker in workers:
+            worker.stop()
+        for thread in [self._thread, *workers]:
             if thread:
                 thread.join(max(0.0, deadline - self._clock.monotonic()))
 
@@ -152,11 +153,11 @@ class PollLoop:
     def is_ready(self) -> bool:
         """Whether every robot has answered (or failed to answer) its first poll."""
         with self._lock:
-            return not self._robots_changed and all(thread.lane.polled for thread in self._lanes.values())
+            return not self._robots_changed and all(thread.worker.polled for thread in self._workers.values())
 
     def clock_offsets(self) -> list[float | None]:
         with self._lock:
-            return [thread.lane.clock_offset for thread in self._lanes.values()]
+            return [thread.worker.clock_offset for thread in self._workers.values()]
 
     # ------------------------------------------------------------------ asked by others
     def request_cycle(self, by_window: bool = False) -> None:
@@ -164,7 +165,7 @@ class PollLoop:
         self._window_drives |= by_window
         self._cycle_at = self._clock.monotonic()
         with self._lock:
-            self._to_poll += self._lanes.keys() - set(self._to_poll)
+            self._to_poll += self._workers.keys() - set(self._to_poll)
             self._in_turn = max(POLLED_AT_ONCE, math.ceil(len(self._to_poll) * TURN_EVERY / CYCLE_TAKES))
         self._poll_some()
         if self._to_poll:
@@ -174,27 +175,27 @@ class PollLoop:
         self._turn_at = self._clock.monotonic() + TURN_EVERY
         with self._lock:
             turn, self._to_poll = self._to_poll[:self._in_turn], self._to_poll[self._in_turn:]
-            threads = [self._lanes[key] for key in turn if key in self._lanes]
+            threads = [self._workers[key] for key in turn if key in self._workers]
         for thread in threads:
             thread.kick(poll=True)
 
     def kick(self, robot_id: int, poll: bool = False, due_soon: bool = False) -> None:
         """Something is new for this robot (a manual run, a cancellation), or will be soon."""
         with self._lock:
-            thread = self._lanes.get(robot_id)
+            thread = self._workers.get(robot_id)
         if thread:
             thread.kick(poll, due_soon)
 
     def ready(self, robot_id: int) -> Ready | None:
-        """See ``Lane.ready``; None for a robot without a lane."""
+        """See ``RobotWorker.ready``; None for a robot without a worker."""
         with self._lock:
-            thread = self._lanes.get(robot_id)
-        return thread.lane.ready() if thread else None
+            thread = self._workers.get(robot_id)
+        return thread.worker.ready() if thread else None
 
     def hand_over(self, intent: Execution) -> None:
-        """Its intent was written when it fell due. One whose lane is gone meanwhile is looked for on the robot, as after a crash."""
+        """Its intent was written when it fell due. One whose worker is gone meanwhile is looked for on the robot, as after a crash."""
         with self._lock:
-            thread = self._lanes.get(intent.robot_id or 0)
+            thread = self._workers.get(intent.robot_id or 0)
         if thread:
             thread.hand_over(intent)
 
@@ -202,8 +203,8 @@ class PollLoop:
         """The robot on screen has its status read every 2 s."""
         with self._lock:
             self._watched = robot_id
-            for key, thread in self._lanes.items():
-                thread.lane.watched = key == robot_id
+            for key, thread in self._workers.items():
+                thread.worker.watched = key == robot_id
                 if key == robot_id:
                     thread.kick()
 
@@ -222,9 +223,9 @@ class PollLoop:
             self.wake()
         if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS):
             with self._lock:
-                threads = list(self._lanes.values()) if about is None else [self._lanes[about]] if about in self._lanes else []
+                threads = list(self._workers.values()) if about is None else [self._workers[about]] if about in self._workers else []
             for thread in threads:
-                if not thread.is_current:     # a lane knows what it has just done itself
+                if not thread.is_current:     # a worker knows what it has just done itself
                     thread.kick()
 
     # ------------------------------------------------------------------ the scheduler thread
@@ -235,7 +236,7 @@ class PollLoop:
                 self._round(first_look)
                 wait = self._scheduler.seconds_to_next(longest=TURN_EVERY if self._to_poll else LONGEST_WAIT)
             except DatabaseUnavailable as error:
-                self._alarms.database_fails(error.told)
+                self._alarms.database_fails(error.message)
                 wait = LONGEST_WAIT
             except Exception:                # the heart must not stop for anything
                 log.exception("The scheduler met an unexpected error and goes on")
@@ -249,7 +250,7 @@ class PollLoop:
 
     def _round(self, first_look: float) -> None:
         if self._robots_changed:
-            self._match_lanes()
+            self._match_workers()
         if not self.is_ready and self._clock.monotonic() - first_look < FIRST_POLL_WITHIN:
             self._quickly()
             return
@@ -284,23 +285,23 @@ class PollLoop:
             self._wake.wait(0.02)
             self._woken = True
 
-    def _match_lanes(self) -> None:
-        """One lane for each robot as it is configured now."""
+    def _match_workers(self) -> None:
+        """One worker for each robot as it is configured now."""
         self._robots_changed = False
         wanted = {robot.id: robot for robot in self._robots()}
         with self._lock:
-            for key in list(self._lanes):
-                if key not in wanted or _settings_of(self._lanes[key].lane.robot) != _settings_of(wanted[key]):
-                    self._lanes.pop(key).stop()
+            for key in list(self._workers):
+                if key not in wanted or _settings_of(self._workers[key].worker.robot) != _settings_of(wanted[key]):
+                    self._workers.pop(key).stop()
             for key, robot in wanted.items():
-                if key in self._lanes:
-                    self._lanes[key].lane.robot = robot       # name, idle rule
+                if key in self._workers:
+                    self._workers[key].worker.robot = robot       # name, idle rule
                 else:
-                    lane = self._make_lane(robot)
-                    lane.watched = key == self._watched
-                    self._lanes[key] = _LaneThread(lane, self._alarms.database_fails)
+                    worker = self._make_worker(robot)
+                    worker.watched = key == self._watched
+                    self._workers[key] = _WorkerThread(worker, self._alarms.database_fails)
 
 
 def _settings_of(robot: Robot) -> tuple[object, ...]:
-    """What a lane's connection is made of; when it changes, the lane is made anew."""
+    """What a worker's connection is made of; when it changes, the worker is made anew."""
     return robot.address, robot.token, robot.certificate_sha256, robot.enabled

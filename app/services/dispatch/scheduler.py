@@ -1,6 +1,6 @@
 """The heart: beats once a second or when something falls due. Heartbeat, gaps, plausibility of the clock, the plan (Algorithms 1 and 2).
 
-It has no thread of its own and talks to no robot; poll_loop calls ``tick`` and hands what fell due to the robots' lanes.
+It has no thread of its own and talks to no robot; poll_loop calls ``tick`` and hands what fell due to the robots' workers.
 """
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from datetime import datetime, timedelta
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.rules import EARLY
+from app.domain.rules import INTENT_LEAD
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.planner import Fallen, Planner
+from app.services.dispatch.planner import DueBatch, Planner
 from app.services.dispatch.plausibility import clock_problem
 from app.services.live.alarms import Alarms
 from app.services.live.gaps import HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
@@ -23,13 +23,13 @@ log = logging.getLogger(__name__)
 
 LONGEST_WAIT = 1.0          # s: bounds what a clock step or a sleep can delay
 STEP_WORTH_TELLING = 5.0    # s
-AHEAD = timedelta(seconds=1.2)         # before an instant is due its robot is told; more than LONGEST_WAIT, or some would be passed over
-AHEAD_AT_ONCE = timedelta(seconds=0.5) # of due instants that are told together
-EARLY_EVERY = 0.025         # s between looks at what falls due in a moment: some of it shares a transaction
+PREFETCH_LEAD = timedelta(seconds=1.2)     # a robot is read so long before an instant; more than LONGEST_WAIT, or some are missed
+PREFETCH_TOGETHER = timedelta(seconds=0.5) # robots with instants so close to each other are read in one go
+INTENT_EVERY = 0.025        # s between looks at what falls due in a moment: some of it shares a transaction
 PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
 TIDY_EVERY = 0.5            # s
 TIDIES_WITHIN = 60.0        # s that housekeeping gives way to what falls due
-IN_A_MOMENT = 0.02          # s
+MIN_IDLE = 0.02             # s until the next start; with less, housekeeping waits
 
 
 class Scheduler:
@@ -52,23 +52,23 @@ class Scheduler:
         if self._last_heartbeat is not None and now - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
             self._away(self._last_heartbeat, now)
 
-    def tick(self) -> Fallen:
+    def tick(self) -> DueBatch:
         """One beat. Returns what fell due."""
         now, mono = self._clock.now(), self._clock.monotonic()
         self._notice_jump(now, mono)
         self._last = (now, mono)
         if not self._clock_is_trusted(now):
-            return Fallen()
+            return DueBatch()
         if mono - self._beat_at >= HEARTBEAT_EVERY:
             self._beat_at = mono
             self._db.write(lambda c: self._settings.set_heartbeat(c, now))
-        return self._planner.fall_due()
+        return self._planner.insert_due()
 
     def due_soon(self) -> set[int]:
         """Robots with something due in a moment, told once for each instant."""
         now, told = self._clock.now(), self._told_until
-        until = now + AHEAD
-        if not self._clock_trusted or (told is not None and now <= told <= until and until - told < AHEAD_AT_ONCE):
+        until = now + PREFETCH_LEAD
+        if not self._clock_trusted or (told is not None and now <= told <= until and until - told < PREFETCH_TOGETHER):
             return set()
         self._told_until = until
         return self._planner.robots_due(told if told is not None and now < told < until else now, until)
@@ -89,7 +89,7 @@ class Scheduler:
             self._ledger.prune(self._has_time)
 
     def _has_time(self) -> bool:
-        return self.seconds_to_next() > IN_A_MOMENT
+        return self.seconds_to_next() > MIN_IDLE
 
     def probe(self) -> None:
         """Write something of no meaning. Raises DatabaseUnavailable as long as nothing can be written."""
@@ -101,7 +101,7 @@ class Scheduler:
         if due is None or self._clock_doubted_since is not None:
             return longest
         left = (due - self._clock.now()).total_seconds()
-        return min(max(left, 0.0), max(left - EARLY.total_seconds(), EARLY_EVERY), longest)
+        return min(max(left, 0.0), max(left - INTENT_LEAD.total_seconds(), INTENT_EVERY), longest)
 
     def stop(self) -> None:
         now = self._clock.now()

@@ -19,7 +19,7 @@ MANY = 3                     # open executions that are asked for in one request
 
 
 class Tracker:
-    """One robot's accepted executions. Called by its lane only. Raises RobotError when the robot can't be asked: rows stay open."""
+    """One robot's accepted executions. Called by its worker only. Raises RobotError when the robot can't be asked: rows stay open."""
 
     def __init__(self, robot: Robot, client: RobotClient, ledger: Ledger, dispatcher: Dispatcher) -> None:
         self._robot, self._client, self._ledger, self._dispatcher = robot, client, ledger, dispatcher
@@ -77,7 +77,7 @@ class Tracker:
         except RobotError as error:
             log.info("Item %d of %r could not be cancelled yet: %s", queue_id, self._robot.name, error.text)
 
-    def heal(self, open_items: Sequence[QueueItem]) -> None:
+    def cancel_duplicates(self, open_items: Sequence[QueueItem]) -> None:
         """Look through the robot's open items for a second copy of ours: a request that landed after all (design: step 4)."""
         for item in open_items:
             if not looks_like_token(item.description):

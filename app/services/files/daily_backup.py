@@ -10,7 +10,7 @@ from app.database.backups import daily_backup
 from app.database.connection import Database
 from app.database.errors import DatabaseError
 from app.domain.clock import Clock
-from app.domain.message import Told
+from app.domain.message import Message
 from app.services.live.alarms import Alarms
 
 log = logging.getLogger(__name__)
@@ -26,7 +26,7 @@ class DailyBackup:
         self._made_on: date | None = None
         self._not_before = -math.inf             # monotonic
         self._thread: threading.Thread | None = None
-        self._problem: Told | None = None         # of the last one, not told yet; empty: it went well
+        self._problem: Message | None = None         # of the last one, not told yet; empty: it went well
 
     def tick(self) -> None:
         if self._thread and self._thread.is_alive():
@@ -43,7 +43,7 @@ class DailyBackup:
             made = daily_backup(self._db.path, now)
         except DatabaseError as error:
             log.warning("%s", error)
-            self._problem, self._not_before = error.told, self._clock.monotonic() + AGAIN_AFTER
+            self._problem, self._not_before = error.message, self._clock.monotonic() + AGAIN_AFTER
         else:
             if made:
                 log.info("Backup %s made", made.name)

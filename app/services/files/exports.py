@@ -19,7 +19,7 @@ from app.database.backups import BACKUPS, back_up, problem_of
 from app.database.connection import Database
 from app.database.errors import DatabaseError
 from app.domain.clock import Clock
-from app.domain.message import Told, of_system
+from app.domain.message import Message, message_of_system
 from app.domain.models import InvalidInput
 from app.services.catalogue import configuration
 from app.services.catalogue.catalogue import Catalogue
@@ -79,7 +79,7 @@ class DataFiles:
         return target
 
     # ------------------------------------------------------------------ in
-    def import_configuration(self, path: str) -> Sequence[Told]:
+    def import_configuration(self, path: str) -> Sequence[Message]:
         """Take a configuration file in, whole or not at all. Returns what was added or changed, one sentence each."""
         return configuration.import_configuration(self._catalogue, self._content(self._resolved(path)))
 
@@ -125,7 +125,7 @@ class DataFiles:
         except FileNotFoundError:
             raise InvalidInput("path", "there is no file {path}", path=source) from None
         except OSError as error:
-            raise InvalidInput("path", "{path} can't be read: {problem}", path=source, problem=of_system(error)) from None
+            raise InvalidInput("path", "{path} can't be read: {problem}", path=source, problem=message_of_system(error)) from None
         if len(content) > LARGEST_FILE:
             raise InvalidInput("path", "{path} is larger than 5 MiB", path=source)
         return content
@@ -172,4 +172,4 @@ def _told(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise InvalidInput("path", "there is no directory {path}", path=path.parent) from None
     except OSError as error:
-        raise InvalidInput("path", "{path} can't be written: {problem}", path=path, problem=of_system(error)) from None
+        raise InvalidInput("path", "{path} can't be written: {problem}", path=path, problem=message_of_system(error)) from None

@@ -252,9 +252,9 @@ class Kpis:
         """Why runs failed, whatever had triggered them, the most frequent cause first."""
         return causes(self._repository.failures(self._db.read(), _span(wanted)))
 
-    def troubled(self, wanted: KpiFilter | None = None, most: int = 50) -> Sequence[Execution]:
+    def not_completed(self, wanted: KpiFilter | None = None, most: int = 50) -> Sequence[Execution]:
         """What ended in any state but completed, newest first."""
-        return self._repository.troubled(self._db.read(), _span(wanted), most)
+        return self._repository.not_completed(self._db.read(), _span(wanted), most)
 
     def trends(self, wanted: KpiFilter | None = None, most: int = MOST_MISSIONS) -> Sequence[Trend]:
         """How long completed runs took, of the missions that took the most time in all, against the runs before the period."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey
 from app.database.missions import MissionRepository
-from app.domain.models import Execution, Usual
+from app.domain.models import DurationEstimate, Execution
 from app.services.planning.durations import expected
 
 
@@ -48,11 +48,11 @@ class History:
         """Seconds; median of the last completed runs, None when there is none."""
         return self._executions.usual_duration(self._db.read(), robot_id, mission_guid)
 
-    def usual(self, robot_id: int, mission_guid: str) -> Usual | None:
+    def usual(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """Of the last completed runs; None when there is none."""
         return self._executions.usual(self._db.read(), robot_id, mission_guid)
 
-    def expected(self, robot_id: int, mission_guid: str) -> Usual | None:
+    def expected(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: nobody knows."""
         c = self._db.read()
         return expected(self._executions.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id))

@@ -89,7 +89,7 @@ class ShiftReports:
         timelines = RobotStates(self._db).timelines(start, end, wanted.robot_ids) if start < end else []
         thesis, adherence, causes = self._kpis.thesis(wanted), self._kpis.adherence(wanted), self._kpis.failures(wanted)
         room = max(LEAST, LINES - 2 * len(thesis.robots) - max(0, len(adherence.not_run) - 1, len(causes) - 3))
-        runs = self._kpis.troubled(wanted, room)
+        runs = self._kpis.not_completed(wanted, room)
         most_runs, most_alarms = shared(len(runs), len(alarms), room)
         return ShiftReport(
             start, end, now, settings, next((one.robot for one in thesis.robots if one.robot_id == robot_id), ""), thesis,

@@ -10,7 +10,7 @@ from typing import Any
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.domain.clock import Clock
-from app.domain.message import Decimal, Told, is_told, tell
+from app.domain.message import Decimal, Message, is_message, render
 from app.domain.models import Alarm, Priority
 from app.domain.reasons import instants_in_words, stored_sentence
 from app.domain.writing import Translate
@@ -61,8 +61,8 @@ def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> st
 
 def _said(value: Any, zone: str, translate: Translate) -> Any:
     """Reasons and problems are kept in their parts; rows of older versions have them as English text."""
-    if is_told(value):
-        return tell(value, translate)
+    if is_message(value):
+        return render(value, translate)
     if isinstance(value, Mapping) and "code" in value:
         return stored_sentence(value, zone, translate)
     return Decimal(value, translate) if isinstance(value, float) else value
@@ -87,7 +87,7 @@ class Alarms:
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
 
-    def database_fails(self, problem: Told) -> None:
+    def database_fails(self, problem: Message) -> None:
         """Nothing can be written just now, so nothing is sent, and this alarm itself lives in memory until ``database_works``."""
         if self._database is None:
             now = self._clock.now()

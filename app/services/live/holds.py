@@ -9,7 +9,7 @@ from datetime import datetime
 from app.database.connection import Database
 from app.database.holds import HoldRepository, StoredHold
 from app.domain.clock import Clock
-from app.domain.message import Told, tell
+from app.domain.message import Message, render
 from app.domain.models import InvalidInput
 from app.services.live.changes import Changes, Topic
 
@@ -40,7 +40,7 @@ class Holds:
     def __init__(self, db: Database, repository: HoldRepository, clock: Clock, changes: Changes) -> None:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
         self._lock = threading.Lock()
-        self._clock_problem: Told | None = None
+        self._clock_problem: Message | None = None
         self._stored: list[StoredHold] = []
         self.reload()
 
@@ -54,7 +54,7 @@ class Holds:
         now = self._clock.now()
         with self._lock:
             if self._clock_problem is not None:
-                return Hold(tell(self._clock_problem), clock=True)
+                return Hold(render(self._clock_problem), clock=True)
             stored = self._stored
         return next((hold for hold in map(_hold, stored) if hold.robot_id in (None, robot_id) and not hold.is_over(now)), None)
 
@@ -86,7 +86,7 @@ class Holds:
         self._db.write(lambda c: self._repository.remove(c, robot_id))
         self._reloaded()
 
-    def distrust_clock(self, problem: Told | None) -> None:
+    def distrust_clock(self, problem: Message | None) -> None:
         """Nothing is sent while the clock is not plausible; None when it is again."""
         with self._lock:
             if problem == self._clock_problem:

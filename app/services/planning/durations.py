@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import date
 from itertools import pairwise
 
-from app.domain.models import Mission, Usual
+from app.domain.models import DurationEstimate, Mission
 
 MOST_MISSIONS = 5            # that are looked at
 DURATIONS_OF = 5_000         # newest completed runs of a mission in the period
@@ -53,12 +53,12 @@ class Trend:
         return self.usual is not None and self.median_s < self.usual.p10_s
 
 
-def expected(learned: Usual | None, mission: Mission | None) -> Usual | None:
+def expected(learned: DurationEstimate | None, mission: Mission | None) -> DurationEstimate | None:
     """How long the next run will take: as the runs on that robot did, before any as a person typed it; None: nobody knows."""
     if learned is not None or mission is None or mission.usual_minutes is None:
         return learned
     seconds = mission.usual_minutes * 60.0
-    return Usual(seconds, seconds, typed=True)
+    return DurationEstimate(seconds, seconds, typed=True)
 
 
 def percentile(ordered: Sequence[float], percent: float) -> float | None:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from app.domain.models import Schedule, Usual
+from app.domain.models import DurationEstimate, Schedule
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 
@@ -23,7 +23,7 @@ class Other:
     """Another schedule of the robot, and how long its runs take."""
     schedule: Schedule
     mission: str
-    usual: Usual | None
+    usual: DurationEstimate | None
 
     @property
     def lasts(self) -> timedelta:
@@ -31,7 +31,7 @@ class Other:
 
 
 @dataclass(frozen=True)
-class Meeting:
+class RunConflict:
     """Two runs at one time. ``likely`` is the share of runs that took long enough for it, None where that is not known."""
     at: datetime             # UTC, of the draft's start
     other: Other
@@ -45,7 +45,7 @@ class Meeting:
         return self.begins + timedelta(seconds=usual.median_s if usual else ASSUMED_S)
 
 
-def lasts(usual: Usual | None) -> timedelta:
+def lasts(usual: DurationEstimate | None) -> timedelta:
     """What a run is given."""
     return timedelta(seconds=usual.slow_s if usual else ASSUMED_S)
 
@@ -53,7 +53,7 @@ def lasts(usual: Usual | None) -> timedelta:
 Near = Sequence[tuple[Other, datetime]]      # runs of others, by when they begin
 
 
-def nearby(starts: Sequence[Occurrence], usual: Usual | None, others: Sequence[Other], calendar: WorkingCalendar) -> list[Near]:
+def nearby(starts: Sequence[Occurrence], usual: DurationEstimate | None, others: Sequence[Other], calendar: WorkingCalendar) -> list[Near]:
     """For each start, earliest first: the runs of others as far around it as it may be shifted."""
     beyond = FURTHEST + lasts(usual)
     walks = [(other, FURTHEST + other.lasts, _Walk(other.schedule, calendar)) for other in others]
@@ -86,7 +86,7 @@ class _Walk:
         return (found.instant for found in occurrences(self._schedule, instant, self._calendar))
 
 
-def meetings(starts: Sequence[Occurrence], usual: Usual | None, near: Sequence[Near]) -> Iterator[Meeting]:
+def meetings(starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near]) -> Iterator[RunConflict]:
     """Earliest first, at most one for each start: with the run that is under way then, else with the first that begins meanwhile."""
     mine = lasts(usual)
     for start, others in zip(starts, near, strict=True):
@@ -94,17 +94,17 @@ def meetings(starts: Sequence[Occurrence], usual: Usual | None, near: Sequence[N
         met = [(begins, other) for other, begins in others if at - other.lasts < begins < at + mine]
         if met:
             begins, other = min(met, key=lambda one: one[0])
-            yield Meeting(at, other, begins, _likely(at, usual, other.usual, begins))
+            yield RunConflict(at, other, begins, _likely(at, usual, other.usual, begins))
 
 
-def _likely(at: datetime, usual: Usual | None, others: Usual | None, begins: datetime) -> float | None:
+def _likely(at: datetime, usual: DurationEstimate | None, others: DurationEstimate | None, begins: datetime) -> float | None:
     if begins == at:
         return 1.0
     earlier = others if begins < at else usual
     return earlier.share_over(abs((at - begins).total_seconds())) if earlier and not earlier.typed else None
 
 
-def free_shift(starts: Sequence[Occurrence], usual: Usual | None, near: Sequence[Near], now: datetime) -> timedelta | None:
+def free_shift(starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near], now: datetime) -> timedelta | None:
     """The smallest shift of all these starts, on their own days and to come, at which no other run is in the way; None: none is found."""
     mine = lasts(usual)
     busy = [(start, [(begins - mine, begins + other.lasts) for other, begins in others])

@@ -14,7 +14,7 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import Mission, Robot, Schedule, Usual
+from app.domain.models import DurationEstimate, Mission, Robot, Schedule
 from app.services.planning.durations import expected
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -70,7 +70,7 @@ class Plan:
         calendar = working_calendar(c, self._settings.load(c))
         robots = {robot.id: robot for robot in self._robots.all(c) if robot.enabled}
         missions = {mission.id: mission for mission in self._missions.all(c)}
-        learned: dict[tuple[int, str], Usual | None] = {}
+        learned: dict[tuple[int, str], DurationEstimate | None] = {}
         streams = []
         for schedule in schedules:
             robot, mission = robots.get(schedule.robot_id), missions.get(schedule.mission_id)
@@ -82,7 +82,7 @@ class Plan:
         return heapq.merge(*streams, key=lambda run: (run.at, -run.schedule.priority, run.schedule.name))
 
 
-def _runs(schedule: Schedule, robot: Robot, mission: Mission, usual: Usual | None, calendar: WorkingCalendar,
+def _runs(schedule: Schedule, robot: Robot, mission: Mission, usual: DurationEstimate | None, calendar: WorkingCalendar,
           most: int | None) -> Iterator[PlannedRun]:
     first = schedule.next_at
     if first is None:

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.domain.message import told
+from app.domain.message import message
 from app.domain.robot import MapPosition, Pose, RobotMap
 from app.mir.errors import Unreadable
 
@@ -74,7 +74,7 @@ def picture_of(floor: RobotMap, positions: Iterable[MapPosition] = ()) -> MapPic
     """What a robot's map and its places look like. Raises Unreadable for a picture that can't be decoded or shows nothing."""
     _check_size(floor.png)
     if floor.resolution < FINEST:
-        raise Unreadable(problem=told("the map's resolution is impossible"))
+        raise Unreadable(problem=message("the map's resolution is impossible"))
     left, bottom, width, height, size, shade = _reduced(floor.png, floor.resolution)
     turn, m = math.radians(floor.origin.orientation), floor.resolution
     origin = Pose(floor.origin.x + (left * math.cos(turn) - bottom * math.sin(turn)) * m,
@@ -97,9 +97,9 @@ def _check_size(png: bytes) -> None:
         width, height, depth, colour = struct.unpack(">IIBB", png[16:26])
         decoded = width * height * _CHANNELS[colour] * (2 if depth == 16 else 1)
     except (struct.error, KeyError):
-        raise Unreadable(problem=told("the map's picture is broken")) from None
+        raise Unreadable(problem=message("the map's picture is broken")) from None
     if not 0 < decoded <= LARGEST_DECODED:
-        raise Unreadable(problem=told("the map's picture is too large"))
+        raise Unreadable(problem=message("the map's picture is too large"))
 
 
 def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[int, int], bytes]:
@@ -111,11 +111,11 @@ def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[i
         with Image.open(io.BytesIO(png), formats=("PNG",)) as image:
             grey = _grey(image)
     except Exception as error:               # whatever a hostile picture makes the decoder raise
-        raise Unreadable(problem=told("the map's picture is broken")) from error
+        raise Unreadable(problem=message("the map's picture is broken")) from error
     known = grey.point([255 if v < WALL_BELOW or v > FLOOR_ABOVE else 0 for v in range(256)])
     box = known.getbbox()
     if box is None:
-        raise Unreadable(problem=told("the map's picture is empty"))
+        raise Unreadable(problem=message("the map's picture is empty"))
     spare = math.ceil(MARGIN / resolution)
     left, top = max(0, box[0] - spare), max(0, box[1] - spare)
     right, bottom = min(grey.width, box[2] + spare), min(grey.height, box[3] + spare)

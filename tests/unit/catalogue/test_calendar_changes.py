@@ -163,7 +163,7 @@ def test_the_planner_passes_over_closed_days(tmp_path):
     container.catalogue.save_days(DayException("Inventory", date(2026, 11, 25), date(2026, 11, 25)))
     assert [run.at.date() for run in container.plan.next(2)] == [TUESDAY, date(2026, 11, 26)]
     clock.step(86400 + 1801)
-    container.planner.fall_due()
+    container.planner.insert_due()
     [row] = container.repositories.executions.open_all(container.db.read())
     assert (row.state, row.planned_at.date()) == (State.WAITING, TUESDAY)
     assert container.repositories.schedules.get(container.db.read(), daily.id).next_at.date() == date(2026, 11, 26)

@@ -17,7 +17,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.domain.message import Told, tell
+from app.domain.message import Message, render
 from app.domain.models import (
     WEEKDAYS,
     Between,
@@ -65,9 +65,9 @@ class World:
         self.catalogue = Catalogue(self.db, self.clock)
 
     def take(self, document: Any) -> list[str]:
-        return [tell(line) for line in self.take_in_parts(document)]
+        return [render(line) for line in self.take_in_parts(document)]
 
-    def take_in_parts(self, document: Any) -> list[Told]:
+    def take_in_parts(self, document: Any) -> list[Message]:
         return import_configuration(self.catalogue, document if isinstance(document, bytes) else json.dumps(document).encode())
 
     def export(self) -> dict[str, Any]:
@@ -136,13 +136,13 @@ def test_everything_that_can_be_said_is_taken(world):
 
 def test_what_an_import_did_is_told_in_the_language_of_the_screen(world):
     finnish = translation("fi").gettext
-    lines = [tell(line, finnish) for line in world.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
+    lines = [render(line, finnish) for line in world.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
     assert lines[2] == "asetus muuttui – akun alaraja (%): ei asetettu → 12,5"
     assert lines[8:14] == ["robotti R1 lisätty", "robotti R2 lisätty", "tehtävä Deliver lisätty", "tehtävä Home lisätty",
                            "robotin R1 tehtävä Home lisätty", "ajastus Morning lisätty"]
     again = {"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9", "username": "else"}],
              "schedules": [{"name": "Morning", "robot": "R1", "mission": "Deliver", "start": "2026-11-24T09:00", "overlap": "skip"}]}
-    assert [tell(line, finnish) for line in world.take_in_parts(again)] == [
+    assert [render(line, finnish) for line in world.take_in_parts(again)] == [
         "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä; se on poissa käytöstä ja tarvitsee salasanan",
         "ajastus Morning muuttui: aloitusaika, päällekkäiset suoritukset"]
 

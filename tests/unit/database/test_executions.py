@@ -254,7 +254,7 @@ SMALL = ("executions_open", "executions_open_of_schedule", "executions_idle")   
     lambda c: EXECUTIONS.get(c, 1), lambda c: EXECUTIONS.by_token(c, "t"), lambda c: EXECUTIONS.open_for(c, 1), EXECUTIONS.open_all,
     lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
     lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
-    lambda c: EXECUTIONS.taken_back(c, EXECUTIONS.get(c, 1)), lambda c: EXECUTIONS.last_of_schedule(c, 1),
+    lambda c: EXECUTIONS.revocation_reason(c, EXECUTIONS.get(c, 1)), lambda c: EXECUTIONS.last_of_schedule(c, 1),
     lambda c: EXECUTIONS.last_idle(c, 1),
     lambda c: EXECUTIONS.usual_duration(c, 1, "guid"), lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),

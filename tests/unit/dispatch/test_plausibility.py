@@ -4,7 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.message import tell
+from app.domain.message import render
 from app.services.dispatch.plausibility import clock_problem
 
 NOW = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
@@ -29,5 +29,5 @@ def test_when_the_tablets_clock_is_believed(heartbeat, offsets, plausible):
 
 
 def test_the_sentence_says_by_how_much():
-    assert "60 min ahead of it" in tell(clock_problem(NOW, None, [3600.0, 3602.0]))
-    assert "60 min behind it" in tell(clock_problem(NOW, None, [-3600.0, -3602.0]))
+    assert "60 min ahead of it" in render(clock_problem(NOW, None, [3600.0, 3602.0]))
+    assert "60 min behind it" in render(clock_problem(NOW, None, [-3600.0, -3602.0]))

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.database.errors import DatabaseDamaged, DatabaseUnavailable, translated
-from app.domain.message import is_told, made_of, of_system, tell, told
+from app.domain.message import is_message, message, message_of, message_of_system, render
 from app.domain.models import InvalidInput
 from app.failures import BadInput
 from app.i18n import translation
@@ -24,39 +24,39 @@ REFUSED = "{address} refused the connection; is the robot switched on and its ad
 ERRORS = [
     Unreachable(code="refused", address="10.1.1.1"),
     Rejected(status=400, reason="no such mission {x}", address="10.1.1.1"),
-    Unreadable(address="10.1.1.1", problem=told("an entry of {what}", what=told("the mission list"))),
+    Unreadable(address="10.1.1.1", problem=message("an entry of {what}", what=message("the mission list"))),
     RobotError("given whole, with {braces of its own"),
     WrongRobot("1", "2"),
     InvalidInput("path", "{path} can't be written: {problem}", path=Path("/x"),
-                 problem=of_system(OSError(errno.ENOSPC, "No space left on device"))),
+                 problem=message_of_system(OSError(errno.ENOSPC, "No space left on device"))),
     DatabaseUnavailable("{path} is closed", path=Path("/x/y.db")),
-    DatabaseDamaged(Path("/x/y.db"), told("its content is gone"), Path("/x/damaged.db"), Path("/x/good.db")),
+    DatabaseDamaged(Path("/x/y.db"), message("its content is gone"), Path("/x/damaged.db"), Path("/x/good.db")),
 ]
 
 
 def test_a_sentence_is_plain_json_of_text_and_values():
-    assert told(REFUSED, address="10.1.1.1", n=3, at=Path("/x"), nothing=None) == {
+    assert message(REFUSED, address="10.1.1.1", n=3, at=Path("/x"), nothing=None) == {
         "msgid": REFUSED, "params": {"address": "10.1.1.1", "n": 3, "at": "/x", "nothing": None}}
 
 
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
 def test_what_an_error_says_survives_the_database_word_for_word(error):
-    kept = made_of(error)
-    assert is_told(kept)
-    assert tell(json.loads(json.dumps(kept, allow_nan=False))) == str(error)
+    kept = message_of(error)
+    assert is_message(kept)
+    assert render(json.loads(json.dumps(kept, allow_nan=False))) == str(error)
 
 
 def test_a_sentence_inside_another_is_translated_too():
-    assert tell(made_of(ERRORS[2]), FINNISH) == "10.1.1.1 antoi vastauksen, jota ei voi lukea: tehtäväluettelo: yksi kohta"
-    assert tell(made_of(ERRORS[5]), FINNISH) == "/x: kirjoittaminen ei onnistu: levy on täynnä"
-    damaged = tell(made_of(ERRORS[7]), FINNISH)
+    assert render(message_of(ERRORS[2]), FINNISH) == "10.1.1.1 antoi vastauksen, jota ei voi lukea: tehtäväluettelo: yksi kohta"
+    assert render(message_of(ERRORS[5]), FINNISH) == "/x: kirjoittaminen ei onnistu: levy on täynnä"
+    damaged = render(message_of(ERRORS[7]), FINNISH)
     assert damaged.startswith("Tietokanta /x/y.db on vioittunut (sen sisältö on kadonnut), säilytetty nimellä /x/damaged.db; ")
 
 
 def test_an_error_inside_another_is_kept_in_its_parts():
     outer = InvalidInput("path", "the backup could not be made: {problem}", problem=DatabaseUnavailable("{path} is closed", path="/x"))
     assert outer.text == "the backup could not be made: /x is closed"
-    assert tell(outer.told, FINNISH) == "varmuuskopiota ei voitu tehdä: /x on suljettu"
+    assert render(outer.message, FINNISH) == "varmuuskopiota ei voitu tehdä: /x on suljettu"
 
 
 def test_what_the_storage_says_is_told_in_the_language():
@@ -64,16 +64,16 @@ def test_what_the_storage_says_is_told_in_the_language():
     full.sqlite_errorcode = sqlite3.SQLITE_FULL
     problem = translated(full, Path("/x.db"))
     assert str(problem) == "The disk is full, so /x.db can't be written: free some space"
-    assert tell(made_of(problem), FINNISH) == "Levy on täynnä, joten tiedostoa /x.db ei voi kirjoittaa: vapauta tilaa"
+    assert render(message_of(problem), FINNISH) == "Levy on täynnä, joten tiedostoa /x.db ei voi kirjoittaa: vapauta tilaa"
     assert sentence_of(problem) == str(problem)
 
 
 def test_numbers_are_written_as_the_language_does():
     slow = TimedOut(address="10.1.1.1", seconds=7.5)
     assert str(slow) == "10.1.1.1 didn't answer within 7.5 s"
-    assert "7,5 s" in tell(json.loads(json.dumps(slow.told)), FINNISH)
-    assert tell(told("{minutes} and {seconds:.2f}", minutes=10.0, seconds=0.125), FINNISH) == "10 and 0,12"
-    assert tell(told("{n}", n=1.5e-7), FINNISH) == "1,5e-07"
+    assert "7,5 s" in render(json.loads(json.dumps(slow.message)), FINNISH)
+    assert render(message("{minutes} and {seconds:.2f}", minutes=10.0, seconds=0.125), FINNISH) == "10 and 0,12"
+    assert render(message("{n}", n=1.5e-7), FINNISH) == "1,5e-07"
 
 
 def test_what_went_wrong_with_a_command_is_told_by_its_cause():
@@ -87,24 +87,24 @@ def test_the_command_that_restores_can_be_copied():
     damaged = DatabaseDamaged(Path("/my data/y.db"), "malformed", None, Path("/my data/backups/good.db"))
     assert str(damaged).endswith(
         "with: python main.py --data-dir '/my data' --restore-backup '/my data/backups/good.db'")
-    assert "komennolla: python main.py --data-dir '/my data' " in tell(damaged.told, FINNISH)
+    assert "komennolla: python main.py --data-dir '/my data' " in render(damaged.message, FINNISH)
     assert str(DatabaseDamaged(Path("/data/y.db"), "malformed")).endswith("with: python main.py --data-dir /data --restore-backup FILE")
 
 
 def test_an_unknown_word_of_the_system_stays_as_it_is():
-    assert of_system(OSError(5000, "Something odd")) == "Something odd"
-    assert tell(of_system(OSError(13, "Permission denied")), FINNISH) == "käyttöoikeus puuttuu"
+    assert message_of_system(OSError(5000, "Something odd")) == "Something odd"
+    assert render(message_of_system(OSError(13, "Permission denied")), FINNISH) == "käyttöoikeus puuttuu"
 
 
 def test_texts_of_elsewhere_stay_as_they_are():
-    assert words_of("no answer") == tell("no answer", FINNISH) == "no answer"
-    assert tell(None) == ""
-    assert words_of(told("no way leads to {address}; is the tablet on the robots' network?", address="A")).startswith("No way")
+    assert words_of("no answer") == render("no answer", FINNISH) == "no answer"
+    assert render(None) == ""
+    assert words_of(message("no way leads to {address}; is the tablet on the robots' network?", address="A")).startswith("No way")
 
 
 def test_a_translation_with_a_wrong_placeholder_hides_nothing():
-    assert tell(told("{path} is closed", path="/x"), lambda _text: "{path.nothing} on kiinni") == "/x is closed"
-    assert tell(told("{path} is closed")) == "? is closed"
+    assert render(message("{path} is closed", path="/x"), lambda _text: "{path.nothing} on kiinni") == "/x is closed"
+    assert render(message("{path} is closed")) == "? is closed"
 
 
 VALUES = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text(), lambda inner: st.lists(inner) | st.dictionaries(
@@ -113,4 +113,4 @@ VALUES = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | 
 
 @given(VALUES)
 def test_nothing_that_was_stored_ever_fails(value):
-    assert isinstance(tell(value, lambda text: text.upper()), str)
+    assert isinstance(render(value, lambda text: text.upper()), str)

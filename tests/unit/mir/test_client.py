@@ -134,7 +134,7 @@ def test_a_mission_without_parameters_is_asked_no_further(robot: RobotClient, re
 # ---------------------------------------------------------------------- queueing
 def test_enqueue(robot: RobotClient, responses: RequestsMock) -> None:
     responses.post(f"{API}/mission_queue", status=201, json={"id": 724, "state": "Pending", "url": "/v2.0.0/mission_queue/724"})
-    assert robot.enqueue(MISSION, description="token", message="Morning" * 100, priority=2, parameters={"count": 3}) == 724
+    assert robot.enqueue(MISSION, description="token", text="Morning" * 100, priority=2, parameters={"count": 3}) == 724
     assert body(responses) == {"mission_id": MISSION, "description": "token", "message": ("Morning" * 100)[:200], "priority": 2,
                                "parameters": [{"input_name": "count", "value": 3}]}
 

@@ -7,7 +7,7 @@ from itertools import takewhile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.domain.models import Between, Schedule, Settings, Usual
+from app.domain.models import Between, DurationEstimate, Schedule, Settings
 from app.services.planning.overlaps import FURTHEST, STEP, Other, free_shift, lasts, meetings, nearby
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
@@ -16,7 +16,7 @@ ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 10, 23, 9, 0, tzinfo=UTC)                         # a Friday; clocks go back on Sunday
 CALENDAR = WorkingCalendar(Settings(timezone=ZONE))
 RULES = ["FREQ=DAILY", "FREQ=WEEKLY;BYDAY=MO,WE,FR", "FREQ=HOURLY;INTERVAL=6", "FREQ=MINUTELY;INTERVAL=7", "FREQ=MONTHLY;BYDAY=-1FR", None]
-USUAL = st.none() | st.floats(60, 30_000).map(lambda seconds: Usual(seconds / 2, seconds, (seconds / 2, seconds)))
+USUAL = st.none() | st.floats(60, 30_000).map(lambda seconds: DurationEstimate(seconds / 2, seconds, (seconds / 2, seconds)))
 
 
 @st.composite

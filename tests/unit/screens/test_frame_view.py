@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.models import Alarm, Connection, Priority, Wait
 from app.screens.common.alarms_view import NOWHERE, Act, Here
-from app.screens.frame.view import Worries, banner, late_starts, open_worries, robot_option, top_bar, worry_row
+from app.screens.frame.view import OpenIssues, banner, issue_row, late_starts, open_issues, robot_option, top_bar
 from app.services.live.alarms import SENTENCES
 from app.services.live.holds import Hold
 from tests.support.alarms import alarm
@@ -18,7 +18,7 @@ ROBOTS = {robot.id: robot for robot in FACTS.robots}
 
 
 def show(*alarms: Alarm, holds=(), late=(), here=NOWHERE):
-    return banner(Worries(alarms, holds, late), ROBOTS, SETTINGS, NOW, here)
+    return banner(OpenIssues(alarms, holds, late), ROBOTS, SETTINGS, NOW, here)
 
 
 HOME = Here("home", 1)
@@ -132,13 +132,13 @@ def test_late_starts_come_before_everything_and_count_down():
 
 def test_the_banner_counts_what_the_list_shows_and_shows_its_first_line():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
-    worries = Worries((alarm("app_was_off", "app", id=1), alarm("emergency_stop", id=2), alarm("unreachable", "robot:2", id=3),
+    issues = OpenIssues((alarm("app_was_off", "app", id=1), alarm("emergency_stop", id=2), alarm("unreachable", "robot:2", id=3),
                        alarm("robot_error", id=4, shelved_until=NOW + timedelta(hours=1))),
                       [Hold("fire drill", None), Hold("", None, robot_id=2), Hold("", clock=True)], [late])
-    lines = [worry_row(worry, ROBOTS, SETTINGS, NOW) for worry in open_worries(worries, ROBOTS, SETTINGS, NOW)]
+    lines = [issue_row(issue, ROBOTS, SETTINGS, NOW) for issue in open_issues(issues, ROBOTS, SETTINGS, NOW)]
     assert [line["key"] for line in lines] == [("late", 0), ("alarm", 2), ("hold", 0), ("hold", 2), ("alarm", 3), ("alarm", 1)]
     assert [line["action"] for line in lines] == ["Hold", "Acknowledge", "Release", "Release", "Acknowledge", "Acknowledge"]
-    view = banner(worries, ROBOTS, SETTINGS, NOW)
+    view = banner(issues, ROBOTS, SETTINGS, NOW)
     assert (view.text, view.others) == (lines[0]["text"], "+5 more")
 
 

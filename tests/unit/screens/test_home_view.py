@@ -172,7 +172,7 @@ def test_what_is_old_looks_old_and_says_since_when():
 
 
 def test_what_is_wrong_is_told_in_the_language_of_the_screen():
-    problem = Unreachable(code="refused", address="10.40.12.21").told
+    problem = Unreachable(code="refused", address="10.40.12.21").message
     facts = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem)
     assert view(facts).card.says == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
     translator.use("fi")

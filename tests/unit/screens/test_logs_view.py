@@ -5,7 +5,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Trigger, Usual, Wait
+from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.screens.logs import kpi_view as figures_view
 from app.screens.logs import view
 from app.screens.logs.facts import filter_of, period_with
@@ -65,7 +65,7 @@ def test_a_run_of_another_day_has_its_date():
 
 # ---------------------------------------------------------------------- the story
 def test_only_what_has_changed_is_put_into_words_again(monkeypatch):
-    worded, made = view.Worded(), []
+    worded, made = view.RowCache(), []
     row = view.row
     monkeypatch.setattr(view, "row", lambda execution, *args: (made.append(execution.id), row(execution, *args))[1])
     runs = [replace(DONE, id=n) for n in range(5)]
@@ -116,8 +116,8 @@ def test_a_story_goes_only_as_far_as_the_run_came():
 
 
 @pytest.mark.parametrize(("expected", "note"), [
-    (Usual(360.0, 400.0, (360.0,)), "not ended yet, usually 6 min"),
-    (Usual(1500.0, 1500.0, typed=True), "not ended yet, 25 min as typed in Settings")])
+    (DurationEstimate(360.0, 400.0, (360.0,)), "not ended yet, usually 6 min"),
+    (DurationEstimate(1500.0, 1500.0, typed=True), "not ended yet, 25 min as typed in Settings")])
 def test_what_has_not_ended_says_how_long_it_will_take_and_who_says_so(expected, note):
     running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None)
     row = view.row(running, NOW, ZONE, USUAL, opened=True, expected=expected)

@@ -6,6 +6,7 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.domain.models import (
+    DurationEstimate,
     Execution,
     InvalidInput,
     Mission,
@@ -17,7 +18,6 @@ from app.domain.models import (
     Settings,
     State,
     Trigger,
-    Usual,
 )
 from app.screens.scheduler import form_view as form
 from app.screens.scheduler import view
@@ -163,9 +163,9 @@ def test_what_waits_says_how_its_length_is_known_too(known, marked):
 
 @pytest.mark.parametrize(("usual", "words"), [
     (None, "How long it takes on Aino is not known yet: 5 min are assumed"),
-    (Usual(1500.0, 1500.0, typed=True), "25 min as typed in Settings: no run was completed on Aino yet"),
-    (Usual(400.0, 430.0, (400.0,)), "Usually 6 min 40 s, by its one run on Aino"),
-    (Usual(400.0, 430.0, (390.0, 400.0, 430.0)), "Usually 6 min 40 s, by the last 3 runs on Aino")])
+    (DurationEstimate(1500.0, 1500.0, typed=True), "25 min as typed in Settings: no run was completed on Aino yet"),
+    (DurationEstimate(400.0, 430.0, (400.0,)), "Usually 6 min 40 s, by its one run on Aino"),
+    (DurationEstimate(400.0, 430.0, (390.0, 400.0, 430.0)), "Usually 6 min 40 s, by the last 3 runs on Aino")])
 def test_the_form_says_how_long_it_takes_and_who_says_so(usual, words):
     assert shown(draft(), Preview(Forecast((start(23),), usual))).lasts == words
     assert shown(draft(), Preview()).lasts == ""
@@ -281,7 +281,8 @@ def test_what_the_services_refuse_stands_at_its_field():
 def test_the_next_starts_are_told_and_those_with_a_warning_marked():
     concern = Concern(ConcernCode.OVERLAP, start(25).instant,
                       {"mission": "Collect empties", "start": start(25, 4, 25).instant, "end": start(25, 4, 40).instant})
-    told = shown(draft(kind=Kind.DAILY), Preview(Forecast(tuple(start(day) for day in range(23, 28)), Usual(420.0, 420.0), (concern,))))
+    told = shown(draft(kind=Kind.DAILY), Preview(Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0),
+                                                          (concern,))))
     assert told.starts_label == "Next five starts"
     assert [(row["day"], row["time"], row["icon"]) for row in told.starts][1:3] == [
         ("Tue 24 Nov", "06:30", ""), ("Wed 25 Nov", "06:30", "alert")]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.message import told
+from app.domain.message import message
 from app.domain.models import Connection, IdleRule, InvalidInput, Mission, Robot, RobotSnapshot, Schedule, Settings
 from app.domain.robot import Identity, MissionInfo, RobotStatus
 from app.mir.errors import TimedOut, Unreachable
@@ -265,7 +265,7 @@ def test_backups_are_offered_newest_first_with_their_time():
 def test_an_import_lists_its_changes_and_cuts_a_long_list():
     assert view.import_result([]).text == "Everything in the file is here already"
     assert view.import_result(["robot R1 added"]) == view.NoticeView("1 change imported", "robot R1 added", "done", "check-circle")
-    assert view.import_result([told("robot {name} added", name="R1")]).note == "Robot R1 added"
+    assert view.import_result([message("robot {name} added", name="R1")]).note == "Robot R1 added"
     long = view.import_result([f"mission {n} added" for n in range(40)])
     assert long.text == "40 changes imported"
     assert long.note.splitlines()[-1] == "and 28 more"

@@ -54,7 +54,7 @@ def read(content: bytes) -> Document:
 
 def at(path: str, error: InvalidInput) -> InvalidInput:
     """The same problem, with the place in the file in front."""
-    return InvalidInput(path, "{path}: {problem}", path=path, problem=error.told)
+    return InvalidInput(path, "{path}: {problem}", path=path, problem=error.message)
 
 
 # ---------------------------------------------------------------------- JSON

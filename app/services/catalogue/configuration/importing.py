@@ -8,7 +8,7 @@ from functools import reduce
 from types import MappingProxyType
 from typing import Any
 
-from app.domain.message import Told, told
+from app.domain.message import Message, message
 from app.domain.models import IdleRule, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration.document import Document, Item, at, read
@@ -19,16 +19,16 @@ _OF_MISSION = ("guid", "usual_minutes")
 _OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
                 "start_window_minutes", "overlap", "priority", "parameters")
 _KEY_OF_FIELD = {"robot_id": "robot", "mission_id": "mission"}
-# In English a key is told as the file has it.
-_WORDS: Mapping[str, Told] = MappingProxyType({word["msgid"]: word for word in (
-    told("poll_interval_seconds"), told("retry_limit"), told("minimum_battery_percent"), told("working_days"), told("timezone"),
-    told("start_window_minutes"), told("unknown_outcome_quiet_seconds"), told("history_limit"), told("address"), told("username"),
-    told("password"), told("enabled"), told("certificate_sha256"), told("idle"), told("robot"), told("mission"), told("start"),
-    told("recurrence"), told("respect_working_days"), told("between"), told("overlap"), told("priority"), told("parameters"),
-    told("guid"), told("usual_minutes"))})
+# Keys of the file as sentences name them; in English they stand as in the file.
+_WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word in (
+    message("poll_interval_seconds"), message("retry_limit"), message("minimum_battery_percent"), message("working_days"),
+    message("timezone"), message("start_window_minutes"), message("unknown_outcome_quiet_seconds"), message("history_limit"),
+    message("address"), message("username"), message("password"), message("enabled"), message("certificate_sha256"), message("idle"),
+    message("robot"), message("mission"), message("start"), message("recurrence"), message("respect_working_days"), message("between"),
+    message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"))})
 
 
-def import_configuration(catalogue: Catalogue, content: bytes) -> list[Told]:
+def import_configuration(catalogue: Catalogue, content: bytes) -> list[Message]:
     """Returns what was added or changed, one sentence each; empty when all was there already.
 
     Raises InvalidInput with the place in the file and how to mend it; then nothing was changed.
@@ -41,7 +41,7 @@ class _Import:
     def __init__(self, edit: Edit, document: Document) -> None:
         self._edit, self._document = edit, document
 
-    def run(self) -> list[Told]:
+    def run(self) -> list[Message]:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
         _check_no_doubles(self._document)
         setting_lines = list(self._settings(self._document.settings))
@@ -49,7 +49,7 @@ class _Import:
         for item in self._document.robots:
             with _placed(item):
                 self._robot(item)
-        mission_lines: list[Told] = []
+        mission_lines: list[Message] = []
         for item in self._document.missions:
             with _placed(item):
                 mission_lines += self._mission(item)
@@ -59,12 +59,12 @@ class _Import:
         return [*setting_lines, *robot_lines, *mission_lines, *self._schedules(self._document.schedules)]
 
     # ------------------------------------------------------------------ settings
-    def _settings(self, item: Item) -> Iterator[Told]:
+    def _settings(self, item: Item) -> Iterator[Message]:
         before = self._edit.settings
         after = self._edit.change_settings(**item.values)
         for name in item.values:
             if getattr(after, name) != getattr(before, name):
-                yield told("setting {name} changed: {before} -> {after}", name=_word(name), before=_shown(getattr(before, name)),
+                yield message("setting {name} changed: {before} -> {after}", name=_word(name), before=_shown(getattr(before, name)),
                            after=_shown(getattr(after, name)))
 
     # ------------------------------------------------------------------ robots
@@ -94,23 +94,23 @@ class _Import:
         with _placed(Item(path, given)):
             self._edit.set_idle_rule(robot.id, replace(rule, **{key: given[key] for key in ("after_minutes", "enabled") if key in given}))
 
-    def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Told]:
+    def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Message]:
         after = self._robot_named(item.values["name"], item.path)
         if before is None:
-            yield (told("robot {name} added; it is switched off and needs a password", name=after.name) if after.needs_password else
-                   told("robot {name} added", name=after.name))
+            yield (message("robot {name} added; it is switched off and needs a password", name=after.name) if after.needs_password else
+                   message("robot {name} added", name=after.name))
             return
         changed = [name for name in (*_OF_ROBOT, "idle") if getattr(after, name) != getattr(before, name)]
         if after.token != before.token and after.token is not None:
             changed.append("password")
         if changed:
             what = _list(changed)
-            yield (told("robot {name} changed: {what}; it is switched off and needs a password", name=after.name, what=what)
+            yield (message("robot {name} changed: {what}; it is switched off and needs a password", name=after.name, what=what)
                    if after.needs_password and not before.needs_password else
-                   told("robot {name} changed: {what}", name=after.name, what=what))
+                   message("robot {name} changed: {what}", name=after.name, what=what))
 
     # ------------------------------------------------------------------ missions
-    def _mission(self, item: Item) -> Iterator[Told]:
+    def _mission(self, item: Item) -> Iterator[Message]:
         name, owner = item.values["name"], item.values.get("robot")
         robot = None if owner is None else self._robot_named(owner, f"{item.path}.robot")
         robot_id = robot.id if robot else None
@@ -118,23 +118,23 @@ class _Import:
         given = {key: item.values[key] for key in _OF_MISSION if key in item.values}
         saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **given))
         if stored is None:
-            yield (told("mission {name} of {robot} added", name=name, robot=robot.name) if robot else
-                   told("mission {name} added", name=name))
+            yield (message("mission {name} of {robot} added", name=name, robot=robot.name) if robot else
+                   message("mission {name} added", name=name))
         elif changed := [key for key in given if getattr(saved, key) != getattr(stored, key)]:
             what = _list(changed)
-            yield (told("mission {name} of {robot} changed: {what}", name=name, robot=robot.name, what=what) if robot else
-                   told("mission {name} changed: {what}", name=name, what=what))
+            yield (message("mission {name} of {robot} changed: {what}", name=name, robot=robot.name, what=what) if robot else
+                   message("mission {name} changed: {what}", name=name, what=what))
 
     # ------------------------------------------------------------------ schedules
-    def _schedules(self, items: Sequence[Item]) -> list[Told]:
-        lines: list[Told] = []
+    def _schedules(self, items: Sequence[Item]) -> list[Message]:
+        lines: list[Message] = []
         taken = {item.values["name"] for item in items if item.values.get("name")}     # by name, so not to be given to others
         for item in items:
             with _placed(item):
                 lines += self._schedule(item, taken)
         return lines
 
-    def _schedule(self, item: Item, taken: set[str]) -> Iterator[Told]:
+    def _schedule(self, item: Item, taken: set[str]) -> Iterator[Message]:
         given = item.values
         robot = self._robot_named(given["robot"], f"{item.path}.robot")
         mission = self._mission_named(given["mission"], robot, f"{item.path}.mission")
@@ -148,9 +148,9 @@ class _Import:
         else:
             saved = self._edit.save_schedule(replace(stored, **values))
         if stored is None:
-            yield told("schedule {name} added", name=saved.name)
+            yield message("schedule {name} added", name=saved.name)
         elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
-            yield told("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
+            yield message("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
 
     def _name_of_unnamed(self, robot: Robot, mission: Mission, values: dict[str, Any], taken: set[str]) -> str:
         """The first free one of "<mission> on <robot>", "… 2", … — or one that stands for this very schedule already: importing the same
@@ -197,15 +197,15 @@ def _check_no_doubles(document: Document) -> None:
             seen.add(identity)
 
 
-def _word(key: str) -> Told:
+def _word(key: str) -> Message:
     return _WORDS.get(key, key)
 
 
-def _list(keys: Sequence[str]) -> Told:
-    return reduce(lambda so_far, word: told("{words}, {word}", words=so_far, word=word), map(_word, keys))
+def _list(keys: Sequence[str]) -> Message:
+    return reduce(lambda so_far, word: message("{words}, {word}", words=so_far, word=word), map(_word, keys))
 
 
-def _shown(value: object) -> Told | int | float:
+def _shown(value: object) -> Message | int | float:
     if value is None:
-        return told("none")
+        return message("none")
     return " ".join(value) if isinstance(value, tuple) else value if isinstance(value, int | float) else str(value)

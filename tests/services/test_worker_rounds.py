@@ -1,4 +1,4 @@
-"""What a lane's rounds leave undone: with fifty robots and hundreds of missions a minute, everything needless makes others late."""
+"""What a worker's rounds leave undone: with fifty robots and hundreds of missions a minute, everything needless makes others late."""
 from __future__ import annotations
 
 from itertools import pairwise
@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.models import State
 from app.mir.errors import Unreachable
-from app.services.dispatch.lane import LIVE_EVERY, Lane
+from app.services.dispatch.worker import LIVE_EVERY, RobotWorker
 
 DUE = 300.0              # s from the beginning: 06:05
 COUNT = 10
@@ -36,13 +36,13 @@ def ledger(site, monkeypatch) -> SimpleNamespace:
 def test_what_was_handed_over_is_sent_without_opening_the_ledger(site, plan, ledger):
     plan("2026-11-23T06:05")
     site.run(DUE - 1.0)
-    [lane] = site._lanes.values()
-    site.read_ahead(lane)
+    [worker] = site._workers.values()
+    site.read_ahead(worker)
     site.clock.advance(1.05)
     site.tick()
-    [intent] = site._intents.pop(lane.robot.id)
+    [intent] = site._intents.pop(worker.robot.id)
     ledger.looks = 0
-    wait = lane.step(False, intents=[intent], changed=False)
+    wait = worker.step(False, intents=[intent], changed=False)
     assert [run.state for run in site.executions()] == [State.QUEUED]
     assert ledger.looks == 0
     assert 0.5 * LIVE_EVERY <= wait <= 1.5 * LIVE_EVERY          # then its way is followed
@@ -51,17 +51,17 @@ def test_what_was_handed_over_is_sent_without_opening_the_ledger(site, plan, led
 def test_what_could_not_be_handed_over_is_taken_up_again(site, plan, ledger):
     plan("2026-11-23T06:05")
     site.run(DUE - 1.0)
-    [lane] = site._lanes.values()
-    site.read_ahead(lane)
+    [worker] = site._workers.values()
+    site.read_ahead(worker)
     site.clock.advance(1.05)
     site.tick()
-    [intent] = site._intents.pop(lane.robot.id)
+    [intent] = site._intents.pop(worker.robot.id)
     site.network.down.add("R1")
-    wait = lane.step(False, intents=[intent], changed=False)
+    wait = worker.step(False, intents=[intent], changed=False)
     assert (site.executions()[0].state, site.executions()[0].attempts) == (State.WAITING, 1)
     site.network.down.clear()
     site.clock.advance(wait)
-    lane.step(False, changed=False)                              # nobody has to tell that its time has come
+    worker.step(False, changed=False)                              # nobody has to tell that its time has come
     assert site.executions()[0].state is State.QUEUED
 
 
@@ -93,17 +93,17 @@ def test_a_look_that_breaks_off_keeps_what_it_has_seen(site, plan, monkeypatch):
     for name in ("first", "second"):
         plan("2026-11-23T06:05", name=name)
     site.run(DUE + 2.0)
-    [lane] = site._lanes.values()
+    [worker] = site._workers.values()
     _first, second = site.executions()
     site.machines["R1"].cancel_all()
-    read = lane.client.queue_item
+    read = worker.client.queue_item
 
     def breaks_off(queue_id):
         if queue_id == second.queue_id:
             raise Unreachable(address="r1")
         return read(queue_id)
 
-    monkeypatch.setattr(lane.client, "queue_item", breaks_off)
+    monkeypatch.setattr(worker.client, "queue_item", breaks_off)
     site.run(2 * LIVE_EVERY)
     first, second = site.executions()
     assert not first.state.is_open
@@ -113,7 +113,7 @@ def test_a_look_that_breaks_off_keeps_what_it_has_seen(site, plan, monkeypatch):
 def test_many_robots_are_looked_at_evenly_over_time():
     """Also when all of them were sent to in one moment; the one on screen keeps its two seconds."""
     def pause(number: int, watched: bool = False) -> float:
-        return Lane._apart(SimpleNamespace(watched=watched, robot=SimpleNamespace(id=number)), LIVE_EVERY)
+        return RobotWorker._apart(SimpleNamespace(watched=watched, robot=SimpleNamespace(id=number)), LIVE_EVERY)
 
     for robots in (range(1, 51), range(100, 200, 2)):
         moments = sorted(pause(number) for number in robots)

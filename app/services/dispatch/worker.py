@@ -1,6 +1,6 @@
-"""Everything that is done with one robot, step by step on its own lane: read it, follow its executions, idle automation, dispatch.
+"""Everything that is done with one robot, step by step on its own worker: read it, follow its executions, idle automation, dispatch.
 
-A lane has no thread of its own (poll_loop gives it one; the simulation steps it directly). A robot that hangs or is gone therefore delays
+A worker has no thread of its own (poll_loop gives it one; the simulation steps it directly). A robot that hangs or is gone therefore delays
 nobody but itself.
 """
 from __future__ import annotations
@@ -22,7 +22,7 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.activity import SpanRecorder, activity_of
 from app.domain.clock import Clock
-from app.domain.message import Told, made_of, tell, told
+from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot, Settings, Trigger
 from app.domain.robot import RobotState, RobotStatus
 from app.mir.client import RobotClient
@@ -51,7 +51,7 @@ PRUNE_EVERY = 200               # such writes, between dropping what is too old
 
 @dataclass
 class Services:
-    """What every lane shares."""
+    """What every worker shares."""
     db: Database
     clock: Clock
     ledger: Ledger
@@ -74,7 +74,7 @@ def phase_of(robot_id: int) -> float:
     return robot_id * GOLDEN_RATIO % 1
 
 
-class Lane:
+class RobotWorker:
     def __init__(self, robot: Robot, client: RobotClient, services: Services) -> None:
         self.robot, self.client, self._s = robot, client, services
         self.polled = False                     # the first poll is over, whatever it brought
@@ -90,7 +90,7 @@ class Lane:
         self._identified = False
         self._refused = False                   # answers, but not to this user; /status alone answers anybody
         self._failures = 0
-        self._settled: set[str] = set()         # codes judged since the start
+        self._evaluated: set[str] = set()         # codes judged since the start
         self._standing: set[str] = set()        # codes of this robot's conditions that are alarmed now
         self._has_sent = False                  # something of ours is with the robot, or may be: as the last step left it
         self._intents = Intents(services.clock)
@@ -114,11 +114,11 @@ class Lane:
         self._poll_asked |= poll or not self.polled
         if changed:
             self._changed = True
-            self._intents.doubt()
+            self._intents.invalidate()
         if due_soon and self.robot.enabled:
             self._prepare_at = now() + PREPARES_WITHIN * phase_of(self.robot.id)
         for intent in self._intents.pop_due():
-            if self._dispatcher.send(intent, self._intents.is_doubtful(intent)):
+            if self._dispatcher.send(intent, self._intents.needs_recheck(intent)):
                 self._note_sent(True)
             else:
                 self._changed = True
@@ -159,7 +159,7 @@ class Lane:
         self._dispatch_at = self._s.clock.monotonic() + wait
 
     def ready(self) -> Ready | None:
-        """What the planner has to know to write the intent of what falls due together with its row; None: the lane does that itself."""
+        """What the planner has to know to write the intent of what falls due together with its row; None: the worker does that itself."""
         return self._dispatcher.ready() if self.polled and self.robot.enabled else None
 
     def dispatch_only(self, execution_id: int) -> float:
@@ -167,10 +167,10 @@ class Lane:
         return self._dispatcher.run(only=execution_id)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
-        """``untaken``: intents for this lane that no round was given."""
+        """``untaken``: intents for this worker that no round was given."""
         try:
             self._dispatcher.note()
-            self._s.ledger.give_back([*self._intents.held, *untaken])
+            self._s.ledger.release_unsent([*self._intents.held, *untaken])
             self._write_observed()
         finally:
             self.client.close()
@@ -245,7 +245,7 @@ class Lane:
             self.robot = stored or self.robot
         self._identified, self._refused = True, False
         self._dispatcher.user_name = identity.user_name
-        self._stands("unauthorized", False)
+        self._set_alarm("unauthorized", False)
         self._change_connection(Connection.CONNECTED, "")
 
     def _read_queue(self, status: RobotStatus, whole: bool) -> None:
@@ -256,7 +256,7 @@ class Lane:
         longest_gap = STALE_POLLS * self._s.settings().poll_interval_seconds
         self._idle.saw(is_idle(status, bool(items)), mono, longest_gap)
         self._s.snapshots.update(self.robot.id, queue=items, queue_read_at=now)
-        self._tracker.heal(items)
+        self._tracker.cancel_duplicates(items)
 
     # ------------------------------------------------------------------ what a reading means
     @property
@@ -267,7 +267,7 @@ class Lane:
         now = self._s.clock.now()
         self._failures = 0
         connection = Connection.SLOW if status.elapsed_s > SLOW_ANSWER else Connection.CONNECTED
-        problem: Told = ""
+        problem: Message = ""
         if self._refused:
             connection, problem = Connection.UNAUTHORIZED, self._s.snapshots.get(self.robot.id).problem
         if status.date is not None:
@@ -282,11 +282,11 @@ class Lane:
         self._observe("offline")
         match error:
             case WrongRobot():
-                self._stands("wrong_robot", True, expected=error.expected, found=error.found)
+                self._set_alarm("wrong_robot", True, expected=error.expected, found=error.found)
                 connection = Connection.WRONG_ROBOT
             case Unauthorized():
                 self._identified, self._refused = False, True
-                self._stands("unauthorized", True)
+                self._set_alarm("unauthorized", True)
                 connection = Connection.UNAUTHORIZED
             case NotAMir() | Unreadable():
                 connection = Connection.NOT_A_ROBOT
@@ -294,37 +294,37 @@ class Lane:
                 connection = Connection.SLOW          # one slow answer is slow, not unreachable
             case _:
                 connection = Connection.UNREACHABLE
-        problem = made_of(error)
+        problem = message_of(error)
         if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and self._failures == 2:
             code = "unreachable" if connection is Connection.UNREACHABLE else "not_a_robot"
-            self._stands(code, True, problem=problem)
+            self._set_alarm(code, True, problem=problem)
         self._change_connection(connection, problem)
 
-    def _change_connection(self, connection: Connection, problem: Told, **values: object) -> None:
+    def _change_connection(self, connection: Connection, problem: Message, **values: object) -> None:
         before = self._s.snapshots.get(self.robot.id)
         if before.connection is not connection:
             values["since"] = self._s.clock.now()
             level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
-            log.log(level, "%s: %s%s", self.robot.name, connection, f" ({tell(problem)})" if problem else "")
+            log.log(level, "%s: %s%s", self.robot.name, connection, f" ({render(problem)})" if problem else "")
         if connection is Connection.CONNECTED:
             for code in ("unreachable", "not_a_robot", "wrong_robot"):
-                self._stands(code, False)
+                self._set_alarm(code, False)
         self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
 
     def _robot_alarms(self, status: RobotStatus) -> None:
-        problem: Told = "; ".join(error.description for error in status.errors) or status.mission_text or told("an error")
-        self._stands("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
-        self._stands("robot_error", status.state is RobotState.ERROR, problem=problem)
+        problem: Message = "; ".join(error.description for error in status.errors) or status.mission_text or message("an error")
+        self._set_alarm("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
+        self._set_alarm("robot_error", status.state is RobotState.ERROR, problem=problem)
 
-    def _stands(self, code: str, on: bool, **details: object) -> None:
+    def _set_alarm(self, code: str, on: bool, **details: object) -> None:
         """Raise or clear the alarm of a condition when it changes (and clear, once after a start, what an earlier run left standing)."""
         if on and code not in self._standing:
             self._standing.add(code)
             self._s.alarms.raise_(code, self._key, robot=self.robot.name, **details)
-        elif not on and (code in self._standing or code not in self._settled):
+        elif not on and (code in self._standing or code not in self._evaluated):
             self._standing.discard(code)
             self._s.alarms.clear(code, self._key)
-        self._settled.add(code)
+        self._evaluated.add(code)
 
     # ------------------------------------------------------------------ idle automation
     def _trigger_idle(self) -> None:
