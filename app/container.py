@@ -23,14 +23,22 @@ from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.services.catalogue.catalogue import Catalogue
+from app.services.catalogue.pausing import Pausing
+from app.services.catalogue.preview import Forecasts
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
 from app.services.dispatch.poll_loop import PollLoop
 from app.services.dispatch.scheduler import Scheduler
 from app.services.dispatch.worker import RobotWorker
 from app.services.dispatch.worker import Services as WorkerServices
+from app.services.files.calendar_import import CalendarFiles
+from app.services.files.exports import DataFiles
+from app.services.files.log_export import LogExport
+from app.services.files.plan_export import PlanFiles
 from app.services.history.kpi import Kpis
+from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
+from app.services.history.shift_report import ShiftReports
 from app.services.live.access import Access
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
@@ -41,6 +49,7 @@ from app.services.planning.plan import Plan
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 from app.services.robots.commands import ClientFactory, Operator
 from app.services.robots.maps import RobotMaps
+from app.services.robots.missions import RobotMissions
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -105,7 +114,16 @@ class Container:
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
                                  loop=self.loop, settings=self.settings, make_client=self.make_client)
 
-        self.maps = RobotMaps(db.path.parent / MAPS, lambda robot_id: repositories.robots.get(db.read(), robot_id), self.make_client, clock)
+        self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
+        self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
+        self.robot_states = RobotStates(db)
+        self.forecasts = Forecasts(db, clock)
+        self.pausing = Pausing(db, clock, self.changes)
+        self.files = DataFiles(db, self.catalogue, clock)
+        self.log_files = LogExport(db, self.catalogue, clock)
+        self.plan_files = PlanFiles(db, self.catalogue, clock, self.plan)
+        self.calendar_files = CalendarFiles(db, self.catalogue, clock)
+        self.shift_reports = ShiftReports(db, clock)
 
     @classmethod
     def open(cls, data_dir: Path, clock: Clock | None = None, *, make_client: ClientFactory | None = None,

@@ -23,7 +23,7 @@ from kivy.properties import (
 )
 from kivy.uix.modalview import ModalView
 
-from app.widgets.lists import Row
+from app.widgets.lists import Row, values_of
 from app.widgets.surfaces import SeenBox, Surface, TonedTap
 
 ESCAPE = 27                              # also Android's back button
@@ -109,7 +109,7 @@ class ConfirmDialog(FormDialog):
 class ChoiceDialog(Dialog):
     """Choose one of many, or with ``multiple`` tick several and confirm. Long lists get a search field.
 
-    ``options`` = [{"key", "text", "note", "icon"}, …] in the order shown; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
+    ``options`` have ``key``, ``text``, ``note`` and ``icon``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
     with ``multiple`` ``on_choose_many(keys)`` in the options' order.
     """
     options = ListProperty()
@@ -146,7 +146,7 @@ class ChoiceDialog(Dialog):
     def _show(self, *_):
         words = self.query.casefold().split()
         self.shown = [
-            {**option, "selected": option["key"] in self.selected, "mark": self.multiple} for option in self.options
+            {**option, "selected": option["key"] in self.selected, "mark": self.multiple} for option in map(values_of, self.options)
             if all(word in f"{option['text']} {option.get('note', '')}".casefold() for word in words)]
 
     def chosen(self, key) -> None:
@@ -159,7 +159,8 @@ class ChoiceDialog(Dialog):
         self.dismiss()
 
     def confirmed(self) -> None:
-        self.dispatch("on_choose_many", [option["key"] for option in self.options if option["key"] in self.selected])
+        keys = [values_of(option)["key"] for option in self.options]
+        self.dispatch("on_choose_many", [key for key in keys if key in self.selected])
         self.dismiss()
 
 
@@ -173,7 +174,7 @@ class MenuRow(Row, TonedTap):
 
 
 class Menu(Overlay):
-    """Commands that hang on a widget: ``items`` = [{"key", "text", "icon", "tone", "disabled"}, …]; fires ``on_choose(key)``."""
+    """Commands that hang on a widget: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``."""
     items = ListProperty()
     anchor = ObjectProperty(None, allownone=True)
 

@@ -7,6 +7,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.fields import FormField
+from app.widgets.lists import values_of
 from app.widgets.surfaces import Tap
 
 
@@ -39,13 +40,14 @@ class ChipFlow(StackLayout):
         """A chip was tapped."""
 
     def _build(self, *_):
-        if [row["key"] for row in self.data] != list(self._chips):
+        rows = [values_of(row) for row in self.data]
+        if [row["key"] for row in rows] != list(self._chips):
             self.clear_widgets()
-            self._chips = {row["key"]: FlowChip(limit=self.width) for row in self.data}
+            self._chips = {row["key"]: FlowChip(limit=self.width) for row in rows}
             for key, chip in self._chips.items():
                 chip.bind(on_release=lambda _chip, key=key: self.dispatch("on_choose", key))
                 self.add_widget(chip)
-        for row in self.data:
+        for row in rows:
             chip = self._chips[row["key"]]
             chip.text, chip.icon, chip.selected = row["text"], row.get("icon", ""), row.get("selected", False)
 

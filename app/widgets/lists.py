@@ -1,6 +1,7 @@
 """Lists: rows that keep their identity while data changes, that scroll for more, and that rest on whole rows.
 
-Each row of ``data`` is a dict of the row class's properties and, for lists that change, ``key``: what the row stands for. A row a
+Each row of ``data`` is a frozen dataclass whose fields are properties of the row class (a dict of them does too) and, for lists that
+change, ``key``: what the row stands for. A row a
 finger is on never becomes another run because the list moved: views belong to keys, and a recycled view forgets its press.
 """
 from kivy.animation import Animation
@@ -42,13 +43,19 @@ class Row:
         if self.host is not None:
             self.host.dispatch("on_action", self.key, action, *values)
 
-    def take(self, data: dict) -> None:
+    def take(self, data) -> None:
         """Show ``data``; what earlier data set and this one leaves out goes back to its default."""
-        for name in getattr(self, "_taken", set()) - data.keys():
+        values = values_of(data)
+        for name in getattr(self, "_taken", set()) - values.keys():
             setattr(self, name, self.property(name).defaultvalue)
-        for name, value in data.items():
+        for name, value in values.items():
             setattr(self, name, value)
-        self._taken = set(data)
+        self._taken = set(values)
+
+
+def values_of(row) -> dict:
+    """The properties that a row of data sets, by name."""
+    return row if isinstance(row, dict) else vars(row)
 
 
 class Rows(BoxLayout):
@@ -89,7 +96,7 @@ class Rows(BoxLayout):
             return
         old, self._views = self._views, {}
         for n, data in enumerate(self.data):
-            key = data.get("key", n)
+            key = values_of(data).get("key", n)
             if key in self._views:
                 raise ValueError(f"two rows with the key {key!r}")
             view = old.pop(key, None) or Factory.get(self.viewclass)()

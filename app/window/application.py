@@ -1,5 +1,6 @@
 """The app as kivy runs it: hands the services to the screens, asks for a poll cycle every poll interval (Algorithm 1 of the thesis), and
-keeps a wall tablet alive whatever a handler does. Results come back to the UI thread by ``container.changes``.
+keeps a wall tablet alive whatever a handler does. What services publish reaches the screens as
+``Changed`` on the UI thread.
 """
 from __future__ import annotations
 
@@ -25,8 +26,9 @@ from app.domain.models import Settings
 from app.failures import Failure
 from app.i18n import _, translator
 from app.screens.common.problems import sentence_of
-from app.screens.common.shell import SCREENS, Shell
-from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
+from app.screens.common.shell import SCREENS, Shell, pick
+from app.screens.common.threads import Background, Changed, UiBus, forward
+from app.screens.common.view_model import Dialogs, Navigator, Snackbars
 from app.screens.frame.controller import FrameController
 from app.screens.rescue import Damage, RescuePage
 from app.screens.settings.gate import Gate
@@ -72,7 +74,7 @@ class SchedulerApp(MDApp):
         app.widgets.load()
         apply_theme(self.theme_cls, "light")
         self._bus = UiBus()
-        self._forget = self._bus.subscribe(_SettingsChanged, self._settings_changed)
+        self._forget = self._bus.subscribe(Changed, self._changed)
         self.root_box = Factory.BoxLayout()
         if self._given is not None:
             self.begin(self._given)
@@ -95,7 +97,7 @@ class SchedulerApp(MDApp):
         self._frame = FrameController(container, self.shell, frame)
         self.root_box.clear_widgets()
         self.root_box.add_widget(frame)
-        self._unsubscribe = container.changes.subscribe(self._heard)
+        self._unsubscribe = forward(container.changes, self._bus)
         self._frame.start()
         self._gate = Gate(container, self.shell)
         self._gate.start()
@@ -173,7 +175,9 @@ class SchedulerApp(MDApp):
 
     def _build_screen(self, name: str) -> Widget:
         module, class_name = SCREENS[name]
-        return getattr(importlib.import_module(module), class_name)(self.container, self.shell)
+        screen = getattr(importlib.import_module(module), class_name)
+        kind = getattr(screen, "Services", None)
+        return screen(self.container if kind is None else pick(kind, self.container), self.shell)
 
     # ------------------------------------------------------------------ the poll cycle
     def _set_poll(self, settings: Settings) -> None:
@@ -188,14 +192,9 @@ class SchedulerApp(MDApp):
             self.container.loop.request_cycle(by_window=True)
 
     # ------------------------------------------------------------------ settings
-    def _heard(self, topic: Topic, _about: int | None) -> None:
-        """On the publisher's thread."""
-        if topic is Topic.SETTINGS and self._bus is not None:
-            self._bus.publish(_SettingsChanged(), key=_SettingsChanged)
-
-    def _settings_changed(self, _event: _SettingsChanged) -> None:
-        """On the UI thread: whatever was changed shows at once."""
-        if self.container is not None:
+    def _changed(self, event: Changed) -> None:
+        """Whatever was changed in the settings shows at once."""
+        if self.container is not None and event.topic is Topic.SETTINGS:
             before, settings = self._shown, self.container.settings()
             self._appear(settings)
             if before is not None and before.poll_interval_seconds != settings.poll_interval_seconds:
@@ -232,10 +231,6 @@ class SchedulerApp(MDApp):
     def _thread_failed(self, args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None:
             log.error("The thread %s failed", args.thread and args.thread.name, exc_info=args.exc_value)
-
-
-class _SettingsChanged:
-    """The settings in the database are new."""
 
 
 class UiExceptionHandler(ExceptionHandler):

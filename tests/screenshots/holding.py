@@ -7,7 +7,7 @@ from typing import Any
 from app.container import Container
 from app.domain.models import DayException
 from app.screens.scheduler.hold import HoldDialog
-from app.services.catalogue.pausing import Skipping
+from app.services.catalogue.pausing import Pausing
 from tests.screenshots.planning import Stand
 from tests.screenshots.registry import BOTH, LANDSCAPE, SMALL, picture
 
@@ -16,7 +16,7 @@ def hold(container: Container) -> None:
     now = container.clock.now()
     container.holds.hold("Maintenance", now + timedelta(hours=3))
     schedules = container.repositories.schedules.all(container.db.read())
-    Skipping(container.db, container.clock, container.changes).pause(schedules[0].id, now.replace(hour=22, minute=0) + timedelta(days=2))
+    Pausing(container.db, container.clock, container.changes).pause(schedules[0].id, now.replace(hour=22, minute=0) + timedelta(days=2))
     container.catalogue.save_days(DayException("Stocktaking", date(2026, 11, 21), date(2026, 11, 22)))
 
 

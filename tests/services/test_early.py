@@ -9,7 +9,7 @@ import pytest
 
 from app.domain.models import ReasonCode, State, Wait
 from app.domain.rules import INTENT_LEAD
-from app.services.catalogue.pausing import Skipping
+from app.services.catalogue.pausing import Pausing
 from app.services.dispatch.intents import PUT_OFF_AT_MOST, ROUND_TAKES
 from tests.support.network import Fate
 
@@ -90,7 +90,7 @@ def _edit(site, schedule):
 
 
 def _pause_schedule(site, schedule):
-    Skipping(site.container.db, site.clock, site.container.changes).pause(schedule.id, INSTANT + timedelta(hours=1))
+    Pausing(site.container.db, site.clock, site.container.changes).pause(schedule.id, INSTANT + timedelta(hours=1))
 
 
 def _pause(site, schedule):

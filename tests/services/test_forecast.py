@@ -11,7 +11,7 @@ from app.container import Container
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter
 from app.domain.models import Between, DayException, Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
-from app.services.catalogue.pausing import Skipping
+from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.files.log_export import LogExport
 from app.services.planning.overlaps import ASSUMED_S
@@ -235,7 +235,7 @@ def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_
 
 # ---------------------------------------------------------------------- skipping
 def skipping(container):
-    return Skipping(container.db, container.clock, container.changes)
+    return Pausing(container.db, container.clock, container.changes)
 
 
 def test_skipping_writes_the_row_at_once_and_goes_on_with_the_start_after_it(container):

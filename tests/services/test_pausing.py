@@ -12,7 +12,7 @@ from app.container import Container
 from app.database.connection import Database
 from app.domain import reasons
 from app.domain.models import InvalidInput, Mission, ReasonCode, Robot, Schedule, State
-from app.services.catalogue.pausing import Skipping
+from app.services.catalogue.pausing import Pausing
 from app.services.live.gaps import Gap
 from tests.support.clock import VirtualClock
 
@@ -27,7 +27,7 @@ class Plant:
         self.container.catalogue.change_settings(timezone="UTC")
         self.container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), "secret")
         self.container.catalogue.save_mission(Mission("Deliver", "guid-1"))
-        self.skipping = Skipping(self.container.db, self.clock, self.container.changes)
+        self.skipping = Pausing(self.container.db, self.clock, self.container.changes)
         self.daily = self.container.catalogue.save_schedule(
             Schedule("Daily", 1, 1, datetime(2026, 11, 23, 6, 30), "UTC", "FREQ=DAILY"))
 

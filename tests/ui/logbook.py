@@ -14,7 +14,7 @@ from tests.ui.whole_app import shown
 def opened(container: Container, ui: Driver, part: str = "") -> Iterator[object]:
     """The Logs on screen, everything read; ``part`` is the word of what stands below the figures."""
     with shown(container, ui, "logs") as app:
-        app.process.log_file = app.shell.navigator.screen("logs").vm
+        app.logs = app.shell.navigator.screen("logs").vm
         settle(app, ui)
         if part:
             tap(app, ui, ui.find(Segment, text=part))

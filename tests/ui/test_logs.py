@@ -41,7 +41,7 @@ def tick(app, ui, chip: str, *options: str) -> None:
 
 
 def outcomes(app) -> set[str]:
-    return {row["outcome"] for row in app.process.log_file.rows}
+    return {row["outcome"] for row in app.logs.rows}
 
 
 def rows(ui) -> list[LogRow]:

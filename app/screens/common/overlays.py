@@ -9,6 +9,7 @@ from kivy.uix.widget import Widget
 
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.options import MenuItem, Option
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu, Overlay
 from app.widgets.pickers import DateDialog, TimeDialog
 
@@ -43,15 +44,15 @@ class Dialogs:
         dialog.bind(on_confirmed=lambda *_args: done(), on_declined=lambda *_args: declined() if declined else None)
         return self.open(dialog)
 
-    def choose(self, title: str, options: Sequence[dict[str, Any]], done: Callable[[Any], object], *,
+    def choose(self, title: str, options: Sequence[Option], done: Callable[[Any], object], *,
                selected: Hashable | None = None) -> Overlay:
-        """Pick one of ``options`` = [{"key", "text", "note", "icon"}, …]; ``done(key)``. Eight and more can be searched."""
+        """Pick one of ``options``; ``done(key)``. Eight and more can be searched."""
         dialog = ChoiceDialog(title=title, options=options, selected=[] if selected is None else [selected],
                               hint=_("Search"), nothing=_("Nothing found"))
         dialog.bind(on_choose=lambda _dialog, key: done(key))
         return self.open(dialog)
 
-    def choose_many(self, title: str, options: Sequence[dict[str, Any]], action: str, done: Callable[[list[Any]], object], *,
+    def choose_many(self, title: str, options: Sequence[Option], action: str, done: Callable[[list[Any]], object], *,
                     selected: Iterable[Hashable] = ()) -> Overlay:
         """Tick any of ``options``; ``action`` is the word on the confirming button; ``done(keys)``."""
         dialog = ChoiceDialog(title=title, options=options, selected=list(selected), multiple=True, confirm=action,
@@ -75,8 +76,8 @@ class Dialogs:
         dialog.bind(on_pick=lambda _dialog, value: done(value))
         return self.open(dialog)
 
-    def menu(self, anchor: Widget, items: Sequence[dict[str, Any]], done: Callable[[Any], object]) -> Menu:
-        """Hang a menu on ``anchor``: ``items`` = [{"key", "text", "icon", "tone", "disabled"}, …]; ``done(key)``."""
+    def menu(self, anchor: Widget, items: Sequence[MenuItem], done: Callable[[Any], object]) -> Menu:
+        """Hang a menu on ``anchor``; ``done(key)``."""
         menu = Menu(items=items)
         menu.bind(on_choose=lambda _menu, key: done(key), on_dismiss=self._closed)
         self._open.append(menu)

@@ -1,21 +1,24 @@
 """What a screen is to the window around it, and what the window offers to a screen.
 
-A screen is a widget, built lazily on its first visit as ``HomeScreen(container, shell)``; the four are listed in ``SCREENS``. The window
-calls ``shown(**intent)`` each time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when it
-leaves: between the two it subscribes to ``container.changes`` and ticks, outside it does nothing. The frame (top bar, banner, navigation)
+A screen is a widget, built lazily on its first visit as ``HomeScreen(services, shell)``; they are listed in ``SCREENS``. ``services`` is an
+instance of the class's ``Services``: the services that this screen uses, and no others. The window calls ``shown(**intent)`` each time it
+comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when it leaves: between the two it subscribes
+to ``Changed`` on the bus and ticks, outside it does nothing. The frame (top bar, banner, navigation)
 is the window's own; a screen fills what is between them, and the margins around it are the frame's.
 """
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.screens.common.problems import sentence_of
 
 if TYPE_CHECKING:
     from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
+
+S = TypeVar("S")
 
 PROBLEM_SECONDS = 8.0
 
@@ -26,6 +29,11 @@ SCREENS = {
     "logs": ("app.screens.logs.screen", "LogsScreen"),
     "settings": ("app.screens.settings.screen", "SettingsScreen"),
 }
+
+
+def pick(kind: type[S], container: object) -> S:
+    """What a screen asks of the app: ``kind`` is a dataclass whose fields are named as services of the container."""
+    return kind(**{field.name: getattr(container, field.name) for field in fields(kind)})   # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

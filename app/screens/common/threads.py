@@ -6,9 +6,12 @@ import threading
 from collections import deque
 from collections.abc import Callable, Hashable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import Any
 
 from kivy.clock import Clock
+
+from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger(__name__)
 
@@ -26,7 +29,7 @@ class UiBus:
         self._queue: deque[tuple[Hashable | None, list[Any]]] = deque()
         self._newest: dict[Hashable, list[Any]] = {}
         self._handlers: dict[type, list[Callable[[Any], object]]] = {}
-        self._trigger = Clock.create_trigger(self._drain)
+        self._is_scheduled = False           # a call of _drain; one event of kivy's that two threads trigger can get lost
 
     def publish(self, event: object, key: Hashable | None = None) -> None:
         """Deliver ``event`` to those who subscribed to its class or to a class above it."""
@@ -38,7 +41,13 @@ class UiBus:
             if key is not None:
                 self._newest[key] = slot
             self._queue.append((key, slot))
-        self._trigger()
+            self._schedule()
+
+    def _schedule(self) -> None:
+        """With the lock held."""
+        if not self._is_scheduled:
+            self._is_scheduled = True
+            Clock.schedule_once(self._drain)
 
     def post(self, call: Callable[[], object]) -> None:
         """Run ``call`` on the UI thread."""
@@ -55,6 +64,8 @@ class UiBus:
         return unsubscribe
 
     def _drain(self, _dt: float) -> None:
+        with self._lock:
+            self._is_scheduled = False
         for _n in range(self._per_frame):
             with self._lock:
                 if not self._queue:
@@ -63,7 +74,9 @@ class UiBus:
                 if key is not None:
                     del self._newest[key]
             self._deliver(slot[0])
-        self._trigger()
+        with self._lock:
+            if self._queue:
+                self._schedule()
 
     def _deliver(self, event: object) -> None:
         if isinstance(event, _Call):
@@ -80,6 +93,21 @@ class UiBus:
             call(*args)
         except Exception:
             log.exception("a handler on the UI thread failed")
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A service has published a change, heard on the UI thread; ``about`` is the robot's id of a snapshot."""
+    topic: Topic
+    about: int | None = None
+
+
+def forward(changes: Changes, bus: UiBus) -> Callable[[], None]:
+    """Bring what the services publish to the UI thread, as ``Changed``; returns what ends it."""
+    def heard(topic: Topic, about: int | None) -> None:
+        event = Changed(topic, about)
+        bus.publish(event, key=event)
+    return changes.subscribe(heard)
 
 
 class _Call:

@@ -62,7 +62,7 @@ Tests: ``tests/ui/conftest.py`` gives the fixture ``ui`` (taps, typing, virtual 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from kivy.clock import Clock
 from kivy.event import EventDispatcher
@@ -72,10 +72,15 @@ from kivy.uix.widget import Widget
 
 from app.i18n import translator
 from app.screens.common.overlays import Dialogs
-from app.screens.common.threads import Background, Job, UiBus
+from app.screens.common.threads import Background, Changed, Job, UiBus
 from app.widgets.snackbar import Snackbars
 
-__all__ = ["Background", "Dialogs", "Job", "Navigator", "ScreenBase", "Snackbars", "UiBus", "ViewModel"]
+if TYPE_CHECKING:
+    from app.screens.common.shell import Shell
+
+T = TypeVar("T")
+
+__all__ = ["Background", "Changed", "Dialogs", "Job", "Navigator", "Refresher", "ScreenBase", "Snackbars", "UiBus", "ViewModel"]
 
 
 class ViewModel(EventDispatcher):
@@ -86,7 +91,7 @@ class ViewModel(EventDispatcher):
         self._kept: list[Callable[[], object]] = []
         self.is_open = False
 
-    def opened(self, **intent: Any) -> None:
+    def opened(self, *_args: Any, **intent: Any) -> None:
         """The screen is shown: subscribe, tick, load. ``intent`` is what ``shell.go`` was given."""
 
     def closed(self) -> None:
@@ -117,6 +122,55 @@ class ViewModel(EventDispatcher):
         while self._kept:
             self._kept.pop()()
         self.closed()
+
+
+class Refresher(Generic[T]):
+    """Reads for a screen off the UI thread, one reading at a time; what changes meanwhile asks for one more.
+
+    ``start()`` runs on the UI thread and returns the work; ``take(result)`` or ``failed(exception)`` follow on the UI thread. Several
+    requests within a frame are one reading; while it is stopped nothing is read and nothing is taken.
+    """
+
+    def __init__(self, shell: Shell, start: Callable[[], Callable[[], T]], take: Callable[[T], object],
+                 failed: Callable[[BaseException], object] | None = None) -> None:
+        self._shell, self._start, self._take, self._failed = shell, start, take, failed or shell.say_problem
+        self._job: Job | None = None
+        self._is_stale = self._is_stopped = False
+        self._soon = Clock.create_trigger(lambda _dt: self.read(), 0)
+
+    def request(self, *_args: object) -> None:
+        """Read in the next frame. On the UI thread, as everything here."""
+        if not self._is_stopped:
+            self._soon()
+
+    def read(self) -> None:
+        """Read now, or once more after the reading under way."""
+        self._is_stopped = False
+        if self._job is not None:
+            self._is_stale = True
+            return
+        self._is_stale = False
+        self._job = self._shell.background.run(self._start(), self._done, self._not_done)
+
+    def stop(self) -> None:
+        """Until the next ``read``; a reading under way is dropped."""
+        self._is_stopped = True
+        self._soon.cancel()
+        if self._job is not None:
+            self._job.cancel()
+            self._job = None
+
+    def _done(self, result: T) -> None:
+        self._job = None
+        if self._is_stale:
+            self.request()
+        self._take(result)
+
+    def _not_done(self, problem: BaseException) -> None:
+        self._job = None
+        if self._is_stale:
+            self.request()
+        self._failed(problem)
 
 
 class ScreenBase(BoxLayout):

@@ -24,7 +24,7 @@ from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.hold import HoldDialog
 from app.screens.scheduler.timeline import TimelineView
 from app.services.catalogue.catalogue import Removed
-from app.services.catalogue.pausing import Skipping
+from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.files.plan_export import PlanExport, PlanFiles
 from app.services.live.changes import Topic
@@ -57,7 +57,7 @@ class SchedulerViewModel(ViewModel):
         self._container, self._shell = container, shell
         robots = container.repositories.robots
         robot_missions = RobotMissions(lambda robot_id: robots.get(container.db.read(), robot_id), container.make_client, container.clock)
-        self._skipping = Skipping(container.db, container.clock, container.changes)
+        self._skipping = Pausing(container.db, container.clock, container.changes)
         self.form = FormModel(container, shell, Forecasts(container.db, container.clock), robot_missions,
                               saved=lambda _schedule: self._refresh())
         self._facts = SchedulerFacts()

@@ -10,7 +10,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from app.database.calendar import CalendarRepository
 from app.database.connection import Database
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, IdleRule, Mission, Robot, Schedule, Settings
 from app.services.catalogue.edit import Edit, Removed
@@ -25,7 +29,34 @@ __all__ = ["Catalogue", "Edit", "Removed"]
 class Catalogue:
     def __init__(self, db: Database, clock: Clock, changes: Changes | None = None) -> None:
         self._db, self._clock, self._changes = db, clock, changes
+        self._robots, self._missions, self._schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
+        self._calendar = CalendarRepository()
 
+    # ------------------------------------------------------------------ reading
+    def robots(self) -> list[Robot]:
+        """In order of name."""
+        return self._robots.all(self._db.read())
+
+    def robot(self, robot_id: int) -> Robot | None:
+        return self._robots.get(self._db.read(), robot_id)
+
+    def missions(self) -> list[Mission]:
+        """In order of name."""
+        return self._missions.all(self._db.read())
+
+    def missions_of(self, robot_id: int) -> list[Mission]:
+        """Those that can be started on this robot."""
+        return self._missions.available_on(self._db.read(), robot_id)
+
+    def schedules(self) -> list[Schedule]:
+        """In order of name."""
+        return self._schedules.all(self._db.read())
+
+    def day_exceptions(self) -> list[DayException]:
+        """Closed days and extra working days."""
+        return self._calendar.all(self._db.read())
+
+    # ------------------------------------------------------------------ changing
     def edit(self, work: Callable[[Edit], T]) -> T:
         """Several changes in one transaction: all of them, or none when ``work`` raises."""
         topics = set()

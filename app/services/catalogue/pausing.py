@@ -26,7 +26,7 @@ from app.services.planning.working_days import working_calendar
 T = TypeVar("T")
 
 
-class Skipping:
+class Pausing:
     def __init__(self, db: Database, clock: Clock, changes: Changes) -> None:
         self._db, self._clock, self._changes = db, clock, changes
         self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()

@@ -40,7 +40,7 @@ class DataFiles:
 
     def __init__(self, db: Database, catalogue: Catalogue, clock: Clock, documents: Path | None = None) -> None:
         self._db, self._catalogue, self._clock = db, catalogue, clock
-        self._documents = documents or platformdirs.user_documents_path()
+        self._documents = documents
 
     # ------------------------------------------------------------------ where files go
     @property
@@ -50,7 +50,8 @@ class DataFiles:
     @property
     def directory(self) -> Path:
         """Where exports go unless somebody says otherwise."""
-        return self._documents if os.access(self._documents, os.W_OK) else self.data_directory / "exports"
+        documents = self._documents or platformdirs.user_documents_path()
+        return documents if os.access(documents, os.W_OK) else self.data_directory / "exports"
 
     def suggested(self, stem: str, suffix: str) -> Path:
         """A file that doesn't exist yet, named after today (UTC): ``amr-scheduler-log-2026-11-20.csv``, then ``…-2.csv``."""

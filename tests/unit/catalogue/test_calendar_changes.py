@@ -14,7 +14,7 @@ from app.database.schema import MIGRATIONS
 from app.domain.models import DayException, InvalidInput, Mission, ReasonCode, Robot, State
 from app.services.catalogue import validation
 from app.services.catalogue.configuration import export_configuration
-from app.services.catalogue.pausing import Skipping
+from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
 from tests.support.clock import VirtualClock
 from tests.unit.catalogue.test_catalogue import World, refuses
@@ -96,7 +96,7 @@ def test_what_is_due_already_stays_due(world):
 
 def test_a_start_that_was_skipped_is_not_planned_again(world):
     daily = world.schedule()
-    Skipping(world.db, world.clock, world.changes).skip_next(daily.id)
+    Pausing(world.db, world.clock, world.changes).skip_next(daily.id)
     assert next_of(world, daily) == "2026-11-25"
     world.catalogue.save_days(DayException("Inventory", date(2026, 11, 26), date(2026, 11, 26)))
     assert next_of(world, daily) == "2026-11-25"
@@ -167,7 +167,7 @@ def test_the_planner_passes_over_closed_days(tmp_path):
     [row] = container.repositories.executions.open_all(container.db.read())
     assert (row.state, row.planned_at.date()) == (State.WAITING, TUESDAY)
     assert container.repositories.schedules.get(container.db.read(), daily.id).next_at.date() == date(2026, 11, 26)
-    skipped = Skipping(container.db, clock, container.changes)
+    skipped = Pausing(container.db, clock, container.changes)
     assert skipped.skip_next(daily.id).date() == date(2026, 11, 26)
     last = container.repositories.executions.last_of_schedule(container.db.read(), daily.id)
     assert (last.state, last.reason.code) == (State.SKIPPED, ReasonCode.HOLD)

@@ -1,0 +1,25 @@
+"""What can be chosen: options of a dialog or of a row of chips, and commands of a menu."""
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Option:
+    """One of several choices. ``key`` is handed back when it is chosen."""
+    key: Hashable
+    text: str
+    icon: str = ""
+    note: str = ""
+    selected: bool = False
+
+
+@dataclass(frozen=True)
+class MenuItem:
+    """One command of a menu."""
+    key: Hashable
+    text: str
+    icon: str = ""
+    tone: str = "neutral"
+    disabled: bool = False
