@@ -6,19 +6,17 @@ import binascii
 import hmac
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from mir_sim import definition, listing, resources
+from mir_sim import definition, listing
 from mir_sim.control import MAP_PATH, PATH, control
 from mir_sim.definition import Operation, Routes
 from mir_sim.errors import ApiError, not_found
 from mir_sim.messages import Request, Response
-from mir_sim.resources import rows
-from mir_sim.resources.registry import Call
+from mir_sim.resources import registry, rows
+from mir_sim.resources.call import Call
+from mir_sim.robot import SimulatedRobot
 from mir_sim.site import Row
-
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
 
 BASE = "/api/v2.0.0"
 
@@ -66,7 +64,7 @@ def _headers(robot: SimulatedRobot) -> dict[str, str]:
 
 @lru_cache(maxsize=len(definition.SOFTWARE))
 def _routes(version: str) -> Routes:
-    return Routes([*definition.load(version).templates(), *resources.UNLISTED])
+    return Routes([*definition.load(version).templates(), *registry.UNLISTED])
 
 
 def _dispatch(robot: SimulatedRobot, request: Request) -> tuple[int, Any]:
@@ -79,7 +77,7 @@ def _dispatch(robot: SimulatedRobot, request: Request) -> tuple[int, Any]:
     if verb == "post" and path.endswith("/search"):
         return 201, _search(robot, request, path.removesuffix("/search"), user)
     call = _call(robot, request, verb, path, user)
-    value = resources.handler(verb, call.operation.template)(call)
+    value = registry.handler(verb, call.operation.template)(call)
     if verb == "get":
         value = _listed(call, value, ())
     return call.operation.success, value
@@ -91,11 +89,14 @@ def _call(robot: SimulatedRobot, request: Request, verb: str, path: str, user: R
         raise not_found()
     template, params = found
     operation = robot.definition.operation(verb, template)
-    if operation is None and template in resources.UNLISTED and verb == "post":
+    if operation is None and template in registry.UNLISTED and verb == "post":
         operation = Operation(verb, template, 201, None, None)
     if operation is None:
         raise not_found()
-    return Call(robot, request, operation, params, user)
+
+    def ask(method: str, path: str, body: bytes) -> Response:
+        return answer(robot, Request.of(method, BASE + path, request.headers, body))
+    return Call(robot, request, operation, params, user, ask)
 
 
 def _search(robot: SimulatedRobot, request: Request, path: str, user: Row | None) -> Any:
@@ -104,7 +105,7 @@ def _search(robot: SimulatedRobot, request: Request, path: str, user: Row | None
     filters = body.get("filters", []) if isinstance(body, dict) else None
     if not isinstance(filters, list):
         raise ApiError(400, listing.FILTERS)
-    value = resources.handler("get", call.operation.template)(call)
+    value = registry.handler("get", call.operation.template)(call)
     if isinstance(value, dict):
         raise not_found()
     return _listed(call, value, filters)

@@ -4,19 +4,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mir_sim.definition import is_number
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.floor_plan import live_view
 from mir_sim.messages import Request, Response
+from mir_sim.robot import SimulatedRobot
 from mir_sim.state import RobotError
 
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
-
 PATH, MAP_PATH = "/sim", "/sim/map.png"
-Act = Callable[["SimulatedRobot"], object]
+Act = Callable[[SimulatedRobot], object]
 
 
 class ControlError(ValueError):

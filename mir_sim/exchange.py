@@ -7,15 +7,12 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from mir_sim.api import below_base, handle, refuse
 from mir_sim.errors import ApiError
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.messages import Request, Response
-
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
+from mir_sim.robot import SimulatedRobot
 
 
 class Fate(Enum):

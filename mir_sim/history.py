@@ -2,19 +2,16 @@
 from __future__ import annotations
 
 import random
-from typing import TYPE_CHECKING
 
-from mir_sim.mission_queue import USER_ABORT, ItemState, QueueItem
+from mir_sim.clock import RobotClock
+from mir_sim.mission_queue import USER_ABORT, ItemState, MissionQueue, QueueItem
 from mir_sim.missions import MISSIONS
 from mir_sim.site import DISTRIBUTOR
-
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
 
 LONGEST = 100_000     # items
 
 
-def fill(robot: SimulatedRobot, count: int, rng: random.Random) -> None:
+def fill(queue: MissionQueue, clock: RobotClock, count: int, rng: random.Random) -> None:
     """Put ``count`` ended items into the queue, the last one ended ten minutes before the model begins."""
     span = 600.0
     times = []
@@ -29,6 +26,6 @@ def fill(robot: SimulatedRobot, count: int, rng: random.Random) -> None:
             state, message = ItemState.ABORTED, USER_ABORT
         elif chance < 0.05:
             state, message = ItemState.ABORTED, "Failed to reach goal position 'Line 2'"
-        robot.queue.add(QueueItem(
-            number, mission.guid, robot.clock.stamp(started - 2), DISTRIBUTOR, "Distributor", message=message,
-            description=mission.description, state=state, started=robot.clock.stamp(started), finished=robot.clock.stamp(finished)))
+        queue.add(QueueItem(
+            number, mission.guid, clock.stamp(started - 2), DISTRIBUTOR, "Distributor", message=message,
+            description=mission.description, state=state, started=clock.stamp(started), finished=clock.stamp(finished)))

@@ -2,8 +2,9 @@
 from __future__ import annotations
 
 import json
+import random
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from mir_sim import world
 from mir_sim.mission_queue import USER_ABORT, ItemState, QueueAction, QueueItem
@@ -11,10 +12,7 @@ from mir_sim.motion import Motion, Pose
 from mir_sim.power import STANDING
 from mir_sim.run import Run
 from mir_sim.state import MISSION_CONTROLLER, RobotError, StateId
-from mir_sim.steps import ChargeStep, Step, UnknownPosition, step_for
-
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
+from mir_sim.steps import ChargeStep, Robot, Step, UnknownPosition, step_for
 
 START_DELAY = 1.0             # s from "next in the queue" to Executing: right after a POST, /status still says Ready
 TRANSIENT = 0.5               # s for which Completed and Aborted are shown, and Abort of a queue item (guess: only reported as short)
@@ -23,10 +21,23 @@ WAITING_TEXT = "Waiting for new missions..."
 Event = tuple[float, Callable[[], object]]
 
 
+class MissionRobot(Robot, Protocol):
+    """What the mission controller needs of its robot, besides what its steps do."""
+
+    software: str
+    rng: random.Random
+    failure_rate: float
+    fail_next: str | None
+
+    def stamp(self) -> str: ...
+
+    def add_error(self, error: RobotError) -> None: ...
+
+
 class MissionController:
     """Runs one queue item at a time. ``settle`` is to be called after anything about the robot has changed."""
 
-    def __init__(self, robot: SimulatedRobot, pose: Pose, odometer: float) -> None:
+    def __init__(self, robot: MissionRobot, pose: Pose, odometer: float) -> None:
         self._robot = robot
         self.run: Run | None = None
         self._pose = pose

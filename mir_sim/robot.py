@@ -87,7 +87,7 @@ class SimulatedRobot:
         self._calls: list[tuple[float, int, Callable[[], object]]] = []
         self._call_order = itertools.count()
         self._battery_empty = False
-        fill(self, history, random.Random(f"{seed}/{name}/history"))
+        fill(self.queue, self.clock, history, random.Random(f"{seed}/{name}/history"))
 
     # Time
 

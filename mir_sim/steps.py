@@ -4,14 +4,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from mir_sim import power, world
+from mir_sim.mission_queue import MissionQueue
 from mir_sim.motion import Motion, Pose, Trip
-from mir_sim.state import StateId
-
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
+from mir_sim.site import Site
+from mir_sim.state import Prompt, StateId
 
 PLANNING = 2.0                # s of thinking before the robot sets off, also when it is there already
 DOCKING_SPEED = 0.25          # m/s on the last metres to a marker
@@ -22,6 +21,25 @@ SHOWN_DOCKED = 3.0            # s for which a robot that has reached its charger
 
 class UnknownPosition(Exception):
     """The action names a position that the robot doesn't have (any more)."""
+
+
+class Robot(Protocol):
+    """What a step may ask of the robot that runs it. ``now`` is in simulated seconds."""
+
+    now: float
+    queue: MissionQueue
+    battery: power.Battery
+    site: Site
+    prompt: Prompt | None
+
+    @property
+    def pose(self) -> Pose: ...
+
+    def ask(self, question: str, options: list[str], timeout: float) -> Prompt: ...
+
+    def withdraw_prompt(self, guid: str) -> None: ...
+
+    def set_register(self, register: int, value: float) -> None: ...
 
 
 @dataclass
@@ -36,10 +54,10 @@ class Step:
         """Metres that it drives in all."""
         return 0.0
 
-    def begin(self, robot: SimulatedRobot) -> None:
+    def begin(self, robot: Robot) -> None:
         """Take hold of the robot."""
 
-    def ends_at(self, robot: SimulatedRobot, since: float, done: float) -> float | None:
+    def ends_at(self, robot: Robot, since: float, done: float) -> float | None:
         """Simulated second of the end if the robot keeps going, or None.
 
         Args:
@@ -51,7 +69,7 @@ class Step:
     def state(self, elapsed: float) -> StateId:
         return StateId.EXECUTING
 
-    def text(self, robot: SimulatedRobot, elapsed: float) -> str:
+    def text(self, robot: Robot, elapsed: float) -> str:
         return self.label
 
     def motion(self, elapsed: float) -> Motion | None:
@@ -61,7 +79,7 @@ class Step:
     def battery_rate(self) -> float:
         return power.STANDING
 
-    def finish(self, robot: SimulatedRobot) -> None:
+    def finish(self, robot: Robot) -> None:
         """Leave behind what the action was for."""
 
 
@@ -73,7 +91,7 @@ class MoveStep(Step):
         self.goal = goal
         self.trip = Trip(goal, [])
 
-    def begin(self, robot: SimulatedRobot) -> None:
+    def begin(self, robot: Robot) -> None:
         start = robot.pose
         self.trip = Trip(start, world.route(start, self.goal.x, self.goal.y), self.goal.orientation)
         self.duration = PLANNING + self.trip.duration
@@ -85,7 +103,7 @@ class MoveStep(Step):
     def motion(self, elapsed: float) -> Motion:
         return self.trip.at(max(0.0, elapsed - PLANNING))
 
-    def text(self, robot: SimulatedRobot, elapsed: float) -> str:
+    def text(self, robot: Robot, elapsed: float) -> str:
         left = self.length - self.motion(elapsed).travelled
         return f"Moving to '{self.label}' ({left:.1f} meters to goal)"
 
@@ -102,7 +120,7 @@ class DockStep(MoveStep):
     def length(self) -> float:
         return self.trip.length + self.approach.length
 
-    def begin(self, robot: SimulatedRobot) -> None:
+    def begin(self, robot: Robot) -> None:
         start, goal = robot.pose, self.goal
         side = DOCKING_DISTANCE if goal.y < world.AISLE else -DOCKING_DISTANCE
         entry = (goal.x, goal.y + side)
@@ -124,7 +142,7 @@ class DockStep(MoveStep):
     def state(self, elapsed: float) -> StateId:
         return StateId.EXECUTING if self._docking(elapsed) < 0 else StateId.DOCKING
 
-    def text(self, robot: SimulatedRobot, elapsed: float) -> str:
+    def text(self, robot: Robot, elapsed: float) -> str:
         return super().text(robot, elapsed) if self._docking(elapsed) < 0 else f"Docking to '{self.label}'"
 
 
@@ -136,7 +154,7 @@ class ChargeStep(Step):
         self.percentage = percentage
         self.until_new_mission = until_new_mission
 
-    def ends_at(self, robot: SimulatedRobot, since: float, done: float) -> float | None:
+    def ends_at(self, robot: Robot, since: float, done: float) -> float | None:
         if self.until_new_mission:
             return robot.now if robot.queue.pending() else None
         charged = robot.battery.time_of(self.percentage)
@@ -145,7 +163,7 @@ class ChargeStep(Step):
     def state(self, elapsed: float) -> StateId:
         return StateId.DOCKED if elapsed < SHOWN_DOCKED else StateId.EXECUTING
 
-    def text(self, robot: SimulatedRobot, elapsed: float) -> str:
+    def text(self, robot: Robot, elapsed: float) -> str:
         level = robot.battery.at(robot.now)
         if level < self.percentage:
             return f"Charging until battery reaches {self.percentage:.0f}% (Current: {level:.0f}%)..."
@@ -164,14 +182,14 @@ class PromptStep(Step):
         self.timeout = timeout
         self._guid = ""
 
-    def begin(self, robot: SimulatedRobot) -> None:
+    def begin(self, robot: Robot) -> None:
         self._guid = robot.ask(self.question, ["Yes", "No"], self.timeout).guid
 
-    def ends_at(self, robot: SimulatedRobot, since: float, done: float) -> float | None:
+    def ends_at(self, robot: Robot, since: float, done: float) -> float | None:
         waiting = robot.prompt is not None and robot.prompt.guid == self._guid
         return None if waiting else robot.now
 
-    def finish(self, robot: SimulatedRobot) -> None:
+    def finish(self, robot: Robot) -> None:
         robot.withdraw_prompt(self._guid)
 
 
@@ -183,7 +201,7 @@ class RegisterStep(Step):
         self.register = register
         self.value = value
 
-    def finish(self, robot: SimulatedRobot) -> None:
+    def finish(self, robot: Robot) -> None:
         robot.set_register(self.register, self.value)
 
 
@@ -206,14 +224,14 @@ def seconds_of(value: Any) -> float:
     return _number(int(hours) * 3600 + int(minutes) * 60 + float(seconds))
 
 
-def _goal(robot: SimulatedRobot, guid: Any) -> tuple[str, Pose]:
+def _goal(robot: Robot, guid: Any) -> tuple[str, Pose]:
     row = robot.site.table("/positions").get(guid)
     if row is None:
         raise UnknownPosition(str(guid))
     return row["name"], Pose(row["pos_x"], row["pos_y"], row["orientation"])
 
 
-def step_for(robot: SimulatedRobot, action_type: str, values: Mapping[str, Any]) -> Step:
+def step_for(robot: Robot, action_type: str, values: Mapping[str, Any]) -> Step:
     """Make the step for an action. Action types outside this small world (sounds, lights, logic) take a second and do nothing.
 
     Raises:

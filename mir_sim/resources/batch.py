@@ -5,14 +5,11 @@ import json
 from typing import Any
 
 from mir_sim.errors import argument_error
-from mir_sim.messages import Request
-from mir_sim.resources.registry import Call, Handler
+from mir_sim.resources.call import Call, Handler
 
 
 def batch(call: Call) -> list[dict[str, Any]]:
     """Answer ``{"requests": [{"url", "method", "body"?}]}`` with a list of ``{"status", "body", "headers"}``."""
-    from mir_sim.api import BASE, answer  # a batch asks the whole API again
-
     body = call.json()
     requests = body.get("requests") if isinstance(body, dict) else None
     if not isinstance(requests, list):
@@ -23,7 +20,7 @@ def batch(call: Call) -> list[dict[str, Any]]:
                 or one["url"].startswith("/batch"):
             raise argument_error()
         content = json.dumps(one["body"]).encode() if "body" in one else b""
-        response = answer(call.robot, Request.of(one["method"], BASE + one["url"], call.request.headers, content))
+        response = call.ask(one["method"], one["url"], content)
         text = response.body.decode()
         is_json = response.headers.get("Content-Type") == "application/json"
         content_of = json.loads(text) if is_json and text else text or None

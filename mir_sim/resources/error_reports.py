@@ -4,7 +4,7 @@ from __future__ import annotations
 from typing import Any
 
 from mir_sim.resources import rows
-from mir_sim.resources.registry import Call, Handler
+from mir_sim.resources.call import Call, Handler
 
 TABLE = "/log/error_reports"
 

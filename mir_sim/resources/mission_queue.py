@@ -6,7 +6,7 @@ from typing import Any
 
 from mir_sim.errors import ApiError, argument_error, not_found
 from mir_sim.mission_queue import ItemState, QueueAction, QueueItem
-from mir_sim.resources.registry import Call, Handler
+from mir_sim.resources.call import Call, Handler
 from mir_sim.site import Row
 
 

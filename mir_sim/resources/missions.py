@@ -5,7 +5,7 @@ from typing import Any
 
 from mir_sim import catalogue
 from mir_sim.errors import not_found
-from mir_sim.resources.registry import Call, Handler
+from mir_sim.resources.call import Call, Handler
 
 
 def mission_definition(call: Call) -> list[dict[str, Any]]:

@@ -1,56 +1,17 @@
-"""One call of the API, as the code behind a path sees it."""
+"""Finds the handler of an operation: a function of its own where the robot does something, otherwise plain storage."""
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from mir_sim.resources import batch, error_reports, mission_queue, missions, status, system, users
+from mir_sim.resources.call import Handler
+from mir_sim.resources.stored import generic
 
-from mir_sim.definition import Operation
-from mir_sim.errors import ApiError, bad_request
-from mir_sim.messages import Request
-from mir_sim.site import Row
+HANDLERS: dict[tuple[str, str], Handler] = {
+    operation: handler for module in (batch, error_reports, mission_queue, missions, status, system, users)
+    for operation, handler in module.HANDLERS.items()}
 
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
+# Paths that robots answer although MiR's definition doesn't list them (recorded on robots).
+UNLISTED = ("/batch",)
 
 
-@dataclass(frozen=True)
-class Call:
-    """A request that has found its operation. ``user`` is the row of who asks; anonymous only on GET /status."""
-
-    robot: SimulatedRobot
-    request: Request
-    operation: Operation
-    params: dict[str, str]
-    user: Row | None
-
-    @property
-    def asker(self) -> Row:
-        if self.user is None:
-            raise ApiError(401, "Unauthorized")
-        return self.user
-
-    def json(self) -> Any:
-        """The body, parsed. Raises ApiError 400 with MiR's text when it isn't JSON or isn't said to be."""
-        if "application/json" not in self.request.headers.get("content-type", "").lower():
-            raise bad_request("Missing content type application/json on the header")
-        try:
-            return json.loads(self.request.body)
-        except (ValueError, RecursionError):
-            raise bad_request("Invalid JSON") from None
-
-    def fields(self) -> dict[str, Any]:
-        """The body's known fields, checked against the definition."""
-        schema = self.operation.body_schema or {}
-        return self.robot.definition.check_body(schema, self.json())
-
-    def changes(self) -> dict[str, Any]:
-        """As ``fields``, for a PUT, which must change something."""
-        fields = self.fields()
-        if not fields:
-            raise bad_request("No fields")
-        return fields
-
-
-Handler = Callable[[Call], Any]
+def handler(verb: str, template: str) -> Handler:
+    return HANDLERS.get((verb, template), generic)

@@ -4,13 +4,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mir_sim import definition, missions
+from mir_sim.robot import SimulatedRobot
 from mir_sim.site import MISSION_ACTIONS, Row
-
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
 
 # A field that links to a row of another table. The row keeps the key under the field's name + "_id" or "_guid".
 LINKS = {

@@ -3,16 +3,14 @@ from __future__ import annotations
 
 import json
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mir_sim.definition import is_number
 from mir_sim.errors import argument_error
 from mir_sim.motion import Pose
-from mir_sim.resources.registry import Call, Handler
+from mir_sim.resources.call import Call, Handler
+from mir_sim.robot import SimulatedRobot
 from mir_sim.state import ModeId, StateId
-
-if TYPE_CHECKING:
-    from mir_sim.robot import SimulatedRobot
 
 FOOTPRINTS = {"MiR100": (-0.454, 0.506, 0.32), "MiR200": (-0.454, 0.506, 0.32), "MiR250": (-0.39, 0.39, 0.305)}
 

@@ -7,7 +7,7 @@ from typing import Any
 from mir_sim import missions
 from mir_sim.errors import ApiError, argument_error, bad_request, duplicate, not_found
 from mir_sim.resources import rows
-from mir_sim.resources.registry import Call
+from mir_sim.resources.call import Call
 from mir_sim.site import MISSION_ACTIONS, Row, Table, with_hashed_password
 
 # Collections that are a part of another one: template → (table, the field that names the whole).

@@ -7,7 +7,7 @@ from zoneinfo import ZoneInfoNotFoundError
 
 from mir_sim.errors import argument_error, not_found
 from mir_sim.messages import Response
-from mir_sim.resources.registry import Call, Handler
+from mir_sim.resources.call import Call, Handler
 from mir_sim.site import Row
 
 DAYS_OF_STATISTICS = 7

@@ -5,7 +5,7 @@ from datetime import timedelta
 from typing import Any
 
 from mir_sim.resources import rows
-from mir_sim.resources.registry import Call, Handler
+from mir_sim.resources.call import Call, Handler
 from mir_sim.site import with_hashed_password
 
 
