@@ -1,11 +1,14 @@
-"""A simulated MiR mobile robot that a client of the real one can't tell from it.
+"""A simulated MiR mobile robot that answers the same REST API as a real one.
 
 >>> robot = SimulatedRobot("Aino", seed=1)
 >>> robot.advance_to(60.0)
 >>> handle(robot, Request.of("GET", "/api/v2.0.0/status")).json()["state_text"]
 'Ready'
 
-``with serve(robots=3) as fleet:`` gives robots on free ports of this machine.
+``with serve(robots=3) as fleet:`` serves robots on free ports of this machine.
+
+Comments say where behaviour is known from. "Recorded": seen in answers of real robots. "Reported": described by people who run robots
+or write clients for them. "Guess": neither. What follows MiR's definition of the API (``definitions/``) carries no mark.
 """
 from mir_sim.api import handle
 from mir_sim.exchange import Exchange, Fate, exchange

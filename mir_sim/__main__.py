@@ -1,4 +1,4 @@
-"""``python -m mir_sim``: simulated robots for clients without a robot on the desk."""
+"""``python -m mir_sim``: serve simulated robots until interrupted."""
 from __future__ import annotations
 
 import argparse
@@ -13,19 +13,19 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from mir_sim.definition import SOFTWARE
 from mir_sim.fleet import Fleet, make_robots
-from mir_sim.history import LONGEST
+from mir_sim.history import MAX_ITEMS
 
 USAGE_ERROR = 2
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong with an option in one line."""
+    """Reports a wrong option in one line, without the usage text."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(USAGE_ERROR, f"{self.prog}: {message}\n")
 
 
-def _between(low: float, high: float, kind: Callable[[str], float]) -> Callable[[str], float]:
+def _number_from(low: float, high: float, kind: Callable[[str], float]) -> Callable[[str], float]:
     def parse(text: str) -> float:
         try:
             value = kind(text)
@@ -48,21 +48,22 @@ def _zone(name: str) -> str:
 def parser() -> argparse.ArgumentParser:
     options = Parser(prog="python -m mir_sim", description="Simulated MiR robots on consecutive ports.", allow_abbrev=False)
     options.add_argument("--host", default="127.0.0.1", help="address to listen on (default %(default)s)")
-    options.add_argument("--port", type=_between(0, 65535, int), default=8080,
+    options.add_argument("--port", type=_number_from(0, 65535, int), default=8080,
                          help="port of the first robot, 0 = free ones (default %(default)s)")
-    options.add_argument("--robots", type=_between(1, 500, int), default=3, help="how many (default %(default)s)")
-    options.add_argument("--time-scale", type=_between(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000")
+    options.add_argument("--robots", type=_number_from(1, 500, int), default=3, help="how many (default %(default)s)")
+    options.add_argument("--time-scale", type=_number_from(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000")
     options.add_argument("--seed", type=int, default=1, help="decides everything random (default %(default)s)")
     options.add_argument("--software", choices=SOFTWARE, default="3.5.4", help="software generation of the robots (default %(default)s)")
-    options.add_argument("--chaos", type=_between(0, 1, float), default=0.0, metavar="RATE",
+    options.add_argument("--chaos", type=_number_from(0, 1, float), default=0.0, metavar="RATE",
                          help="share of requests that meet a random fault")
-    options.add_argument("--failure-rate", type=_between(0, 1, float), default=0.0, metavar="RATE", help="share of missions that fail")
-    options.add_argument("--history", type=_between(0, LONGEST, int), default=0, metavar="ITEMS",
+    options.add_argument("--failure-rate", type=_number_from(0, 1, float), default=0.0, metavar="RATE", help="share of missions that fail")
+    options.add_argument("--history", type=_number_from(0, MAX_ITEMS, int), default=0, metavar="ITEMS",
                          help="ended items that each queue begins with")
     options.add_argument("--timezone", type=_zone, default="Europe/Copenhagen", help="zone of the robots' clocks (default %(default)s)")
-    options.add_argument("--clock-offset", type=_between(-1e6, 1e6, float), default=0.0, metavar="SECONDS",
+    options.add_argument("--clock-offset", type=_number_from(-1e6, 1e6, float), default=0.0, metavar="SECONDS",
                          help="error of the robots' clocks")
-    options.add_argument("--clock-drift", type=_between(-3600, 3600, float), default=0.0, metavar="SECONDS", help="seconds gained per day")
+    options.add_argument("--clock-drift", type=_number_from(-3600, 3600, float), default=0.0, metavar="SECONDS",
+                         help="seconds gained per day")
     return options
 
 
@@ -71,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = parser().parse_args(arguments)
     if args.port and args.port + args.robots - 1 > 65535:
         parser().error(f"--port {args.port}: {args.robots} robots need ports up to {args.port + args.robots - 1}, the last one is 65535")
-    stop: queue.SimpleQueue[int] = queue.SimpleQueue()       # an Event may be locked by the very wait that the signal interrupts
+    stop: queue.SimpleQueue[int] = queue.SimpleQueue()       # setting an Event can deadlock with the wait that the signal interrupts
 
     def end(number: int, frame: FrameType | None) -> None:
         stop.put(number)
@@ -89,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return USAGE_ERROR
     for robot in fleet.robots:
         print(f"ready {robot.name} {robot.url}", flush=True)
-    while True:                              # a signal that comes in the moment before a wait begins does not end that one
+    while True:                              # a signal that arrives just before get() begins does not wake it: hence the timeout
         with contextlib.suppress(queue.Empty):
             stop.get(timeout=1.0)
             break

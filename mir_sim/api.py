@@ -10,8 +10,8 @@ from typing import Any
 
 from mir_sim import definition, listing
 from mir_sim.control import MAP_PATH, PATH, control
-from mir_sim.definition import Operation, Routes
-from mir_sim.errors import ApiError, not_found
+from mir_sim.definition import Routes
+from mir_sim.errors import ApiError
 from mir_sim.messages import Request, Response
 from mir_sim.resources import registry, rows
 from mir_sim.resources.call import Call
@@ -22,20 +22,20 @@ BASE = "/api/v2.0.0"
 
 
 def handle(robot: SimulatedRobot, request: Request) -> Response:
-    """Let the robot catch up with its clock and answer one request, as if nothing went wrong between client and robot."""
+    """Advance the robot to its clock and answer one request, without the faults that ``exchange`` applies."""
     with robot.lock:
         robot.catch_up()
         if request.path.rstrip("/") in (PATH, MAP_PATH):
             return control(robot, request)
         if not robot.online:
-            return refuse(robot, ApiError(503, "Service unavailable"))
+            return refuse(robot, ApiError(503))
         return answer(robot, request)
 
 
 def answer(robot: SimulatedRobot, request: Request) -> Response:
-    """Answer a request of the API proper."""
+    """Answer a request below /api."""
     if robot.now < robot.api_down_until:
-        return refuse(robot, ApiError(503, "Service unavailable"))
+        return refuse(robot, ApiError(503))
     try:
         status, value = _dispatch(robot, request)
     except ApiError as error:
@@ -64,16 +64,16 @@ def _headers(robot: SimulatedRobot) -> dict[str, str]:
 
 @lru_cache(maxsize=len(definition.SOFTWARE))
 def _routes(version: str) -> Routes:
-    return Routes([*definition.load(version).templates(), *registry.UNLISTED])
+    return Routes([*definition.load(version).templates(), *(template for _, template in registry.UNLISTED)])
 
 
 def _dispatch(robot: SimulatedRobot, request: Request) -> tuple[int, Any]:
     path, verb = below_base(request.path), request.method.lower()
     if path is None:
-        raise not_found()
+        raise ApiError(404)
     user = _user(robot, request.headers.get("authorization", ""))
     if user is None and (verb, path) != ("get", "/status"):
-        raise ApiError(401, "Unauthorized")
+        raise ApiError(401)
     if verb == "post" and path.endswith("/search"):
         return 201, _search(robot, request, path.removesuffix("/search"), user)
     call = _call(robot, request, verb, path, user)
@@ -86,13 +86,11 @@ def _dispatch(robot: SimulatedRobot, request: Request) -> tuple[int, Any]:
 def _call(robot: SimulatedRobot, request: Request, verb: str, path: str, user: Row | None) -> Call:
     found = _routes(robot.software).find(path)
     if found is None:
-        raise not_found()
+        raise ApiError(404)
     template, params = found
-    operation = robot.definition.operation(verb, template)
-    if operation is None and template in registry.UNLISTED and verb == "post":
-        operation = Operation(verb, template, 201, None, None)
+    operation = robot.definition.operation(verb, template) or registry.UNLISTED.get((verb, template))
     if operation is None:
-        raise not_found()
+        raise ApiError(404)
 
     def ask(method: str, path: str, body: bytes) -> Response:
         return answer(robot, Request.of(method, BASE + path, request.headers, body))
@@ -107,29 +105,29 @@ def _search(robot: SimulatedRobot, request: Request, path: str, user: Row | None
         raise ApiError(400, listing.FILTERS)
     value = registry.handler("get", call.operation.template)(call)
     if isinstance(value, dict):
-        raise not_found()
+        raise ApiError(404)
     return _listed(call, value, filters)
 
 
 def _listed(call: Call, value: Any, filters: list[Any] | tuple[()]) -> Any:
-    """Apply whitelist, sort_by, limit, offset and filters to what a GET has brought."""
+    """Apply whitelist, sort_by, limit, offset and filters to the result of a GET."""
     properties = set(call.robot.definition.properties(call.operation.schema))
     if isinstance(value, Response):
         return value
     if isinstance(value, dict):
         return listing.pick(value, call.request.query, properties)
-    entries = [_Plain(entry) if isinstance(entry, dict) else entry for entry in value] if isinstance(value, list) else value
+    entries = [_PlainEntry(entry) if isinstance(entry, dict) else entry for entry in value] if isinstance(value, list) else value
     return listing.show(entries, call.request.query, properties | _fields(call, entries), filters)
 
 
 def _fields(call: Call, entries: Iterable[listing.Listed]) -> set[str]:
-    """Every field that a list's entries may have, asked of the first one and of the definition."""
+    """Every field that a list's entries may have, taken from the first entry and from the definition."""
     first = next(iter(entries), None)
     shown = set(first.full()) | set(first.summary()) if first is not None else set()
     return shown | set(rows.properties(call.robot.software, call.operation.template))
 
 
-class _Plain:
+class _PlainEntry:
     """A list entry that is a plain object."""
 
     def __init__(self, value: dict[str, Any]) -> None:
@@ -145,7 +143,10 @@ class _Plain:
 
 
 def _user(robot: SimulatedRobot, authorization: str) -> Row | None:
-    """Who asks: Basic credentials whose password is its SHA-256 in lower-case hexadecimal. User names don't mind case (guess)."""
+    """The user with these Basic credentials, or None. The password is sent as its SHA-256 in lower-case hexadecimal.
+
+    User names are compared without regard to case (guess).
+    """
     scheme, _, token = authorization.partition(" ")
     if scheme.lower() != "basic":
         return None

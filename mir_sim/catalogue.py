@@ -1,4 +1,4 @@
-"""The actions that missions are made of, as /actions shows them: those that this small world can do."""
+"""The actions that missions are made of, as /actions shows them: those that are simulated."""
 from __future__ import annotations
 
 from typing import Any
@@ -35,7 +35,7 @@ def parameter(identifier: str, name: str, kind: str, default: Any) -> dict[str, 
 
 
 def parameter_type(action_type: str, identifier: str) -> str:
-    """The type of an action's parameter; texts when the action isn't known."""
+    """The type of an action's parameter; "String" when the action or the parameter is unknown."""
     for one, _, kind, _ in _ACTIONS.get(action_type, ("", "", ()))[2]:
         if one == identifier:
             return kind

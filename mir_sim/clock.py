@@ -8,13 +8,13 @@ SECONDS_PER_DAY = 86_400.0
 
 
 class RobotClock:
-    """Turns simulated seconds into what the robot believes the time is.
+    """Converts simulated seconds into the time that the robot's clock shows.
 
     Args:
         start: true time at simulated second 0; naive values mean UTC.
         zone: IANA name of the zone in which the robot writes its naive timestamps.
         offset: seconds the robot's clock is ahead of true time at simulated second 0.
-        drift: seconds it gains per simulated day; about 1 is reported for robots without a time server.
+        drift: seconds it gains per simulated day; about 1 is reported for robots that have no time server.
     """
 
     def __init__(self, start: datetime, zone: str = "UTC", offset: float = 0.0, drift: float = 0.0) -> None:
@@ -25,7 +25,7 @@ class RobotClock:
         self._tz = ZoneInfo(zone)
 
     def set_zone(self, zone: str) -> None:
-        """Raises ZoneInfoNotFoundError or ValueError for a name that is no zone."""
+        """Change the zone. Raises ZoneInfoNotFoundError or ValueError for a name that is no zone."""
         self._tz = ZoneInfo(zone)
         self.zone = zone
 

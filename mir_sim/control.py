@@ -1,4 +1,4 @@
-"""/sim: what only a simulated robot can be told. Outside /api, without credentials."""
+"""The interface /sim, which real robots don't have: shows the model's state and makes things happen. It asks for no credentials."""
 from __future__ import annotations
 
 import json
@@ -14,11 +14,11 @@ from mir_sim.robot import SimulatedRobot
 from mir_sim.state import RobotError
 
 PATH, MAP_PATH = "/sim", "/sim/map.png"
-Act = Callable[[SimulatedRobot], object]
+Action = Callable[[SimulatedRobot], object]
 
 
 class ControlError(ValueError):
-    """What was asked for isn't possible; the text is a sentence that says why."""
+    """A command is not possible; the text is a sentence that says why."""
 
 
 def control(robot: SimulatedRobot, request: Request) -> Response:
@@ -30,11 +30,11 @@ def control(robot: SimulatedRobot, request: Request) -> Response:
     if request.method != "POST":
         return _refusal(405, "Only GET and POST are possible here.")
     try:
-        wishes = json.loads(request.body)
+        commands = json.loads(request.body)
     except (ValueError, RecursionError):
         return _refusal(400, "The body is not JSON.")
     try:
-        apply(robot, wishes)
+        apply(robot, commands)
     except ControlError as error:
         return _refusal(400, str(error))
     return Response.json_of(200, robot.snapshot())
@@ -44,22 +44,25 @@ def _refusal(status: int, sentence: str) -> Response:
     return Response.json_of(status, {"error_code": "bad_request" if status == 400 else "method_not_allowed", "error_human": sentence})
 
 
-def apply(robot: SimulatedRobot, wishes: Any) -> None:
-    """Do what a POST asks for: all of it, or nothing when any part is wrong.
+def apply(robot: SimulatedRobot, commands: Any) -> None:
+    """Execute the commands of a POST: all of them, or none when any is wrong.
+
+    Args:
+        commands: parsed JSON, to be an object of command names and their values.
 
     Raises:
-        ControlError: saying what is wrong.
+        ControlError: says what is wrong.
     """
-    if not isinstance(wishes, dict) or not wishes:
-        raise ControlError("The body must be an object with at least one wish.")
-    for name in wishes:
-        if name not in WISHES:
-            raise ControlError(f"There is no wish {name!r}; known are {', '.join(WISHES)}.")
-    acts = [WISHES[name](value) for name, value in wishes.items()]
+    if not isinstance(commands, dict) or not commands:
+        raise ControlError("The body must be an object with at least one command.")
+    for name in commands:
+        if name not in COMMANDS:
+            raise ControlError(f"There is no command {name!r}; known are {', '.join(COMMANDS)}.")
+    actions = [COMMANDS[name](value) for name, value in commands.items()]
     with robot.lock:
         robot.catch_up()
-        for act in acts:
-            act(robot)
+        for action in actions:
+            action(robot)
 
 
 def _number(value: Any, name: str, low: float, high: float = math.inf) -> float:
@@ -74,18 +77,18 @@ def _text(value: Any, name: str) -> str:
     return value
 
 
-def _battery(value: Any) -> Act:
+def _battery(value: Any) -> Action:
     percent = _number(value, "battery", 0, 100)
     return lambda robot: robot.set_battery(percent)
 
 
-def _emergency_stop(value: Any) -> Act:
+def _emergency_stop(value: Any) -> Action:
     if not isinstance(value, bool):
         raise ControlError("emergency_stop must be true or false.")
     return lambda robot: robot.press_emergency_stop(value)
 
 
-def _error(value: Any) -> Act:
+def _error(value: Any) -> Action:
     if value is None:
         return lambda robot: robot.remove_error_causes()
     if not isinstance(value, dict) or isinstance(value.get("code"), bool) or not isinstance(value.get("code"), int):
@@ -95,17 +98,17 @@ def _error(value: Any) -> Act:
     return lambda robot: robot.raise_error(error, lasting=True)
 
 
-def _fail_next(value: Any) -> Act:
+def _fail_next(value: Any) -> Action:
     text = None if value is None else _text(value, "fail_next_mission")
     return lambda robot: setattr(robot, "fail_next", text)
 
 
-def _reboot(value: Any) -> Act:
+def _reboot(value: Any) -> Action:
     seconds = _number(value, "reboot_seconds", 0, 3600)
     return lambda robot: robot.reboot(seconds)
 
 
-def _user_prompt(value: Any) -> Act:
+def _user_prompt(value: Any) -> Action:
     if value is None:
         return lambda robot: robot.withdraw_prompt(robot.prompt.guid) if robot.prompt else None
     if not isinstance(value, dict):
@@ -118,7 +121,7 @@ def _user_prompt(value: Any) -> Act:
     return lambda robot: robot.ask(question, options, timeout, expires=robot.in_real(timeout), blocks=True)
 
 
-def _fault(value: Any) -> Act:
+def _fault(value: Any) -> Action:
     if value is None:
         return lambda robot: robot.faults.clear()
     if not isinstance(value, dict) or value.get("kind") not in set(FaultKind):
@@ -137,7 +140,7 @@ def _fault(value: Any) -> Act:
     return lambda robot: robot.faults.add(Fault(kind, path.rstrip("/") or "/", method, count, seconds))
 
 
-WISHES: dict[str, Callable[[Any], Act]] = {
+COMMANDS: dict[str, Callable[[Any], Action]] = {
     "battery": _battery, "emergency_stop": _emergency_stop, "error": _error, "fail_next_mission": _fail_next, "reboot_seconds": _reboot,
     "user_prompt": _user_prompt, "fault": _fault,
 }

@@ -1,10 +1,10 @@
-"""MiR's own definition of the REST API: which operations there are, what a body must look like, what an empty answer looks like."""
+"""MiR's own definition of the REST API: operations, the schemas of their bodies and answers, and values that fit those schemas."""
 from __future__ import annotations
 
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -34,8 +34,7 @@ class Operation:
 class Definition:
     """The parsed definition of one software version."""
 
-    def __init__(self, version: str, document: dict[str, Any]) -> None:
-        self.version = version
+    def __init__(self, document: dict[str, Any]) -> None:
         self.document = document
         self._schemas: dict[str, Schema] = document["definitions"]
         self._operations = {(verb, template): self._operation(verb, template, raw)
@@ -47,9 +46,6 @@ class Definition:
         bodies = [parameter["schema"] for parameter in raw["parameters"] if parameter["in"] == "body"]
         return Operation(verb, template, int(success), raw["responses"][success].get("schema"), bodies[0] if bodies else None)
 
-    def operations(self) -> Iterator[Operation]:
-        return iter(self._operations.values())
-
     def operation(self, verb: str, template: str) -> Operation | None:
         return self._operations.get((verb, template))
 
@@ -57,7 +53,7 @@ class Definition:
         return list(self.document["paths"])
 
     def resolve(self, schema: Schema) -> Schema:
-        """Follow a ``$ref``; other schemas come back as they are."""
+        """Follow a ``$ref``; other schemas are returned unchanged."""
         return self._schemas[schema["$ref"].rsplit("/", 1)[-1]] if "$ref" in schema else schema
 
     def properties(self, schema: Schema | None) -> Mapping[str, Schema]:
@@ -71,7 +67,7 @@ class Definition:
         return properties
 
     def blank(self, schema: Schema) -> Any:
-        """A schema-true value that says nothing: what a robot shows of equipment that it doesn't have."""
+        """An empty value that fits the schema, shown for equipment that the robot doesn't have."""
         schema = self.resolve(schema)
         kind = schema.get("type", "object")
         if kind == "object":
@@ -83,10 +79,10 @@ class Definition:
     def check_body(self, schema: Schema, body: Any) -> dict[str, Any]:
         """Return the known fields of a request body.
 
-        Fields that the definition doesn't know are passed over, since field clients send such and live.
+        Unknown fields are ignored: clients in use send some, and robots accept them.
 
         Raises:
-            ApiError: 400 when a required field is missing or a value is of the wrong type, too long or no choice.
+            ApiError: 400 when a required field is missing or a value has the wrong type, is too long or is not one of the choices.
         """
         schema = self.resolve(schema)
         if not isinstance(body, dict):
@@ -128,7 +124,7 @@ def _fits(value: Any, schema: Schema) -> bool:
 
 
 class Routes:
-    """Finds the path template that a path belongs to; fixed words win over placeholders (``/users/me`` over ``/users/{guid}``)."""
+    """Finds the path template that a path belongs to; literal segments win over placeholders (``/users/me`` over ``/users/{guid}``)."""
 
     def __init__(self, templates: list[str]) -> None:
         self._exact = {template: template for template in templates if "{" not in template}
@@ -136,7 +132,7 @@ class Routes:
                           for template in sorted(templates, key=lambda t: (t.count("{"), t)) if "{" in template]
 
     def find(self, path: str) -> tuple[str, dict[str, str]] | None:
-        """Return the template and the values of its placeholders, or None."""
+        """Return the template and the values of its placeholders, or None when no template matches."""
         path = path.rstrip("/") or "/"
         if path in self._exact:
             return path, {}
@@ -148,10 +144,8 @@ class Routes:
 
 @lru_cache(maxsize=len(SOFTWARE))
 def load(version: str) -> Definition:
-    """Read the definition of a software version. Raises ValueError for a version that isn't known."""
+    """Read the definition of a software version. Raises ValueError for an unknown version."""
     if version not in SOFTWARE:
         raise ValueError(f"unknown software {version}: choose one of {', '.join(SOFTWARE)}")
     text = (Path(__file__).parent / "definitions" / f"robot-{version}.json").read_text(encoding="utf-8")
-    return Definition(version, json.loads(text))
-
-
+    return Definition(json.loads(text))

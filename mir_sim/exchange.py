@@ -1,6 +1,6 @@
-"""What becomes of one request on a faulty way: handled or not, answered now, late or never.
+"""Sends a request through the robot's faults: it is handled or not, and answered now, late or never.
 
-The socket server and in-process clients share this, so that a fault is the same thing in both.
+The HTTP server and clients in the same process share this code, so that a fault does the same in both.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Fate(Enum):
     """What the client sees."""
 
     ANSWERED = "answered"
-    REFUSED = "refused"           # no connection: the robot is off the air
+    REFUSED = "refused"           # no connection: the robot is offline
     CLOSED = "closed"             # the connection ends without an answer
     CUT = "cut"                   # the answer ends before its Content-Length
     HELD = "held"                 # nothing ever comes
@@ -27,12 +27,12 @@ class Fate(Enum):
 
 @dataclass
 class Exchange:
-    """The fate of one request.
+    """The outcome of one request.
 
     Attributes:
-        response: what comes back, if anything does; for ``CUT`` the body is the half that arrives, ``full_length`` bytes were promised.
+        response: what comes back, if anything does; for ``CUT`` the half of the body that arrives; its Content-Length is ``full_length``.
         seconds: real seconds that the client waits for it.
-        pending: the robot handles the request only when those seconds are over (``response`` is None until then).
+        pending: the robot handles the request only after ``seconds``; ``response`` is None until then.
     """
 
     fate: Fate
@@ -43,7 +43,7 @@ class Exchange:
 
 
 def exchange(robot: SimulatedRobot, request: Request) -> Exchange:
-    """Send one request through the robot's faults. A late one is handled by the robot itself when its time has come."""
+    """Send one request through the robot's faults. A late request is handled when the robot's clock gets there."""
     with robot.lock:
         robot.catch_up()
         if not robot.online:
@@ -57,25 +57,25 @@ def exchange(robot: SimulatedRobot, request: Request) -> Exchange:
 
             robot.call_at(robot.in_real(fault.seconds), arrive)
             return late
-        return undergo(robot, request, fault)
+        return handle_with_fault(robot, request, fault)
 
 
 def take_fault(robot: SimulatedRobot, request: Request) -> Fault | None:
-    """The fault that this request falls to. Only requests of the API can."""
+    """Take the fault that hits this request, if any. Only requests to the API are hit."""
     path = below_base(request.path)
     with robot.lock:
         return None if path is None else robot.faults.take(request.method, path)
 
 
-def undergo(robot: SimulatedRobot, request: Request, fault: Fault | None) -> Exchange:
-    """Handle a request as its fault lets it. ``late`` is the caller's affair: its time is to pass before this is called."""
+def handle_with_fault(robot: SimulatedRobot, request: Request, fault: Fault | None) -> Exchange:
+    """Handle a request as its fault demands. For ``late``, the caller waits before it calls this."""
     kind = fault.kind if fault is not None else None
     if kind is FaultKind.DROP_REQUEST:
         return Exchange(Fate.CLOSED)
     if kind is FaultKind.HANG:
         return Exchange(Fate.HELD)
     if kind is FaultKind.STATUS_503:
-        return Exchange(Fate.ANSWERED, refuse(robot, ApiError(503, "Service unavailable")))
+        return Exchange(Fate.ANSWERED, refuse(robot, ApiError(503)))
     api_was_down_until = robot.api_down_until
     response = handle(robot, request)
     if robot.api_down_until > api_was_down_until:

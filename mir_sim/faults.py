@@ -1,7 +1,7 @@
-"""Faults of the network and of the robot's web server, put between a request and its answer on demand or by chance.
+"""Faults of the network and of the robot's web server, injected between a request and its answer on demand or at random.
 
-Each is what some field report tells of: answers lost after the robot has taken the order, stalls of many seconds while it drives, bursts
-of 503 while it docks, connections dropped without a word.
+Each kind was reported by people who run robots: answers lost after the robot has queued the mission, stalls of many seconds while it
+drives, bursts of 503 while it docks, connections closed without an answer.
 """
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class FaultKind(StrEnum):
 
 @dataclass
 class Fault:
-    """A fault that waits for its requests.
+    """A fault that hits the next requests that match it.
 
     Attributes:
         path: exact path below /api/v2.0.0, or "*".
@@ -50,11 +50,11 @@ class Fault:
 
 
 class FaultList:
-    """The faults that are armed, oldest first; the first that fits a request takes it. Chance comes after them.
+    """The active faults, oldest first; a request is hit by the first that matches it. Only then may chance add one.
 
     Args:
-        chaos: share of requests (0…1) that meet a fault by chance.
-        rng: draws it, and nothing else, so that chance does not change the robot's life.
+        chaos: share of requests (0…1) that meet a random fault.
+        rng: used for nothing else, so that chaos doesn't change what the robot does.
     """
 
     def __init__(self, chaos: float, rng: random.Random) -> None:
@@ -72,7 +72,7 @@ class FaultList:
         return [fault.full() for fault in self._faults]
 
     def take(self, method: str, path: str) -> Fault | None:
-        """Use up one hit of the fault that this request falls to, if any. ``path`` is below /api/v2.0.0."""
+        """Return the fault that hits this request, if any, and count it. ``path`` is below /api/v2.0.0."""
         for fault in self._faults:
             if fault.hits(method, path):
                 if fault.count is not None:

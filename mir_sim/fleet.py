@@ -1,4 +1,4 @@
-"""A fleet of simulated robots on ports of this machine, for tests, demonstrations and the command line."""
+"""Serves a fleet of simulated robots on ports of this machine, for tests, demonstrations and the command line."""
 from __future__ import annotations
 
 import asyncio
@@ -11,7 +11,7 @@ from typing import Any
 
 from mir_sim import control
 from mir_sim.robot import SimulatedRobot
-from mir_sim.server import Station, follow_power
+from mir_sim.server import RobotServer, follow_robots
 
 NAMES = ("Aino", "Veikko", "Sisu", "Lempi", "Onni", "Helmi", "Eino", "Toivo", "Aava", "Urho", "Impi", "Sulo")
 
@@ -23,25 +23,25 @@ def robot_name(index: int) -> str:
 
 
 class FleetRobot:
-    """One served robot: its address and what can be done to it from any thread."""
+    """One served robot: its address, and control of it from any thread."""
 
-    def __init__(self, station: Station) -> None:
-        self._station = station
-        self.name = station.robot.name
-        self.model = station.robot
+    def __init__(self, server: RobotServer) -> None:
+        self._server = server
+        self.name = server.robot.name
+        self.model = server.robot
 
     @property
     def port(self) -> int:
-        return self._station.port
+        return self._server.port
 
     @property
     def url(self) -> str:
-        host = self._station.host
+        host = self._server.host
         return f"http://{f'[{host}]' if ':' in host else host}:{self.port}"
 
-    def control(self, wishes: dict[str, Any]) -> dict[str, Any]:
-        """The same as POST /sim: do it and return the new state. Raises ControlError with a sentence."""
-        control.apply(self.model, wishes)
+    def control(self, commands: dict[str, Any]) -> dict[str, Any]:
+        """The same as POST /sim: execute the commands and return the new state. Raises ControlError with a sentence."""
+        control.apply(self.model, commands)
         return self.model.snapshot()
 
     def state(self) -> dict[str, Any]:
@@ -53,9 +53,9 @@ class Fleet:
     """Robots that are served until ``stop``. All share one clock, one thread and one event loop."""
 
     def __init__(self, robots: list[SimulatedRobot], host: str = "127.0.0.1", port: int = 0) -> None:
-        self._stations = [Station(robot, host, port + number if port else 0) for number, robot in enumerate(robots)]
+        self._servers = [RobotServer(robot, host, port + number if port else 0) for number, robot in enumerate(robots)]
         self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._live, name="mir_sim", daemon=True)
+        self._thread = threading.Thread(target=self._run_loop, name="mir_sim", daemon=True)
         self._watch: asyncio.Task[None] | None = None
         self.robots: list[FleetRobot] = []
 
@@ -67,7 +67,7 @@ class Fleet:
         except OSError:
             self.stop()
             raise
-        self.robots = [FleetRobot(station) for station in self._stations]
+        self.robots = [FleetRobot(server) for server in self._servers]
 
     def stop(self) -> None:
         """Close all ports and connections and end the thread."""
@@ -77,18 +77,18 @@ class Fleet:
             self._thread.join()
         self._loop.close()
 
-    def _live(self) -> None:
+    def _run_loop(self) -> None:
         asyncio.set_event_loop(self._loop)
         self._loop.run_forever()
 
     async def _open(self) -> None:
-        for station in self._stations:
-            await station.open()
-        self._watch = asyncio.create_task(follow_power(self._stations))
+        for server in self._servers:
+            await server.open()
+        self._watch = asyncio.create_task(follow_robots(self._servers))
 
     async def _close(self) -> None:
-        for station in self._stations:
-            station.close()
+        for server in self._servers:
+            server.close()
         tasks = [task for task in asyncio.all_tasks() if task is not asyncio.current_task()]
         for task in tasks:
             task.cancel()

@@ -1,7 +1,7 @@
-"""The floor plan as a picture: an occupancy map as robots keep it, and the same with stations and robot for people.
+"""The floor plan as a picture: the occupancy map that the API gives, and a view with stations and robot.
 
-Grey PNG, 0.05 m per pixel, in the greys of an occupancy map: white floor, black where the scanners met something, grey what they never
-saw, inside of racks and outside of the hall. Written with the standard library alone.
+Greyscale PNG, 0.05 m per pixel, in the shades of an occupancy map: white floor, black where the scanners hit something, grey what they
+cannot see, inside racks and outside the hall. Needs only the standard library.
 """
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ RESOLUTION = 0.05     # m per pixel
 FLOOR, UNSEEN, WALL, MARK, ROBOT = 254, 205, 0, 120, 60
 WALL_THICKNESS = 0.2
 EDGE_THICKNESS = 0.15      # of racks and machines
-MARGIN = 2.0               # m of unseen ground around the hall
+MARGIN = 2.0               # m of unseen area around the hall
 PLAN = world.Box(-MARGIN, -MARGIN, world.WIDTH + MARGIN, world.HEIGHT + MARGIN)     # what the picture shows
 
 
 class Picture:
-    """A grey picture of a part of the map, addressed in metres; y goes up."""
+    """A greyscale picture of a part of the map, addressed in metres; y points up."""
 
     def __init__(self, part: world.Box, grey: int) -> None:
         self._left, self._bottom = part.left, part.bottom
@@ -77,7 +77,7 @@ def base_map() -> str:
 
 
 def live_view(pose: Pose) -> bytes:
-    """A PNG of the hall with its stations and the robot where it is."""
+    """A PNG of the hall with its stations and the robot at its present pose."""
     picture = _draw()
     for station in world.STATIONS:
         picture.disc(station.pose.x, station.pose.y, 0.3, MARK)

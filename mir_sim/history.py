@@ -1,4 +1,4 @@
-"""A past for the mission queue: robots that have been at work for years have tens of thousands of items in it."""
+"""Fills the mission queue with ended items: on robots in use for years it holds tens of thousands."""
 from __future__ import annotations
 
 import random
@@ -8,17 +8,17 @@ from mir_sim.mission_queue import USER_ABORT, ItemState, MissionQueue, QueueItem
 from mir_sim.missions import MISSIONS
 from mir_sim.site import DISTRIBUTOR
 
-LONGEST = 100_000     # items
+MAX_ITEMS = 100_000
 
 
 def fill(queue: MissionQueue, clock: RobotClock, count: int, rng: random.Random) -> None:
-    """Put ``count`` ended items into the queue, the last one ended ten minutes before the model begins."""
-    span = 600.0
+    """Put ``count`` ended items into the queue; the last one ended ten minutes before simulated second 0."""
+    age = 600.0
     times = []
     for _ in range(count):
         duration, pause = rng.uniform(40, 400), rng.expovariate(1 / 900)
-        times.append((-span - duration, -span))
-        span += duration + pause
+        times.append((-age - duration, -age))
+        age += duration + pause
     for number, (started, finished) in enumerate(reversed(times), start=1):
         mission, chance = rng.choice(MISSIONS), rng.random()
         state, message = ItemState.DONE, ""

@@ -1,11 +1,12 @@
-"""What every list of the API can do: whitelist, sort_by, limit and offset, and the filters of POST …/search."""
+"""What all lists of the API support: whitelist, sort_by, limit and offset, and the filters of POST …/search."""
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
-from mir_sim.errors import bad_request
+from mir_sim.errors import ApiError
 
 FIELDS, FILTERS, ORDERING, LIMITS = "Wrong output fields", "Invalid filters", "Invalid ordering", "Invalid limits"
 
@@ -24,15 +25,15 @@ class Listed(Protocol):
 
 
 def show(entries: Iterable[Listed], query: Mapping[str, str], fields: set[str], filters: Sequence[Any] = ()) -> list[dict[str, Any]]:
-    """The list as the client wants it.
+    """Filter, sort, page and reduce a list as the client asks.
 
     Args:
-        query: the URL's query; what isn't known is passed over.
+        query: the URL's query; unknown parameters are ignored.
         fields: every field an entry may have.
         filters: the ``filters`` of a search.
 
     Raises:
-        ApiError: 400 with MiR's text for what is wrong.
+        ApiError: 400 with the text that MiR's definition gives for it.
     """
     found = list(entries)
     for accepts, name in [_filter(one, fields) for one in filters]:
@@ -49,19 +50,19 @@ def show(entries: Iterable[Listed], query: Mapping[str, str], fields: set[str], 
 
 
 def pick(value: dict[str, Any], query: Mapping[str, str], fields: set[str]) -> dict[str, Any]:
-    """A single object, reduced to its whitelist."""
+    """Reduce a single object to its whitelist."""
     whitelist = query.get("whitelist")
     names = _names(whitelist, fields | set(value)) if whitelist is not None else None
     return value if names is None else {name: inner for name, inner in value.items() if name in names}
 
 
 def _names(whitelist: str, fields: set[str]) -> set[str] | None:
-    """The wanted top-level fields; None means all."""
+    """The top-level fields to show; None means all."""
     names = {name.strip() for name in whitelist.split(",")}
     if names == {"all"}:
         return None
     if not names <= fields:
-        raise bad_request(FIELDS)
+        raise ApiError(400, FIELDS)
     return names
 
 
@@ -70,12 +71,12 @@ def _sorted(entries: list[Listed], sort_by: str | None, fields: set[str]) -> lis
         return entries
     name, _, direction = (part.strip() for part in sort_by.partition(","))
     if name not in fields or direction.lower() not in ("", "asc", "desc"):
-        raise bad_request(ORDERING)
+        raise ApiError(400, ORDERING)
     return sorted(entries, key=lambda entry: _sort_key(entry.value(name)), reverse=direction.lower() == "desc")
 
 
 def _sort_key(value: Any) -> tuple[int, float, str]:
-    """Nulls first, then numbers, then texts, as the robot's database has it."""
+    """Nulls first, then numbers, then texts, as databases sort (guess)."""
     if value is None:
         return 0, 0.0, ""
     if isinstance(value, int | float):
@@ -88,27 +89,27 @@ def _page(entries: list[Listed], query: Mapping[str, str]) -> list[Listed]:
     for name in ("offset", "limit"):
         text = query.get(name)
         if text is not None and not re.fullmatch(r"\d{1,9}", text):
-            raise bad_request(LIMITS)
+            raise ApiError(400, LIMITS)
         bounds.append(None if text is None else int(text))
     offset, limit = bounds[0] or 0, bounds[1]
     return entries[offset:] if limit is None else entries[offset:offset + limit]
 
 
-Test = Callable[[Any], bool]
+Predicate = Callable[[Any], bool]
 
 
-def _filter(one: Any, fields: set[str]) -> tuple[Test, str]:
-    """Turn {"fieldname", "operator", "value"} into a test and the field that it is for."""
+def _filter(one: Any, fields: set[str]) -> tuple[Predicate, str]:
+    """Turn {"fieldname", "operator", "value"} into a predicate and the name of the field that it tests."""
     if not isinstance(one, dict) or not {"fieldname", "operator", "value"} <= set(one) or one["fieldname"] not in fields:
-        raise bad_request(FILTERS)
+        raise ApiError(400, FILTERS)
     wanted, make = one["value"], OPERATORS.get(str(one["operator"]).upper())
     if make is None:
-        raise bad_request(FILTERS)
+        raise ApiError(400, FILTERS)
     return make(wanted), one["fieldname"]
 
 
 def _alike(left: Any, right: Any) -> tuple[Any, Any]:
-    """Make a field's value and a wanted one comparable: as numbers if the field is one, else as texts (a guess: as databases do)."""
+    """Make a field's value and the value of a filter comparable: as numbers if the field is one, otherwise as texts (guess)."""
     if not isinstance(left, str):
         try:
             return float(left), float(right)
@@ -117,57 +118,54 @@ def _alike(left: Any, right: Any) -> tuple[Any, Any]:
     return str(left), str(right)
 
 
-def _equal(left: Any, right: Any) -> bool:
-    if left is None or right is None:
-        return False
-    first, second = _alike(left, right)
-    return bool(first == second)
-
-
-def _comparing(compare: Callable[[Any, Any], bool]) -> Callable[[Any], Test]:
-    """A null compares with nothing."""
+def _comparing(compare: Callable[[Any, Any], bool]) -> Callable[[Any], Predicate]:
+    """A comparison with null is never true."""
     return lambda wanted: lambda value: value is not None and wanted is not None and compare(*_alike(value, wanted))
 
 
-def _like(wanted: Any) -> Test:
+def _like(wanted: Any) -> Predicate:
     pattern = re.compile("".join({"%": ".*", "_": "."}.get(char, re.escape(char)) for char in str(wanted)), re.IGNORECASE | re.DOTALL)
     return lambda value: value is not None and pattern.fullmatch(str(value)) is not None
 
 
-def _in(wanted: Any) -> Test:
+def _in(wanted: Any) -> Predicate:
     if not isinstance(wanted, list):
-        raise bad_request(FILTERS)
-    return lambda value: any(_equal(value, one) for one in wanted)
+        raise ApiError(400, FILTERS)
+    accepted = [_equal_to(one) for one in wanted]
+    return lambda value: any(accepts(value) for accepts in accepted)
 
 
-def _is(wanted: Any) -> Test:
-    if isinstance(wanted, str) and wanted.upper() == "NULL":
-        wanted = None
-    return lambda value: value is None if wanted is None else _equal(value, wanted)
+def _equal_or_both_null(wanted: Any) -> Predicate:
+    return (lambda value: value is None) if wanted is None else _equal_to(wanted)
 
 
-def _not(make: Callable[[Any], Test]) -> Callable[[Any], Test]:
-    """The opposite test, which accepts no null either."""
-    def opposite(wanted: Any) -> Test:
+def _is(wanted: Any) -> Predicate:
+    return _equal_or_both_null(None if str(wanted).upper() == "NULL" else wanted)
+
+
+def _not(make: Callable[[Any], Predicate]) -> Callable[[Any], Predicate]:
+    """The negation, which doesn't accept null either."""
+    def opposite(wanted: Any) -> Predicate:
         accepts = make(wanted)
         return lambda value: value is not None and not accepts(value)
     return opposite
 
 
-def _is_not(wanted: Any) -> Test:
+def _is_not(wanted: Any) -> Predicate:
     accepts = _is(wanted)
     return lambda value: not accepts(value)
 
 
-OPERATORS: dict[str, Callable[[Any], Test]] = {
-    "=": lambda wanted: lambda value: _equal(value, wanted),
-    "<=>": lambda wanted: lambda value: value is None if wanted is None else _equal(value, wanted),
-    "<>": _not(lambda wanted: lambda value: _equal(value, wanted)),
-    "!=": _not(lambda wanted: lambda value: _equal(value, wanted)),
-    ">": _comparing(lambda left, right: left > right),
-    ">=": _comparing(lambda left, right: left >= right),
-    "<": _comparing(lambda left, right: left < right),
-    "<=": _comparing(lambda left, right: left <= right),
+_equal_to = _comparing(operator.eq)
+OPERATORS: dict[str, Callable[[Any], Predicate]] = {
+    "=": _equal_to,
+    "<=>": _equal_or_both_null,
+    "<>": _not(_equal_to),
+    "!=": _not(_equal_to),
+    ">": _comparing(operator.gt),
+    ">=": _comparing(operator.ge),
+    "<": _comparing(operator.lt),
+    "<=": _comparing(operator.le),
     "LIKE": _like,
     "NOT LIKE": _not(_like),
     "IN": _in,

@@ -1,4 +1,4 @@
-"""A request and an answer as plain values, so that a robot can be asked without a socket."""
+"""HTTP requests and responses as plain values, so that a robot can be asked without a socket."""
 from __future__ import annotations
 
 import json
@@ -20,7 +20,7 @@ class Request:
 
     @classmethod
     def of(cls, method: str, target: str, headers: Mapping[str, str] | None = None, body: bytes = b"") -> Request:
-        """Build a request from what stands on the wire: ``target`` is path and query, or a whole URL."""
+        """Build a request from its parts as sent: ``target`` is path and query, or a whole URL."""
         parts = urlsplit(target)
         query = dict(parse_qsl(parts.query, keep_blank_values=True))
         lowered = {name.lower(): value for name, value in (headers or {}).items()}
@@ -29,7 +29,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Response:
-    """One HTTP answer, complete but for the headers that belong to the connection."""
+    """One HTTP response without the headers that belong to the connection."""
 
     status: int
     headers: Mapping[str, str] = field(default_factory=dict)
@@ -37,7 +37,7 @@ class Response:
 
     @classmethod
     def json_of(cls, status: int, value: Any, headers: Mapping[str, str] | None = None) -> Response:
-        body = json.dumps(value).encode()     # all ASCII, so that no text that a client sent can make it unwritable
+        body = json.dumps(value).encode()     # ASCII only: a lone surrogate that a client sent could not be encoded
         return cls(status, {"Content-Type": "application/json", **(headers or {})}, body)
 
     def json(self) -> Any:

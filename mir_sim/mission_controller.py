@@ -1,9 +1,10 @@
-"""The part of the robot that takes missions from the queue and drives them: it knows the running mission, the place and the odometer."""
+"""The part of the robot that runs missions from the queue. It holds the running mission, the robot's pose and the odometer."""
 from __future__ import annotations
 
 import json
 import random
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Protocol
 
 from mir_sim import world
@@ -14,15 +15,15 @@ from mir_sim.run import Run
 from mir_sim.state import MISSION_CONTROLLER, RobotError, StateId
 from mir_sim.steps import ChargeStep, Robot, Step, UnknownPosition, step_for
 
-START_DELAY = 1.0             # s from "next in the queue" to Executing: right after a POST, /status still says Ready
-TRANSIENT = 0.5               # s for which Completed and Aborted are shown, and Abort of a queue item (guess: only reported as short)
+START_DELAY = 1.0             # s from first in the queue to Executing: right after a POST, /status still says Ready
+TRANSIENT = 0.5               # s for which the states Completed, Aborted and Abort of an item last (guess: reported as short)
 WAITING_TEXT = "Waiting for new missions..."
 
 Event = tuple[float, Callable[[], object]]
 
 
 class MissionRobot(Robot, Protocol):
-    """What the mission controller needs of its robot, besides what its steps do."""
+    """What the mission controller needs of its robot, besides what its steps ask of it."""
 
     software: str
     rng: random.Random
@@ -35,7 +36,7 @@ class MissionRobot(Robot, Protocol):
 
 
 class MissionController:
-    """Runs one queue item at a time. ``settle`` is to be called after anything about the robot has changed."""
+    """Runs one queue item at a time. Call ``settle`` after every change of the robot."""
 
     def __init__(self, robot: MissionRobot, pose: Pose, odometer: float) -> None:
         self._robot = robot
@@ -47,11 +48,11 @@ class MissionController:
         self._ended: tuple[StateId, float] = (StateId.READY, 0.0)
         self._aborting: tuple[QueueItem, float] | None = None
 
-    # What it shows
+    # What the robot shows
 
     @property
     def state(self) -> StateId:
-        """Executing and its kin, Completed and Aborted for a moment, else Ready."""
+        """The state of the running step; for ``TRANSIENT`` seconds after a mission Completed or Aborted; otherwise Ready."""
         now = self._robot.now
         if self.run is not None:
             return self.run.step.state(self.run.elapsed(now))
@@ -60,7 +61,7 @@ class MissionController:
 
     @property
     def motion(self) -> Motion:
-        """Where the robot is and, if it is on its way, how fast. A held robot stands."""
+        """Where the robot is and how fast it moves. A robot that is held has no speed."""
         run = self.run
         moment = run.step.motion(run.elapsed(self._robot.now)) if run is not None else None
         if run is None or moment is None:
@@ -69,7 +70,7 @@ class MissionController:
 
     @property
     def odometer(self) -> float:
-        """Metres driven in the robot's life."""
+        """Metres driven since the robot was made."""
         return self._odometer + self.motion.travelled
 
     @property
@@ -79,20 +80,20 @@ class MissionController:
 
     @property
     def text(self) -> str:
-        """``mission_text``; without a mission, what became of the last one."""
+        """``mission_text``: progress of the running mission, or the result of the last one."""
         return self._text if self.run is None else self.run.step.text(self._robot, self.run.elapsed(self._robot.now))
 
     @property
     def battery_rate(self) -> float:
-        """Percent per second. A robot that is held on its charger still charges."""
+        """Change of the battery in percent per second. A robot that is held on its charger still charges."""
         run = self.run
-        drawing = run is not None and (run.since is not None or isinstance(run.step, ChargeStep))
-        return run.step.battery_rate() if run is not None and drawing else STANDING
+        active = run is not None and (run.since is not None or isinstance(run.step, ChargeStep))
+        return run.step.battery_rate if run is not None and active else STANDING
 
-    # What happens by itself
+    # What happens as time passes
 
     def events(self) -> Iterator[Event]:
-        """What is due next, as (simulated second, what to do)."""
+        """What is due, as (simulated second, function to call)."""
         if self._starts_at is not None:
             yield self._starts_at, self._start_next
         if self._aborting is not None:
@@ -102,17 +103,17 @@ class MissionController:
             ends = run.step.ends_at(self._robot, run.since, run.done)
             if ends is not None:
                 yield ends, self._next_step
-            if run.fails_after is not None:
-                yield run.since + run.fails_after - run.done, self._fail_as_told
+            if run.fails_after is not None and run.failure is not None:
+                yield run.since + run.fails_after - run.done, partial(self._fail, run.failure)
 
     def settle(self, free: bool) -> None:
-        """Go on or stand still. ``free``: nothing about the robot holds its missions."""
+        """Continue or suspend the running mission, and schedule the start of the next. ``free``: nothing holds the missions."""
         robot = self._robot
         if self.run is not None:
             if free:
-                self.run.go_on(robot.now)
+                self.run.resume(robot.now)
             else:
-                self.run.freeze(robot.now)
+                self.run.suspend(robot.now)
         if free and self.run is None and self._aborting is None and robot.queue.pending():
             self._starts_at = robot.now + START_DELAY if self._starts_at is None else self._starts_at
         else:
@@ -134,7 +135,7 @@ class MissionController:
             self.run.failure = self._goal_not_reached()
 
     def _goal_not_reached(self) -> str:
-        """The text of a failed drive; software 2.x writes it as a template (recorded)."""
+        """The message of a failed drive; software 2.x writes it as a template (recorded)."""
         name = self._robot.rng.choice(world.STATIONS).name
         if self._robot.software.startswith("2."):
             return json.dumps({"message": "Failed to reach goal position '%(position_name)s'", "args": {"position_name": name}})
@@ -159,7 +160,8 @@ class MissionController:
         run.next_action += 1
         values = run.values(action)
         shown = [{"id": name, "value": value} for name, value in values.items()]
-        run.item.actions.append(QueueAction(_action_id(run.item), action["guid"], action["action_type"], shown, robot.stamp()))
+        number = run.item.id * 100 + len(run.item.actions)     # ids ascend over all items; a hundred actions per item are enough
+        run.item.actions.append(QueueAction(number, action["guid"], action["action_type"], shown, robot.stamp()))
         try:
             step = step_for(robot, action["action_type"], values)
         except UnknownPosition:
@@ -168,10 +170,10 @@ class MissionController:
             self._fail(f"Invalid parameters for action {action['action_type']}")
         else:
             step.begin(robot)
-            run.enter(step, robot.now)
+            run.begin(step, robot.now)
 
     def _leave_step(self) -> Step | None:
-        """Stand where the present step has brought the robot; return that step."""
+        """Take over pose and odometer from the current step; return that step."""
         motion = self.motion
         self._pose = motion.pose
         self._odometer += motion.travelled
@@ -180,25 +182,21 @@ class MissionController:
             step, self.run.step = self.run.step, Step(0.0)
         return step
 
-    def _fail_as_told(self) -> None:
-        if self.run is not None and self.run.failure is not None:
-            self._fail(self.run.failure)
-
     def _fail(self, text: str) -> None:
-        """End the running mission as failed; the robot then stands in Error until it is cleared."""
+        """Abort the running mission and put the robot into Error."""
         self.end(ItemState.ABORTED, text)
         self._robot.add_error(RobotError(MISSION_CONTROLLER, text))
 
-    # What is done to it
+    # What others ask of it
 
     def end(self, state: ItemState, message: str) -> None:
-        """End the running mission, if there is one, where it is."""
+        """End the running mission, if there is one, at the robot's present pose."""
         if self.run is not None:
             self.run.item.finish(state, self._robot.stamp(), message)
             self._stop(StateId.COMPLETED if state is ItemState.DONE else StateId.ABORTED, message)
 
     def _stop(self, shown: StateId, message: str) -> None:
-        """Leave the running mission where it is and show for a moment what became of it."""
+        """Drop the running mission and show its result for ``TRANSIENT`` seconds."""
         robot = self._robot
         self._leave_step()
         self.run = None
@@ -208,7 +206,7 @@ class MissionController:
         self._ended = (shown, robot.now + TRANSIENT)
 
     def cancel(self, item: QueueItem) -> None:
-        """End an open item as the user's wish: a waiting one at once, the running one by way of Abort. An ended one stays as it is."""
+        """Cancel an item on a user's request: a pending one at once, the running one through Abort. An ended one stays as it is."""
         if item.state is ItemState.PENDING:
             self._robot.queue.leave_pending(item)
             item.finish(ItemState.ABORTED, self._robot.stamp(), USER_ABORT)
@@ -217,24 +215,19 @@ class MissionController:
             item.state, self._aborting = ItemState.ABORT, (item, self._robot.now + TRANSIENT)
 
     def finish_abort(self) -> None:
-        """Put an item that is being aborted among the ended ones. Nothing holds this up: the mission has stopped already."""
+        """End the item that is in Abort, if there is one. This happens even while missions are held: this one has stopped already."""
         if self._aborting is not None:
             item, self._aborting = self._aborting[0], None
             item.finish(ItemState.ABORTED, self._robot.stamp(), USER_ABORT)
 
-    def forget_text(self) -> None:
-        """Show that the robot waits, no longer what became of its last mission."""
+    def reset_text(self) -> None:
+        """Show that the robot waits for missions instead of the result of the last one."""
         self._text = WAITING_TEXT
 
     def relocate(self, pose: Pose) -> None:
-        """Be somewhere else; a drive under way is planned anew from there."""
+        """Put the robot at another pose; a drive under way is planned anew from there."""
         step = self._leave_step()
         self._pose = pose
         if self.run is not None and step is not None:
             step.begin(self._robot)
-            self.run.enter(step, self._robot.now)
-
-
-def _action_id(item: QueueItem) -> int:
-    """Ids of begun actions ascend over the life of the robot; a hundred for each item are enough."""
-    return item.id * 100 + len(item.actions)
+            self.run.begin(step, self._robot.now)

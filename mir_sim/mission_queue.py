@@ -1,4 +1,4 @@
-"""The robot's mission queue: a history that only grows, and the items of it that are still open."""
+"""The robot's mission queue, which is also its history: items are added and never removed."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -8,25 +8,21 @@ from typing import Any
 
 
 class ItemState(StrEnum):
-    """States of a queue item as they stand on the wire."""
+    """States of a queue item, as the API writes them."""
 
     PENDING = "Pending"
     EXECUTING = "Executing"
-    ABORT = "Abort"            # reported: for a moment, while a cancelled mission is being stopped
+    ABORT = "Abort"            # shortly, while a cancelled mission is being stopped (reported)
     DONE = "Done"
     ABORTED = "Aborted"
 
-    @property
-    def is_open(self) -> bool:
-        return self in (ItemState.PENDING, ItemState.EXECUTING, ItemState.ABORT)
 
-
-USER_ABORT = "Aborted - User Request"     # clients tell a cancellation from a failure by exactly this text
+USER_ABORT = "Aborted - User Request"     # by this exact text clients distinguish a cancellation from a failure
 
 
 @dataclass
 class QueueAction:
-    """One action of an item that has been started."""
+    """A started action of an item."""
 
     id: int
     action_id: str
@@ -40,7 +36,7 @@ class QueueAction:
 
 @dataclass
 class QueueItem:
-    """One entry of the queue. Timestamps are the robot's naive local time, None until set."""
+    """One entry of the queue. Timestamps are naive local time of the robot, None until set."""
 
     id: int
     mission_id: str
@@ -55,7 +51,6 @@ class QueueItem:
     state: ItemState = ItemState.PENDING
     started: str | None = None
     finished: str | None = None
-    control_state: int = 0
     actions: list[QueueAction] = field(default_factory=list)
 
     def finish(self, state: ItemState, when: str, message: str) -> None:
@@ -65,20 +60,20 @@ class QueueItem:
             self.actions[-1].message = message
 
     def value(self, name: str) -> Any:
-        """One field, without building the whole item: histories are long."""
+        """One field, without building the whole item: queues are long."""
         return getattr(self, name) if name in PLAIN_FIELDS else (self.full() | self.summary())[name]
 
     def summary(self) -> dict[str, Any]:
-        """What the bare list shows of an item."""
+        """The fields that a list shows."""
         return {"url": f"/v2.0.0/mission_queue/{self.id}", "state": str(self.state), "id": self.id}
 
     def full(self) -> dict[str, Any]:
-        """The item as recorded on robots."""
+        """All fields, as recorded."""
         return {
             "actions": f"/v2.0.0/mission_queue/{self.id}/actions",
             "allowed_methods": ["PUT", "GET", "DELETE"],
             "control_posid": "0",
-            "control_state": self.control_state,
+            "control_state": 0,
             "created_by": f"/v2.0.0/users/{self.created_by_id}",
             "created_by_id": self.created_by_id,
             "created_by_name": self.created_by_name,
@@ -102,7 +97,7 @@ PLAIN_FIELDS = frozenset(("id", "mission_id", "ordered", "created_by_id", "messa
 
 
 class MissionQueue:
-    """All items by ascending id. Nothing is ever taken out."""
+    """All items by ascending id."""
 
     def __init__(self) -> None:
         self._items: dict[int, QueueItem] = {}
@@ -122,7 +117,7 @@ class MissionQueue:
         return self._items.get(item_id)
 
     def add(self, item: QueueItem) -> None:
-        """Put an item at the end. Raises ValueError when its id isn't above all others."""
+        """Append an item. Raises ValueError when its id isn't above all others."""
         if item.id < self.next_id:
             raise ValueError(f"queue id {item.id} is not above {self.next_id - 1}")
         self._items[item.id] = item
@@ -130,7 +125,7 @@ class MissionQueue:
             self._pending.append(item.id)
 
     def pending(self) -> list[QueueItem]:
-        """Items that wait, in the order in which they will start: that of their ids, whatever their priority (MiR's definition says so)."""
+        """Pending items in the order in which they will start: by id, whatever their priority, as MiR's definition says."""
         return [self._items[item_id] for item_id in self._pending]
 
     def leave_pending(self, item: QueueItem) -> None:

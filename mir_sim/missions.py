@@ -1,4 +1,4 @@
-"""The missions that every simulated robot comes with. Guids are fixed and the same on every robot of a fleet, as on a shared site."""
+"""The missions that every simulated robot has. Guids are fixed and the same on all robots, as on robots that share a site."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -6,12 +6,12 @@ from typing import Any
 
 from mir_sim.world import BY_NAME
 
-DEFAULT_GROUP = "mirconst-guid-0000-0011-missiongroup"     # recorded: the group named "Missions"
+DEFAULT_GROUP = "mirconst-guid-0000-0011-missiongroup"     # the group named "Missions" (recorded)
 
 
 @dataclass(frozen=True)
 class UserParameter:
-    """A value asked for when the mission is queued; ``default`` None means that it must be given."""
+    """A value to be given when the mission is queued; it is required when ``default`` is None."""
 
     input_name: str
     default: Any = None
@@ -19,7 +19,7 @@ class UserParameter:
 
 @dataclass(frozen=True)
 class Action:
-    """One step of a mission: MiR's action type and its parameters, each a plain value or a :class:`UserParameter`."""
+    """One action of a mission: MiR's action type and its parameters, each a plain value or a :class:`UserParameter`."""
 
     type: str
     parameters: dict[str, Any] = field(default_factory=dict)
@@ -33,10 +33,6 @@ class Mission:
     guid: str
     actions: tuple[Action, ...]
     description: str = ""
-
-    @property
-    def has_user_parameters(self) -> bool:
-        return any(isinstance(value, UserParameter) for action in self.actions for value in action.parameters.values())
 
 
 def move(station: str | UserParameter) -> Action:
@@ -87,7 +83,7 @@ MISSIONS: tuple[Mission, ...] = (
     Mission("Ask for release", _guid(0x4B), (move("Line 1"), prompt("Is the load secured?", "00:02:00.000000"), move("Dock"))),
 )
 
-# Hidden missions that every robot has (recorded); they can be read, not changed.
+# Hidden missions that every robot has (recorded); they can be read but not changed.
 BUILT_IN = {f"mirconst-guid-0000-0001-actionlist{number:02d}": name for number, name in (
     (0, "Move"), (3, "GoToPositionPrototype"), (4, "ChargeAtStation"), (5, "Dock"), (6, "StageAtPosition"), (7, "PickupCart"),
     (8, "PlaceCart"))}

@@ -1,11 +1,11 @@
-"""How a robot gets along a route: turn on the spot, then drive with a trapezoid of speed, leg by leg."""
+"""Motion along a route, leg by leg: turn on the spot, then drive straight with a trapezoidal speed profile."""
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-CRUISE = 1.2          # m/s; MiR250 may do 2.0, on a busy floor it does not
+CRUISE = 1.2          # m/s; a MiR250 can do 2.0 but is driven slower among people
 ACCELERATION = 0.5    # m/s²
 TURN_RATE = 45.0      # degrees/s
 
@@ -21,7 +21,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Motion:
-    """A moment of a trip: where the robot is, how fast (m/s, degrees/s) and how far it has come (m)."""
+    """An instant of a trip: pose, speed (m/s, degrees/s) and metres driven so far."""
 
     pose: Pose
     linear: float = 0.0
@@ -36,7 +36,7 @@ def turned(angle: float) -> float:
 
 @dataclass(frozen=True)
 class _Turn:
-    at: Pose
+    start: Pose
     by: float
 
     @property
@@ -45,9 +45,9 @@ class _Turn:
 
     length = 0.0
 
-    def moment(self, seconds: float) -> Motion:
+    def at(self, seconds: float) -> Motion:
         rate = math.copysign(TURN_RATE, self.by)
-        return Motion(Pose(self.at.x, self.at.y, turned(self.at.orientation + rate * seconds)), 0.0, rate)
+        return Motion(Pose(self.start.x, self.start.y, turned(self.start.orientation + rate * seconds)), 0.0, rate)
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class _Drive:
 
     @property
     def _ramp(self) -> float:
-        """Seconds of speeding up, and of slowing down."""
+        """Seconds of acceleration, and as many of braking."""
         return min(self.cruise / ACCELERATION, math.sqrt(self.length / ACCELERATION))
 
     @property
@@ -66,24 +66,24 @@ class _Drive:
         ramp = self._ramp
         return 2 * ramp + (self.length - ACCELERATION * ramp * ramp) / (ACCELERATION * ramp)
 
-    def moment(self, seconds: float) -> Motion:
+    def at(self, seconds: float) -> Motion:
         ramp, top, total = self._ramp, ACCELERATION * self._ramp, self.duration
         if seconds < ramp:
-            way, speed = ACCELERATION * seconds * seconds / 2, ACCELERATION * seconds
+            distance, speed = ACCELERATION * seconds * seconds / 2, ACCELERATION * seconds
         elif seconds < total - ramp:
-            way, speed = top * ramp / 2 + top * (seconds - ramp), top
+            distance, speed = top * ramp / 2 + top * (seconds - ramp), top
         else:
             left = max(0.0, total - seconds)
-            way, speed = self.length - ACCELERATION * left * left / 2, ACCELERATION * left
+            distance, speed = self.length - ACCELERATION * left * left / 2, ACCELERATION * left
         angle = math.radians(self.start.orientation)
-        pose = Pose(self.start.x + way * math.cos(angle), self.start.y + way * math.sin(angle), self.start.orientation)
-        return Motion(pose, speed, 0.0, way)
+        pose = Pose(self.start.x + distance * math.cos(angle), self.start.y + distance * math.sin(angle), self.start.orientation)
+        return Motion(pose, speed, 0.0, distance)
 
 
 class Trip:
-    """A planned way from a pose along waypoints to an orientation.
+    """A planned drive from a pose along waypoints to an orientation.
 
-    ``duration`` is in seconds of driving, ``length`` in metres; ``at(seconds)`` tells any moment of it.
+    ``duration`` is in seconds, ``length`` in metres; ``at(seconds)`` gives any instant of it.
     """
 
     def __init__(self, start: Pose, waypoints: Sequence[tuple[float, float]], orientation: float | None = None,
@@ -112,7 +112,7 @@ class Trip:
         travelled = 0.0
         for leg in self._legs:
             if seconds < leg.duration:
-                moment = leg.moment(seconds)
+                moment = leg.at(seconds)
                 return Motion(moment.pose, moment.linear, moment.angular, travelled + moment.travelled)
             seconds -= leg.duration
             travelled += leg.length

@@ -1,9 +1,9 @@
-"""The battery: a level that falls or rises along straight lines between events."""
+"""The battery: a level that changes linearly between events."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-# Percent per second. A robot drives about ten hours, stands about a day and a half, and charges in about two hours (guesses).
+# Percent per second. A full battery lasts ten hours of driving or a day and a half of standing, and charges in two hours (guesses).
 DRIVING = -10 / 3600
 STANDING = -2.7 / 3600
 CHARGING = 50 / 3600
@@ -11,7 +11,7 @@ CHARGING = 50 / 3600
 
 @dataclass
 class Battery:
-    """State of charge in percent, exact at any instant however often it is read."""
+    """State of charge in percent, independent of how often it is read."""
 
     level: float
     rate: float = STANDING
@@ -28,12 +28,12 @@ class Battery:
             self.level, self.since, self.rate = self.at(now), now, rate
 
     def time_of(self, level: float) -> float | None:
-        """Simulated second at which the level is reached, or None when it isn't on this line."""
+        """Simulated second at which the level is reached, or None when the present rate doesn't lead there."""
         if self.rate == 0:
             return None
         when = self.since + (level - self.level) / self.rate
         return when if when >= self.since else None
 
     def seconds_left(self, now: float) -> int:
-        """Running time left in normal operation, as ``battery_time_remaining`` shows it."""
+        """Seconds of driving left, as ``battery_time_remaining`` shows them."""
         return int(self.at(now) / -DRIVING)

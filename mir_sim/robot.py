@@ -1,7 +1,7 @@
-"""The model of one MiR: a pure, deterministic machine that is told the time and never asks for it.
+"""The deterministic model of one MiR robot.
 
-Between events everything is a straight line or a planned trip, so what the robot shows at an instant does not depend on how often it was
-asked before. Times are simulated seconds since the model began unless a name says otherwise.
+Between events all values are linear in time or follow a planned trip, so what the robot shows at an instant does not depend on how often
+it was asked before. Times are simulated seconds since the model began unless a name says otherwise.
 """
 from __future__ import annotations
 
@@ -25,32 +25,31 @@ from mir_sim.run import Run
 from mir_sim.site import USER_GROUPS, Row, Site
 from mir_sim.state import BATTERY_EMPTY, MISSION_CONTROLLER, ModeId, Prompt, RobotError, StateId
 
-GOING_DOWN = 1.0              # s of state ShuttingDown before a reboot (guess)
-STARTING_UP = 3.0             # s of state Starting after a reboot
-API_RESTART = 5.0             # s of 503 after the clock was set
+GOING_DOWN = 1.0              # s in state ShuttingDown before a reboot (guess)
+STARTING_UP = 3.0             # s in state Starting after a reboot (guess)
+API_RESTART = 5.0             # s of 503 answers after the clock was set
 MONDAY = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 
 
 class SimulatedRobot:
     """One robot.
 
-    ``handle``, ``exchange`` and ``control`` let it catch up with its clock by themselves; whoever calls its methods directly calls
-    ``catch_up`` first.
+    ``handle``, ``exchange`` and ``control`` call ``catch_up`` by themselves; before calling its methods directly, call it first.
 
     Args:
         name: ``robot_name`` of /status.
-        seed: with the name, decides everything that is random.
-        clock: supplies simulated seconds; without one the robot stands still until ``advance_to`` is called.
-        time_scale: simulated seconds per real second; matters only where control and faults speak of real seconds.
+        seed: with the name, decides everything random.
+        clock: returns simulated seconds; without one, time advances only by ``advance_to``.
+        time_scale: simulated seconds per real second; matters only for /sim and for faults, which count real seconds.
         software: "3.5.4" or "2.14.7".
         model: ``robot_model`` of /status.
         start: true time at simulated second 0.
-        timezone: IANA zone of the robot's naive timestamps; robots come with that of their maker.
+        timezone: IANA zone of the robot's naive timestamps; the default is that of the manufacturer.
         clock_offset, clock_drift: error of the robot's clock, in seconds and seconds per day.
-        battery: charge at the start in percent; drawn by seed when None.
+        battery: charge at the start in percent; random when None.
         failure_rate: share of missions (0…1) that fail by themselves.
         chaos: share of API requests (0…1) that meet a random fault.
-        history: ended items that the queue holds from the beginning.
+        history: ended items that the queue begins with.
     """
 
     def __init__(self, name: str = "MiR_S042", *, seed: int = 1, clock: Callable[[], float] | None = None, time_scale: float = 1.0,
@@ -92,11 +91,11 @@ class SimulatedRobot:
     # Time
 
     def catch_up(self) -> None:
-        """Advance to what the clock says; without a clock, do only what is due by now."""
+        """Advance to the clock's time; without a clock, only process events that are due."""
         self.advance_to(self._time_source() if self._time_source is not None else self.now)
 
     def advance_to(self, seconds: float) -> None:
-        """Let the robot live until a simulated second. Going back is not possible and does nothing."""
+        """Process all events up to a simulated second. A time in the past does nothing."""
         with self.lock:
             while (event := self._next_event()) is not None and event[0] <= seconds:
                 self.now = max(self.now, event[0])
@@ -105,12 +104,12 @@ class SimulatedRobot:
             self.now = max(self.now, seconds)
 
     def call_at(self, seconds: float, call: Callable[[], object]) -> None:
-        """Have something done when simulated time reaches ``seconds``."""
+        """Call a function when simulated time reaches ``seconds``."""
         with self.lock:
             heapq.heappush(self._calls, (seconds, next(self._call_order), call))
 
     def in_real(self, seconds: float) -> float:
-        """The simulated second that lies that many real seconds ahead."""
+        """The simulated second that is this many real seconds ahead."""
         return self.now + seconds * self.time_scale
 
     def _next_event(self) -> Event | None:
@@ -130,7 +129,7 @@ class SimulatedRobot:
         heapq.heappop(self._calls)[2]()
 
     def _settle(self) -> None:
-        """Bring missions and battery in line with the state after anything has changed."""
+        """Adapt missions and battery to the robot's state after any change."""
         held = self.emergency_stop or self.errors or self.manual or self.paused or self.state in (StateId.STARTING, StateId.SHUTTING_DOWN)
         held = held or self.mode is not ModeId.MISSION or (self.prompt is not None and self.prompt.blocks)
         self.controller.settle(free=not held)
@@ -160,18 +159,18 @@ class SimulatedRobot:
     def mission_text(self) -> str:
         state = self.state
         if state is StateId.SHUTTING_DOWN:
-            return "Shutting down..."                # guess, after the recorded text below
+            return "Shutting down..."                # guess, by analogy with the next one
         if state is StateId.STARTING:
             return "Starting..."
         if state is StateId.EMERGENCY_STOP:
-            return "Cameras are ready to stream"     # recorded, odd as it is
+            return "Cameras are ready to stream"     # recorded, odd as it looks
         if state is StateId.ERROR:
             return self.errors[0].description
         return WAITING_TEXT if state is StateId.READY else self.controller.text
 
     @property
     def run(self) -> Run | None:
-        """The mission in execution."""
+        """The mission being executed."""
         return self.controller.run
 
     @property
@@ -183,11 +182,11 @@ class SimulatedRobot:
         return self.motion.pose
 
     def stamp(self) -> str:
-        """The robot's local time, as it writes it into its records."""
+        """The robot's local time, as its records show it."""
         return self.clock.stamp(self.now)
 
     def snapshot(self) -> dict[str, Any]:
-        """What ``GET /sim`` shows: the truth about the robot, whatever its API says."""
+        """What ``GET /sim`` shows: the state of the model, whatever the API says."""
         with self.lock:
             self.catch_up()
             return {
@@ -196,11 +195,11 @@ class SimulatedRobot:
                 "faults": self.faults.full(), "errors": [error.full() for error in self.errors], "online": self.online,
             }
 
-    # What clients do
+    # What clients request
 
     def order(self, mission_id: str, user: Row, *, message: str = "", description: str = "", parameters: list[Row] | None = None,
               priority: int = 0, fleet_schedule_guid: str = "") -> QueueItem:
-        """Put a mission at the end of the queue. The caller has seen to it that the mission exists."""
+        """Append a mission to the queue. The caller has checked that the mission exists."""
         item = QueueItem(self.queue.next_id, mission_id, self.stamp(), user["guid"], user["name"], message=message, description=description,
                          parameters=parameters or [], priority=priority, fleet_schedule_guid=fleet_schedule_guid)
         self.queue.add(item)
@@ -208,7 +207,7 @@ class SimulatedRobot:
         return item
 
     def cancel(self, item: QueueItem) -> None:
-        """End an open item as the user's wish; the running one is shown as Abort for a moment. An ended one stays as it is."""
+        """Cancel an item on a user's request. The running one is shortly in Abort; an ended one stays as it is."""
         self.controller.cancel(item)
         self._settle()
 
@@ -222,14 +221,14 @@ class SimulatedRobot:
             self._settle()
 
     def resume(self) -> None:
-        """Let the queue run. Without effect in emergency stop and while errors stand."""
+        """Continue the queue. Has no effect in emergency stop and while there are errors."""
         if not self.emergency_stop and not self.errors:
             self.paused = self.manual = False
-            self.controller.forget_text()
+            self.controller.reset_text()
             self._settle()
 
     def take_over(self) -> None:
-        """Manual control by joystick."""
+        """Switch to manual control by joystick. Has no effect in emergency stop and while there are errors."""
         if not self.emergency_stop and not self.errors:
             self.manual, self.paused = True, False
             self._settle()
@@ -239,14 +238,14 @@ class SimulatedRobot:
         self._settle()
 
     def clear_errors(self) -> None:
-        """Clear every error whose cause is gone; a robot cleared of its last one stands in Pause."""
+        """Clear the errors whose cause is gone. After the last one the robot is in Pause."""
         if self.errors:
             self.errors = [error for error in self.errors if error in self.error_causes]
             self.paused = self.paused or not self.errors
             self._settle()
 
     def relocate(self, pose: Pose, map_id: str) -> None:
-        """Believe to be somewhere else."""
+        """Correct the robot's pose and map, as a client does after a wrong localisation."""
         self.controller.relocate(pose)
         self.map_id = map_id
         self._settle()
@@ -259,7 +258,7 @@ class SimulatedRobot:
         return self.prompt
 
     def withdraw_prompt(self, guid: str) -> None:
-        """Take the prompt away (answered, timed out or aborted), if it is this one."""
+        """Remove the prompt with this guid, if it is shown."""
         if self.prompt is not None and self.prompt.guid == guid:
             self.prompt = None
             self._settle()
@@ -276,20 +275,20 @@ class SimulatedRobot:
         if row is not None:
             row["value"] = int(value) if register <= 100 else float(value)
 
-    # What befalls the robot
+    # What happens to the robot
 
     def press_emergency_stop(self, pressed: bool) -> None:
-        """Press or release the button. A released robot stands in Pause."""
+        """Press or release the button. After the release the robot is in Pause."""
         if self.emergency_stop and not pressed:
             self.paused, self.manual = True, False
         self.emergency_stop = pressed
         self._settle()
 
     def raise_error(self, error: RobotError, *, lasting: bool) -> None:
-        """Stand in Error. A failure of the mission controller ends the running mission; any other error only holds it.
+        """Put the robot into Error. An error of the mission controller ends the running mission, any other only holds it.
 
         Args:
-            lasting: the error comes back until ``remove_error_causes``.
+            lasting: clearing has no effect until ``remove_error_causes``.
         """
         self.add_error(error)
         if lasting:
@@ -320,10 +319,10 @@ class SimulatedRobot:
             self.error_causes = [error for error in self.error_causes if error != BATTERY_EMPTY]
 
     def reboot(self, real_seconds: float) -> None:
-        """Shut down and be off the air for so long. The queue is kept; what was executing is aborted.
+        """Shut down and be offline for a time. The queue is kept; the running mission is aborted.
 
-        All this is a guess: no robot was recorded rebooting. A robot that is shutting down already goes on doing so; one that is
-        off the air stays so for as long as is asked now.
+        All this is a guess: no reboot was recorded. A robot that is shutting down already continues to; one that is offline
+        stays so for the time given now.
         """
         if self.shutting_down:
             return

@@ -1,4 +1,4 @@
-"""A queue item in execution: which action it is at and how many active seconds that one has had."""
+"""A queue item in execution: its current action and how long that one has been active."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -13,7 +13,16 @@ STARTING_SECONDS = 0.5
 
 @dataclass
 class Run:
-    """The mission that a robot is executing. Time counts only while ``since`` is set; a held robot has None there."""
+    """The mission that a robot is executing.
+
+    Attributes:
+        step: the action under way.
+        next_action: index of the action that follows it.
+        done: active seconds that the step had had at ``since``.
+        since: simulated second at which the step was begun or resumed; None while missions are held.
+        failure: message with which the mission is to fail, or None.
+        fails_after: active seconds of the step after which it fails; None until its first step has begun.
+    """
 
     item: QueueItem
     actions: list[Row]
@@ -25,24 +34,24 @@ class Run:
     fails_after: float | None = None
 
     def elapsed(self, now: float) -> float:
-        """Active seconds of the present step."""
+        """Active seconds of the current step."""
         return self.done + (now - self.since if self.since is not None else 0.0)
 
-    def freeze(self, now: float) -> None:
+    def suspend(self, now: float) -> None:
         self.done, self.since = self.elapsed(now), None
 
-    def go_on(self, now: float) -> None:
+    def resume(self, now: float) -> None:
         if self.since is None:
             self.since = now
 
-    def enter(self, step: Step, now: float) -> None:
-        """Begin a step. A mission that is to fail does so halfway through its first action, or after a second of an endless one."""
+    def begin(self, step: Step, now: float) -> None:
+        """Begin a step. A mission that is to fail does so halfway through its first one, or after a second if that has no set duration."""
         self.step, self.done, self.since = step, 0.0, now
         if self.failure is not None and self.fails_after is None:
             self.fails_after = step.duration / 2 if step.duration else 1.0
 
     def values(self, action: Row) -> dict[str, Any]:
-        """The action's parameters, with those that were given when the mission was queued."""
+        """The parameter values of an action, with those given when the mission was queued."""
         given = {parameter.get("input_name") or parameter.get("id"): parameter.get("value") for parameter in self.item.parameters}
         return {one["id"]: given.get(one["input_name"], one["value"]) if one.get("input_name") else one["value"]
                 for one in action["parameters"]}

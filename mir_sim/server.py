@@ -1,4 +1,4 @@
-"""The HTTP shell: any number of robots, each on its own port, in one event loop on one thread."""
+"""The HTTP server: any number of robots, each on its own port, in one event loop on one thread."""
 from __future__ import annotations
 
 import asyncio
@@ -12,18 +12,18 @@ from email.utils import format_datetime
 
 from mir_sim.api import refuse
 from mir_sim.errors import ApiError
-from mir_sim.exchange import Exchange, Fate, take_fault, undergo
+from mir_sim.exchange import Exchange, Fate, handle_with_fault, take_fault
 from mir_sim.faults import FaultKind
 from mir_sim.messages import Request, Response
 from mir_sim.robot import SimulatedRobot
 from mir_sim.wire import MAX_HEAD, BadRequest, encode, read_request
 
-POWER_CHECK = 0.02            # s between two looks at which robots are on the air
+ONLINE_CHECK = 0.02           # s between two checks of which robots are online
 BACKLOG = 512
 
 
-class Station:
-    """One robot's place on the network: its listening socket, or the bare reservation of its port while it is off the air."""
+class RobotServer:
+    """One robot on its port: a listening socket, or only a reservation of the port while the robot is offline."""
 
     def __init__(self, robot: SimulatedRobot, host: str, port: int) -> None:
         self.robot, self.host, self.port = robot, host, port
@@ -41,7 +41,7 @@ class Station:
         self._listener = await asyncio.start_server(self._serve, sock=sock, limit=MAX_HEAD)
 
     def close(self) -> None:
-        """Stop listening, drop every connection and give the port back."""
+        """Stop listening, abort all connections and free the port."""
         if self._listener is not None:
             self._listener.close()
             self._listener = None
@@ -54,8 +54,8 @@ class Station:
             self._reservation.close()
             self._reservation = None
 
-    async def follow_power(self) -> None:
-        """Go off the air with the robot and come back with it. The port stays reserved meanwhile, and connections to it are refused."""
+    async def follow_robot(self) -> None:
+        """Listen while the robot is online. While it is not, the port stays reserved and connections are refused."""
         if self.robot.shutting_down or not self.robot.online:
             self.robot.catch_up()
         if not self.robot.online and self._listener is not None:
@@ -63,7 +63,7 @@ class Station:
             with contextlib.suppress(OSError):
                 self._reservation = _bound_socket(self.host, self.port)
         elif self.robot.online and self._listener is None:
-            with contextlib.suppress(OSError):     # somebody has the port; the next look tries again
+            with contextlib.suppress(OSError):     # another process has taken the port; the next check tries again
                 await self.open()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -74,22 +74,22 @@ class Station:
         except BadRequest:
             writer.write(encode(Response(400), date=self._date(), close=True))
         except (ConnectionError, TimeoutError, asyncio.CancelledError):
-            writer.transport.abort()     # the client has gone, or the fleet is being stopped
+            writer.transport.abort()     # the client is gone, or the fleet is being stopped
         finally:
             self._writers.discard(writer)
             writer.close()
 
     async def _answer(self, request: Request, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
-        """Answer one request; return whether the connection lives on. Only real waiting happens here, the rest is the model's."""
+        """Answer one request; return whether the connection stays open. Waits in real time; all else is done by the model."""
         fault = take_fault(self.robot, request)
         if fault is not None and fault.kind is FaultKind.LATE:
             await asyncio.sleep(fault.seconds)
         try:
-            result = undergo(self.robot, request, fault)
+            result = handle_with_fault(self.robot, request, fault)
         except Exception:
             logging.getLogger("mir_sim").exception("%s %s could not be answered", request.method, request.path)
-            result = Exchange(Fate.ANSWERED, refuse(self.robot, ApiError(500, "Internal server error")))
-        if not self.robot.online:     # it went down a moment ago, and follow_power has not looked yet
+            result = Exchange(Fate.ANSWERED, refuse(self.robot, ApiError(500)))
+        if not self.robot.online:     # it has just gone offline, before the next check
             result = Exchange(Fate.REFUSED)
         if result.seconds:
             await asyncio.sleep(result.seconds)
@@ -105,28 +105,28 @@ class Station:
         cut = result.fate is Fate.CUT
         close = cut or request.headers.get("connection", "").lower() == "close"
         response, length = result.response, result.full_length if cut else None
-        if request.method == "HEAD":     # the head of the answer alone, or the client would take the body for the next answer
+        if request.method == "HEAD":     # headers only, or the client would take the body for the next answer
             response, length = Response(response.status, response.headers), len(response.body)
         writer.write(encode(response, date=self._date(), close=close, length=length))
         await writer.drain()
         return not close
 
     def _date(self) -> str:
-        """The Date header: real time with the error of the robot's clock, whatever the time scale, since people compare it with theirs."""
+        """The Date header: real time plus the error of the robot's clock. Not scaled, since clients compare it with their own clock."""
         error = self.robot.clock.error(time.monotonic() - self._began)
         return format_datetime(datetime.now(UTC) + timedelta(seconds=error), usegmt=True)
 
 
-async def follow_power(stations: Iterable[Station]) -> None:
-    """Watch over all robots' being on the air until cancelled."""
+async def follow_robots(servers: Iterable[RobotServer]) -> None:
+    """Open and close the ports as the robots go online and offline, until cancelled."""
     while True:
-        await asyncio.sleep(POWER_CHECK)
-        for station in stations:
-            await station.follow_power()
+        await asyncio.sleep(ONLINE_CHECK)
+        for server in servers:
+            await server.follow_robot()
 
 
 def _bound_socket(host: str, port: int) -> socket.socket:
-    """A TCP socket that has its port but doesn't listen yet."""
+    """A TCP socket that is bound to its port but doesn't listen yet."""
     sock = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     try:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -1,7 +1,7 @@
-"""What is stored on the robot and can be read and edited through collections of the API: missions, positions, maps, users and the rest.
+"""The data stored on the robot, which clients read and edit through collections of the API: missions, positions, maps, users and more.
 
-A table is named after its collection path, or after its template where rows exist only as parts of others.
-Rows hold plain fields; links to other resources are made when a row is shown.
+A table is named after its collection path, or after its path template where it exists only inside another row.
+Rows hold plain fields; links to other resources are added when a row is shown.
 """
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mir_sim.missions import UserParameter
 Row = dict[str, Any]
 
 ADMINISTRATOR = "mirconst-guid-0000-0005-users0000000"     # recorded
-DISTRIBUTOR = "mirconst-guid-0000-0004-users0000000"       # guess: its neighbour
+DISTRIBUTOR = "mirconst-guid-0000-0004-users0000000"       # guess: one lower
 USER_GROUPS = {"Distributors": "mirconst-guid-0000-0003-user_groups0", "Administrators": "mirconst-guid-0000-0004-user_groups0"}
 MISSION_ACTIONS = "/missions/{mission_id}/actions"
 KEYS = {"/registers": "id", "/position_types": "id", "/settings": "id", "/settings/advanced": "id", "/setting_groups": "id",
@@ -25,18 +25,18 @@ KEYS = {"/registers": "id", "/position_types": "id", "/settings": "id", "/settin
 
 
 def password_hash(password: str) -> str:
-    """What a client sends instead of the password: SHA-256 in lower-case hexadecimal."""
+    """What a client sends in place of the password: its SHA-256 in lower-case hexadecimal."""
     return hashlib.sha256(password.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def with_hashed_password(fields: Row) -> Row:
-    """The fields of a user as they are kept: the hash in place of the password."""
+    """The fields of a user as they are stored: with the hash in place of the password."""
     kept = {name: value for name, value in fields.items() if name != "password"}
     return {**kept, "password_hash": password_hash(fields["password"])} if "password" in fields else kept
 
 
 class Table:
-    """Rows of one collection in the order in which they were made, found by their key field."""
+    """The rows of one collection in the order in which they were added, found by their key field."""
 
     def __init__(self, key: str = "guid") -> None:
         self.key = key
@@ -56,7 +56,7 @@ class Table:
         return self._rows.get(str(key))
 
     def has_had(self, key: str) -> bool:
-        """Whether there was such a row that has been deleted."""
+        """Whether a row with this key was deleted."""
         return key in self._removed
 
     def add(self, row: Row) -> Row:
@@ -74,7 +74,7 @@ class Table:
 
 
 class Site:
-    """All tables of one robot, filled with what a freshly commissioned robot has."""
+    """All tables of one robot, filled as on a newly commissioned one."""
 
     def __init__(self, rng: random.Random, software: str) -> None:
         self._rng = rng
@@ -85,29 +85,26 @@ class Site:
         self._fill_users()
         for number in range(1, 201):
             self.table("/registers").add({"id": number, "label": f"PLC Register {number}", "value": 0 if number <= 100 else 0.0})
-        for row in settings.GROUPS:
-            self.table("/setting_groups").add(dict(row))
-        for row in settings.SETTINGS:
-            self.table("/settings").add(dict(row))
-        for row in settings.ADVANCED:
-            self.table("/settings/advanced").add(dict(row))
+        for name, rows in settings.TABLES.items():
+            for row in rows:
+                self.table(name).add(dict(row))
         self.table("/wifi/networks").add({"guid": self.new_guid(), "ssid": "Production", "connected": True})
         self.table("/wifi/connections").add(
             {"uuid": self.new_guid(), "name": "Production", "connected": True, "mac": "00:01:29:7b:6e:20", "bssid": "00:1a:1e:4c:2b:90",
              "description": "", "type": "802-11-wireless", "device": "wlan0", "security": "wpa-psk", "ip_address": "192.168.12.20"})
 
     def table(self, name: str) -> Table:
-        """The rows of a collection; made empty when first asked for."""
+        """The rows of a collection; created empty when first asked for."""
         if name not in self._tables:
             self._tables[name] = Table(KEYS.get(name, "guid"))
         return self._tables[name]
 
     def single(self, template: str, keys: tuple[str, ...]) -> dict[str, Any]:
-        """What has been written to an object that is no row of a collection."""
+        """The fields that were written to an object outside of all collections."""
         return self._singles.setdefault((template, keys), {})
 
     def new_guid(self) -> str:
-        """A guid of the shape that robots make: version 1, the last part being the robot's network address."""
+        """A guid as robots make them: version 1, with the robot's network address as its last part."""
         bits = self._rng.getrandbits
         return f"{bits(32):08x}-{bits(16):04x}-11ef-{0x8000 | bits(14):04x}-0001297b6e20"
 
@@ -172,6 +169,6 @@ class Site:
         return sorted(rows, key=lambda row: int(row["priority"]))
 
     def user_parameters(self, mission_id: str) -> dict[str, Row]:
-        """The values a mission asks for when it is queued: input name → action parameter."""
+        """The values that a mission asks for when it is queued: input name → action parameter."""
         return {parameter["input_name"]: parameter for row in self.mission_actions(mission_id)
                 for parameter in row["parameters"] if parameter.get("input_name")}

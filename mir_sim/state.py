@@ -1,4 +1,4 @@
-"""The robot's states and what may stand beside them: errors and user prompts."""
+"""The robot's states, modes, errors and user prompts."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class StateId(IntEnum):
-    """``state_id`` of /status. Robots report 3, 4, 5, 10, 11 and 12 almost always, the others for moments."""
+    """``state_id`` of /status. Robots are nearly always in 3, 4, 5, 10, 11 or 12; the others are short."""
 
     STARTING = 1
     SHUTTING_DOWN = 2
@@ -39,7 +39,7 @@ class ModeId(IntEnum):
         return self.name.capitalize()
 
 
-MISSION_CONTROLLER = 10120     # recorded: the mission could not go on, for example a goal was not reached
+MISSION_CONTROLLER = 10120     # the mission could not continue, for example because a goal was not reached (recorded)
 
 
 @dataclass(frozen=True)
@@ -55,12 +55,12 @@ class RobotError:
         return {"code": self.code, "description": self.description, "module": self.module, "non_resettable": self.non_resettable}
 
 
-BATTERY_EMPTY = RobotError(10001, "Battery is empty", "Battery")     # code and words are a guess
+BATTERY_EMPTY = RobotError(10001, "Battery is empty", "Battery")     # code and text are a guess
 
 
 @dataclass
 class Prompt:
-    """A question to a person. ``expires`` is a simulated second; ``blocks`` says that a running mission waits although it didn't ask."""
+    """A question to a person. ``expires`` is a simulated second; With ``blocks`` the missions wait for it, although none of them asked."""
 
     guid: str
     question: str

@@ -1,10 +1,10 @@
-"""A mission's actions in execution: how long each takes, what it shows and what it leaves behind."""
+"""The actions of a mission in execution: how long each takes, what the robot shows meanwhile, and the effect."""
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from mir_sim import power, world
 from mir_sim.mission_queue import MissionQueue
@@ -12,15 +12,15 @@ from mir_sim.motion import Motion, Pose, Trip
 from mir_sim.site import Site
 from mir_sim.state import Prompt, StateId
 
-PLANNING = 2.0                # s of thinking before the robot sets off, also when it is there already
+PLANNING = 2.0                # s of path planning before a drive, even to where the robot is already
 DOCKING_SPEED = 0.25          # m/s on the last metres to a marker
 DOCKING_DISTANCE = 1.5        # m that are driven at that speed
-LARGEST = 1e7                 # seconds, metres or whatever an action is given
-SHOWN_DOCKED = 3.0            # s for which a robot that has reached its charger says Docked
+LARGEST = 1e7                 # accepted number in an action, whatever its unit
+SHOWN_DOCKED = 3.0            # s in state Docked after the charger was reached
 
 
 class UnknownPosition(Exception):
-    """The action names a position that the robot doesn't have (any more)."""
+    """The action names a position that the robot doesn't have."""
 
 
 class Robot(Protocol):
@@ -44,24 +44,25 @@ class Robot(Protocol):
 
 @dataclass
 class Step:
-    """One action under way. ``duration`` is in active seconds: a paused robot doesn't use them up."""
+    """One action under way. ``duration`` is in active seconds, which don't pass while missions are held."""
 
     duration: float
     label: str = ""
+    battery_rate: ClassVar[float] = power.STANDING     # percent per second
 
     @property
     def length(self) -> float:
-        """Metres that it drives in all."""
+        """Metres that it drives in total."""
         return 0.0
 
     def begin(self, robot: Robot) -> None:
-        """Take hold of the robot."""
+        """Start, from the robot's present pose."""
 
     def ends_at(self, robot: Robot, since: float, done: float) -> float | None:
-        """Simulated second of the end if the robot keeps going, or None.
+        """Simulated second at which it ends unless it is held, or None when that isn't known yet.
 
         Args:
-            since: simulated second at which the step was begun or went on.
+            since: simulated second at which the step was begun or resumed.
             done: active seconds it had had by then.
         """
         return since + self.duration - done
@@ -73,18 +74,17 @@ class Step:
         return self.label
 
     def motion(self, elapsed: float) -> Motion | None:
-        """Where the robot is and how it moves, or None when it stands."""
+        """Pose and speed of the robot, or None for a step that doesn't move it."""
         return None
 
-    def battery_rate(self) -> float:
-        return power.STANDING
-
     def finish(self, robot: Robot) -> None:
-        """Leave behind what the action was for."""
+        """Produce the effect of the action."""
 
 
 class MoveStep(Step):
     """Drive along the aisle to a position."""
+
+    battery_rate = power.DRIVING
 
     def __init__(self, name: str, goal: Pose) -> None:
         super().__init__(0.0, name)
@@ -107,12 +107,9 @@ class MoveStep(Step):
         left = self.length - self.motion(elapsed).travelled
         return f"Moving to '{self.label}' ({left:.1f} meters to goal)"
 
-    def battery_rate(self) -> float:
-        return power.DRIVING
-
 
 class DockStep(MoveStep):
-    """Drive up to a marker and creep onto it."""
+    """Drive to a marker and approach it slowly."""
 
     approach = Trip(Pose(0, 0, 0), [])
 
@@ -129,14 +126,14 @@ class DockStep(MoveStep):
         self.duration = PLANNING + self.trip.duration + self.approach.duration
 
     def _docking(self, elapsed: float) -> float:
-        """Seconds since the robot began to creep; negative on the way there."""
+        """Seconds since the slow approach began; negative before."""
         return elapsed - PLANNING - self.trip.duration
 
     def motion(self, elapsed: float) -> Motion:
-        creeping = self._docking(elapsed)
-        if creeping < 0:
+        docking = self._docking(elapsed)
+        if docking < 0:
             return super().motion(elapsed)
-        near = self.approach.at(creeping)
+        near = self.approach.at(docking)
         return Motion(near.pose, near.linear, near.angular, self.trip.length + near.travelled)
 
     def state(self, elapsed: float) -> StateId:
@@ -147,7 +144,9 @@ class DockStep(MoveStep):
 
 
 class ChargeStep(Step):
-    """Charge for a time, up to a level, and then perhaps until another mission comes: without one it never ends."""
+    """Charge for a time and up to a level, or until another mission is queued: without one it never ends."""
+
+    battery_rate = power.CHARGING
 
     def __init__(self, minimum_time: float, percentage: float, until_new_mission: bool) -> None:
         super().__init__(minimum_time)
@@ -169,12 +168,9 @@ class ChargeStep(Step):
             return f"Charging until battery reaches {self.percentage:.0f}% (Current: {level:.0f}%)..."
         return "Charging... Waiting for new mission..." if self.until_new_mission else "Charging..."
 
-    def battery_rate(self) -> float:
-        return power.CHARGING
-
 
 class PromptStep(Step):
-    """Ask a person and wait for the answer; when nobody answers in time the mission goes on."""
+    """Show a prompt and wait for the answer; without one the mission continues when the prompt times out."""
 
     def __init__(self, question: str, timeout: float) -> None:
         super().__init__(0.0, "Waiting for user input")
@@ -206,7 +202,7 @@ class RegisterStep(Step):
 
 
 def _number(value: Any) -> float:
-    """A number of a sensible size. Raises ValueError or TypeError when it is none."""
+    """Convert to a number no larger than ``LARGEST``. Raises ValueError or TypeError when that is not possible."""
     number = float(value)
     if not abs(number) <= LARGEST:
         raise ValueError(f"{value!r} is out of bounds")
@@ -214,7 +210,7 @@ def _number(value: Any) -> float:
 
 
 def seconds_of(value: Any) -> float:
-    """Turn MiR's "HH:MM:SS.ffffff" (or plain seconds) into seconds. Raises ValueError when it is neither."""
+    """Convert MiR's "HH:MM:SS.ffffff", or plain seconds, into seconds. Raises ValueError when it is neither."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return max(0.0, _number(value))
     match = re.fullmatch(r"(\d+):([0-5]?\d):([0-5]?\d(?:\.\d*)?)", str(value))
@@ -232,7 +228,7 @@ def _goal(robot: Robot, guid: Any) -> tuple[str, Pose]:
 
 
 def step_for(robot: Robot, action_type: str, values: Mapping[str, Any]) -> Step:
-    """Make the step for an action. Action types outside this small world (sounds, lights, logic) take a second and do nothing.
+    """Make the step for an action. Action types that aren't simulated (sounds, lights, logic) take a second and do nothing.
 
     Raises:
         UnknownPosition: the position that it drives to doesn't exist.

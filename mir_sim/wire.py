@@ -1,4 +1,4 @@
-"""HTTP/1.1 on a stream: reading requests, writing answers. Just what clients of a robot need."""
+"""HTTP/1.1 on a stream: reads requests and encodes responses, as far as clients of robots need it."""
 from __future__ import annotations
 
 import asyncio
@@ -12,14 +12,14 @@ MAX_BODY = 16 * 1024 * 1024
 
 
 class BadRequest(Exception):
-    """The bytes are no HTTP/1.1 request; the connection can't be used any further."""
+    """The bytes are not an HTTP/1.1 request; the connection can't be used further."""
 
 
 async def read_request(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> Request | None:
-    """Read one request with its whole body; None when the client has closed the connection between two requests.
+    """Read one request with its body; None when the client has closed the connection between requests.
 
     Raises:
-        BadRequest: malformed or too large.
+        BadRequest: the request is malformed or too large.
     """
     try:
         head = await reader.readuntil(b"\r\n\r\n")
@@ -46,7 +46,7 @@ async def read_request(reader: asyncio.StreamReader, writer: asyncio.StreamWrite
         headers.setdefault("connection", "close")
     try:
         return Request.of(parts[0], parts[1], headers, body)
-    except ValueError:     # a target that is no URL
+    except ValueError:     # the target is not a URL
         raise BadRequest from None
 
 
@@ -75,7 +75,7 @@ async def _read_chunks(reader: asyncio.StreamReader) -> bytes:
 
 
 def encode(response: Response, *, date: str, close: bool, length: int | None = None) -> bytes:
-    """The bytes of an answer. ``length`` is promised in place of the true one when the answer is to be cut."""
+    """The bytes of a response. ``length`` replaces the true Content-Length when the body is to be cut or left out."""
     try:
         phrase = HTTPStatus(response.status).phrase
     except ValueError:

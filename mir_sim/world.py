@@ -1,6 +1,6 @@
-"""The small world: one production hall whose stations hang on a main aisle.
+"""The simulated world: one production hall with stations along a main aisle.
 
-Metres; x to the right, y up, origin in the lower left corner. Every station is reached by leaving the aisle at its x.
+Metres; x to the right, y up, origin in the lower left corner. Robots leave the aisle at a station's x and drive straight to it.
 """
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ POSITION_TYPES = {
 
 @dataclass(frozen=True)
 class Station:
-    """A named place of the floor plan; ``parent`` is the guid of the marker that an entry position belongs to."""
+    """A named position; ``parent`` is the guid of the marker that an entry position belongs to."""
 
     guid: str
     name: str
@@ -53,6 +53,8 @@ STATIONS = (
     Station(_guid(11), "Empties", Pose(27.0, 6.0, -90.0)),
     Station(_guid(12), "Compactor", Pose(36.0, 5.0, -90.0)),
 )
+
+
 @dataclass(frozen=True)
 class Box:
     """A rectangle of the floor plan."""
@@ -63,7 +65,7 @@ class Box:
     top: float
 
 
-# Racks and machines. The aisle and the way from it to each station stay free, so that every route does.
+# Racks and machines. The aisle and the path from it to each station are free, hence all routes.
 OBSTACLES = (
     Box(4.0, 14.0, 7.5, 23.0), Box(10.5, 14.0, 13.5, 23.0), Box(16.5, 14.0, 19.5, 23.0), Box(22.5, 14.0, 26.5, 23.0),
     Box(29.5, 14.0, 33.5, 23.0), Box(36.5, 14.0, 39.0, 23.0),
@@ -73,7 +75,7 @@ BY_NAME = {station.name: station for station in STATIONS}
 
 
 def route(start: Pose, x: float, y: float) -> list[tuple[float, float]]:
-    """Waypoints from a pose to a point: out to the aisle, along it, off at the goal; straight when both share a spur."""
+    """Waypoints from a pose to a point: to the aisle, along it, and off it at the goal; straight when both have the same x."""
     if abs(start.x - x) < 0.5:
         return [(x, y)]
     return [(start.x, AISLE), (x, AISLE), (x, y)]

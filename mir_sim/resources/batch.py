@@ -1,11 +1,11 @@
-"""/batch: several requests in one, answered in order."""
+"""/batch: several requests in one body, answered in order."""
 from __future__ import annotations
 
 import json
 from typing import Any
 
 from mir_sim.errors import argument_error
-from mir_sim.resources.call import Call, Handler
+from mir_sim.resources.call import Call, Handlers
 
 
 def batch(call: Call) -> list[dict[str, Any]]:
@@ -28,4 +28,4 @@ def batch(call: Call) -> list[dict[str, Any]]:
     return answers
 
 
-HANDLERS: dict[tuple[str, str], Handler] = {("post", "/batch"): batch}
+HANDLERS: Handlers = {("post", "/batch"): batch}

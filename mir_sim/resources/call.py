@@ -1,4 +1,4 @@
-"""One call of the API, as the code behind a path sees it."""
+"""One call of the API, as its handler gets it."""
 from __future__ import annotations
 
 import json
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mir_sim.definition import Operation
-from mir_sim.errors import ApiError, bad_request
+from mir_sim.errors import ApiError
 from mir_sim.messages import Request, Response
 from mir_sim.robot import SimulatedRobot
 from mir_sim.site import Row
@@ -33,17 +33,17 @@ class Call:
     @property
     def asker(self) -> Row:
         if self.user is None:
-            raise ApiError(401, "Unauthorized")
+            raise ApiError(401)
         return self.user
 
     def json(self) -> Any:
-        """The body, parsed. Raises ApiError 400 with MiR's text when it isn't JSON or isn't said to be."""
+        """The parsed body. Raises ApiError 400 when it isn't JSON or the header doesn't say so."""
         if "application/json" not in self.request.headers.get("content-type", "").lower():
-            raise bad_request("Missing content type application/json on the header")
+            raise ApiError(400, "Missing content type application/json on the header")
         try:
             return json.loads(self.request.body)
         except (ValueError, RecursionError):
-            raise bad_request("Invalid JSON") from None
+            raise ApiError(400, "Invalid JSON") from None
 
     def fields(self) -> dict[str, Any]:
         """The body's known fields, checked against the definition."""
@@ -51,11 +51,12 @@ class Call:
         return self.robot.definition.check_body(schema, self.json())
 
     def changes(self) -> dict[str, Any]:
-        """As ``fields``, for a PUT, which must change something."""
+        """As ``fields``, for a PUT, which must have at least one field."""
         fields = self.fields()
         if not fields:
-            raise bad_request("No fields")
+            raise ApiError(400, "No fields")
         return fields
 
 
 Handler = Callable[[Call], Any]
+Handlers = dict[tuple[str, str], Handler]     # by verb and path template

@@ -1,16 +1,16 @@
-"""/log/error_reports: what went wrong, filed by the robot itself or by a person."""
+"""/log/error_reports: errors, reported by the robot itself or by a user."""
 from __future__ import annotations
 
 from typing import Any
 
 from mir_sim.resources import rows
-from mir_sim.resources.call import Call, Handler
+from mir_sim.resources.call import Call, Handlers
 
 TABLE = "/log/error_reports"
 
 
 def list_reports(call: Call) -> list[dict[str, Any]]:
-    """Recorded as ``[{id, url}]``; the definition shows one full object."""
+    """The recorded answer is ``[{id, url}]``; the definition has one full object."""
     return [{"id": row["id"], "url": rows.url_of(TABLE, row["id"])} for row in call.robot.site.table(TABLE)]
 
 
@@ -19,4 +19,4 @@ def file_report(call: Call) -> dict[str, Any]:
     return rows.shown(call.robot, TABLE, row, call.robot.definition.properties(call.operation.schema))
 
 
-HANDLERS: dict[tuple[str, str], Handler] = {("get", TABLE): list_reports, ("post", TABLE): file_report}
+HANDLERS: Handlers = {("get", TABLE): list_reports, ("post", TABLE): file_report}

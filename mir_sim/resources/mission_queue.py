@@ -1,12 +1,12 @@
-"""/mission_queue: ordering missions, watching and cancelling them."""
+"""/mission_queue: queue missions, read and cancel them."""
 from __future__ import annotations
 
 from dataclasses import asdict
 from typing import Any
 
-from mir_sim.errors import ApiError, argument_error, not_found
+from mir_sim.errors import ApiError, argument_error
 from mir_sim.mission_queue import ItemState, QueueAction, QueueItem
-from mir_sim.resources.call import Call, Handler
+from mir_sim.resources.call import Call, Handlers
 from mir_sim.site import Row
 
 
@@ -15,14 +15,14 @@ def list_items(call: Call) -> Any:
 
 
 def order(call: Call) -> dict[str, Any]:
-    """Queue a mission. Software 2.x answers with the full item as well, 3.x with what the definition says."""
+    """Queue a mission. Software 2.x also answers with the full item, 3.x only with what the definition says."""
     robot, fields = call.robot, call.fields()
     mission = robot.site.table("/missions").get(fields["mission_id"])
     if mission is None:
         raise argument_error()
     parameters: list[Row] = fields.get("parameters", [])
     _check_parameters(call, mission["guid"], parameters)
-    # MiR's definition: the description is that of the mission when the order has none of its own.
+    # As MiR's definition says, without a description of its own an item gets that of its mission.
     description: str = fields["description"] if "description" in fields else mission["description"]
     item = robot.order(
         mission["guid"], call.asker, message=fields.get("message", ""), description=description,
@@ -31,15 +31,15 @@ def order(call: Call) -> dict[str, Any]:
 
 
 def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> None:
-    """Clients name a parameter by ``input_name`` or by ``id``; both work on robots. An unknown name gives 500 (reported)."""
+    """Clients name a parameter by ``input_name`` or by ``id``; robots accept both. An unknown name gives 500 (reported)."""
     wanted = call.robot.site.user_parameters(mission_id)
-    given = {}
+    given: dict[str, Any] = {}
     for parameter in parameters:
         name = parameter.get("input_name") or parameter.get("id")
         if not isinstance(name, str):
             raise argument_error()
         if name not in wanted:
-            raise ApiError(500, "Internal server error")
+            raise ApiError(500)
         given[name] = parameter.get("value")
     for name, asked in wanted.items():
         value = given.get(name, asked["value"])
@@ -52,7 +52,7 @@ def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> Non
 def _item(call: Call, name: str = "id") -> QueueItem:
     item = call.robot.queue.get(int(call.params[name])) if call.params[name].isdecimal() and len(call.params[name]) < 16 else None
     if item is None:
-        raise not_found()
+        raise ApiError(404)
     return item
 
 
@@ -61,7 +61,7 @@ def get_item(call: Call) -> dict[str, Any]:
 
 
 def change_item(call: Call) -> dict[str, Any]:
-    """Change a waiting item. What ``cmd`` does on a robot is not documented; here it does nothing."""
+    """Change a pending item. ``cmd`` is accepted and ignored, as its effect isn't documented."""
     item, fields = _item(call), call.changes()
     if item.state is ItemState.PENDING:
         if fields.get("mission_id", item.mission_id) not in call.robot.site.table("/missions"):
@@ -72,7 +72,7 @@ def change_item(call: Call) -> dict[str, Any]:
 
 
 def cancel_item(call: Call) -> None:
-    """Abort one item; it stays in the list. Cancelling an ended one changes nothing and succeeds (guess: not recorded)."""
+    """Abort one item; it stays in the list. Cancelling an ended one succeeds and changes nothing (guess)."""
     call.robot.cancel(_item(call))
 
 
@@ -85,7 +85,7 @@ def _action_url(item: QueueItem, action: QueueAction) -> str:
 
 
 def list_actions(call: Call) -> list[dict[str, Any]]:
-    """Actions begun so far, as ``[{id, url}]`` (recorded; the definition shows one full object instead)."""
+    """The actions started so far, as ``[{id, url}]`` (recorded; the definition has one full object)."""
     item = _item(call, "mission_queue_id")
     return [{"id": action.id, "url": _action_url(item, action)} for action in item.actions]
 
@@ -95,10 +95,10 @@ def get_action(call: Call) -> dict[str, Any]:
     for action in item.actions:
         if str(action.id) == call.params["id"]:
             return {**asdict(action), "mission_queue_id": item.id, "url": _action_url(item, action), "allowed_methods": ["GET"]}
-    raise not_found()
+    raise ApiError(404)
 
 
-HANDLERS: dict[tuple[str, str], Handler] = {
+HANDLERS: Handlers = {
     ("get", "/mission_queue"): list_items,
     ("post", "/mission_queue"): order,
     ("delete", "/mission_queue"): cancel_all,

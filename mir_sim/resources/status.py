@@ -1,4 +1,4 @@
-"""/status: what the robot is and does, and the few things that can be told it."""
+"""/status: the robot's state, and the few things that a client can set."""
 from __future__ import annotations
 
 import json
@@ -8,29 +8,29 @@ from typing import Any
 from mir_sim.definition import is_number
 from mir_sim.errors import argument_error
 from mir_sim.motion import Pose
-from mir_sim.resources.call import Call, Handler
-from mir_sim.robot import SimulatedRobot
+from mir_sim.resources.call import Call, Handlers
 from mir_sim.state import ModeId, StateId
 
 FOOTPRINTS = {"MiR100": (-0.454, 0.506, 0.32), "MiR200": (-0.454, 0.506, 0.32), "MiR250": (-0.39, 0.39, 0.305)}
 
 
 def _footprint(model: str) -> str:
-    """A polygon in metres, as a string that holds JSON (recorded so)."""
+    """A polygon in metres, as a string of JSON (recorded)."""
     back, front, side = FOOTPRINTS.get(model, FOOTPRINTS["MiR250"])
     return json.dumps([[back, side], [front, side], [front, -side], [back, -side]], separators=(",", ":"))
 
 
-def status_of(robot: SimulatedRobot) -> dict[str, Any]:
-    """The whole status. In emergency stop the battery monitor is cut off and shows −1 (recorded)."""
+def get_status(call: Call) -> dict[str, Any]:
+    """The whole status. During an emergency stop the battery monitor has no power and reads −1 (recorded)."""
+    robot = call.robot
     state, motion, run = robot.state, robot.motion, robot.run
-    blind = robot.emergency_stop
-    status: dict[str, Any] = {
+    stopped = robot.emergency_stop
+    return {
         "allowed_methods": None,
-        "battery_percentage": -1.0 if blind else round(robot.battery.at(robot.now), 2),
-        "battery_time_remaining": -1 if blind else robot.battery.seconds_left(robot.now),
+        "battery_percentage": -1.0 if stopped else round(robot.battery.at(robot.now), 2),
+        "battery_time_remaining": -1 if stopped else robot.battery.seconds_left(robot.now),
         "distance_to_next_target": round(robot.controller.distance_to_target, 3),
-        "errors": [] if blind else [error.full() for error in robot.errors],
+        "errors": [] if stopped else [error.full() for error in robot.errors],
         "footprint": _footprint(robot.model),
         "joystick_low_speed_mode_enabled": False,
         "joystick_web_session_id": robot.joystick_session,
@@ -55,15 +55,10 @@ def status_of(robot: SimulatedRobot) -> dict[str, Any]:
         "user_prompt": robot.prompt.full() if robot.prompt is not None else None,
         "velocity": {"linear": round(motion.linear, 3), "angular": round(motion.angular, 3)},
     }
-    return status
-
-
-def get_status(call: Call) -> dict[str, Any]:
-    return status_of(call.robot)
 
 
 def put_status(call: Call) -> dict[str, Any]:
-    """All of it or nothing: every field is checked before the first one acts. Errors are cleared before a state is set."""
+    """Apply all fields or none: they are checked before the first takes effect. Errors are cleared before a state is set."""
     robot, fields = call.robot, call.changes()
     pose = _pose(fields["position"]) if "position" in fields else None
     map_id = fields.get("map_id", robot.map_id)
@@ -88,7 +83,7 @@ def put_status(call: Call) -> dict[str, Any]:
         robot.clear_errors()
     if "state_id" in fields:
         {StateId.READY: robot.resume, StateId.PAUSE: robot.pause, StateId.MANUAL_CONTROL: robot.take_over}[StateId(fields["state_id"])]()
-    return status_of(robot)
+    return get_status(call)
 
 
 def _pose(position: dict[str, Any]) -> Pose:
@@ -109,4 +104,4 @@ def _moment(text: str) -> datetime:
     return moment
 
 
-HANDLERS: dict[tuple[str, str], Handler] = {("get", "/status"): get_status, ("put", "/status"): put_status}
+HANDLERS: Handlers = {("get", "/status"): get_status, ("put", "/status"): put_status}

@@ -1,17 +1,16 @@
-"""Everything that is only stored: collections that can be listed, read, added to, changed and deleted as the definition says, and
-single objects that say nothing until somebody writes them."""
+"""Operations that only read and write stored data: on collections, and on single objects, which are empty until written."""
 from __future__ import annotations
 
 from typing import Any
 
 from mir_sim import missions
-from mir_sim.errors import ApiError, argument_error, bad_request, duplicate, not_found
+from mir_sim.errors import ApiError, argument_error
 from mir_sim.resources import rows
 from mir_sim.resources.call import Call
 from mir_sim.site import MISSION_ACTIONS, Row, Table, with_hashed_password
 
-# Collections that are a part of another one: template → (table, the field that names the whole).
-PARTS = {
+# Collections inside a row of another one: template → (table, field that holds the key of that row).
+NESTED = {
     "/dashboards/{dashboard_id}/widgets": ("/dashboards/{dashboard_id}/widgets", "dashboard_id"),
     "/maps/{map_id}/area_events": ("/area_events", "map_id"),
     "/maps/{map_id}/path_guides": ("/path_guides", "map_id"),
@@ -35,13 +34,13 @@ PARTS = {
 
 
 def generic(call: Call) -> Any:
-    """Answer any operation that has no code of its own."""
+    """Handle an operation that has no handler of its own."""
     template = call.operation.template
     head, _, tail = template.rpartition("/")
     key = tail[1:-1] if tail.startswith("{") else None
     collection = head if key else template
-    _check_whole(call, collection)
-    table, field = PARTS.get(collection, (collection, None))
+    _check_parent(call, collection)
+    table, field = NESTED.get(collection, (collection, None))
     if key is not None:
         return _item(call, table, field, call.params[key])
     if field is not None or rows.item_template(call.robot.software, table) is not None or call.operation.is_list:
@@ -49,15 +48,15 @@ def generic(call: Call) -> Any:
     return _single(call)
 
 
-def _check_whole(call: Call, collection: str) -> None:
-    """A part of something that doesn't exist is not found."""
+def _check_parent(call: Call, collection: str) -> None:
+    """Raise 404 when the row that the collection is inside of doesn't exist."""
     owner, placeholder, _ = collection.partition("/{")
-    if placeholder and next(iter(call.params.values())) not in call.robot.site.table(owner):
-        raise not_found()
+    if placeholder and _parent_key(call) not in call.robot.site.table(owner):
+        raise ApiError(404)
 
 
-def _whole(call: Call) -> str:
-    """The key of the whole that a part belongs to: the first placeholder of the path."""
+def _parent_key(call: Call) -> str:
+    """The key of the row that a nested collection is inside of: the first placeholder of the path."""
     return next(iter(call.params.values()))
 
 
@@ -65,11 +64,11 @@ def _item(call: Call, table: str, field: str | None, key: str) -> dict[str, Any]
     rows_of, verb = call.robot.site.table(table), call.operation.verb
     row = rows_of.get(key)
     if row is None and rows_of.has_had(key) and verb == "get" and not call.robot.software.startswith("2."):
-        raise ApiError(410, "Gone")     # the code is in the definition of 3.x; that it means "deleted" is a guess
-    if row is None or (field is not None and row.get(field) != _whole(call)):
-        raise not_found()
+        raise ApiError(410)     # MiR's definition 3.5.4 lists this code; that it means "deleted" is a guess
+    if row is None or (field is not None and row.get(field) != _parent_key(call)):
+        raise ApiError(404)
     if verb != "get" and row.get("guid") in missions.BUILT_IN:
-        raise bad_request()
+        raise ApiError(400)
     if verb == "delete":
         rows_of.remove(key)
         return None
@@ -89,28 +88,28 @@ def _collection(call: Call, table: str, field: str | None) -> Any:
         rows_of.clear()
         return None
     brief = call.robot.definition.properties(call.operation.schema)
-    return [rows.Entry(call.robot, table, row, brief) for row in rows_of if field is None or row.get(field) == _whole(call)]
+    return [rows.Entry(call.robot, table, row, brief) for row in rows_of if field is None or row.get(field) == _parent_key(call)]
 
 
 def _single(call: Call) -> Any:
-    """One object, or a command that leaves nothing behind but what was written."""
-    verb, kept = call.operation.verb, call.robot.site.single(call.operation.template, tuple(call.params.values()))
+    """An object outside of all collections, or a command, which only stores its body."""
+    verb, written = call.operation.verb, call.robot.site.single(call.operation.template, tuple(call.params.values()))
     if verb == "delete":
-        kept.clear()
+        written.clear()
         return None
     if call.operation.body_schema is not None:
-        kept.update(call.changes() if verb == "put" else call.fields())
+        written.update(call.changes() if verb == "put" else call.fields())
     value = call.robot.definition.blank(call.operation.schema or {})
-    return {**value, **{name: inner for name, inner in kept.items() if name in value}} if isinstance(value, dict) else value
+    return {**value, **{name: inner for name, inner in written.items() if name in value}} if isinstance(value, dict) else value
 
 
 def _create(call: Call, table_name: str, table: Table, field: str | None) -> dict[str, Any]:
     robot = call.robot
     fields = with_hashed_password(call.fields() if call.operation.body_schema is not None else {})
-    if field is not None and fields.setdefault(field, _whole(call)) != _whole(call):
+    if field is not None and fields.setdefault(field, _parent_key(call)) != _parent_key(call):
         raise argument_error()
     if fields.get(table.key) in table:
-        raise duplicate()
+        raise ApiError(409)
     row: Row = {**rows.blank(robot, table_name), table.key: _new_key(call, table), **fields}
     row.setdefault("created_by_id", call.asker["guid"])
     table.add(_with_parameters(call, row) if table_name == MISSION_ACTIONS else row)
@@ -118,15 +117,15 @@ def _create(call: Call, table_name: str, table: Table, field: str | None) -> dic
 
 
 def _with_parameters(call: Call, action: Row) -> Row:
-    """An action whose parameters are whole. Each is to have an ``id`` and may have a ``value`` and an ``input_name``."""
+    """The action with complete parameters. Each must have an ``id`` and can have a ``value`` and an ``input_name``."""
     if "parameters" not in action:
         return action
     for one in action["parameters"]:
         name = one.get("input_name") if isinstance(one, dict) else 0
         if not isinstance(one, dict) or not isinstance(one.get("id"), str) or not (name is None or isinstance(name, str)):
             raise argument_error()
-    whole = [{"guid": call.robot.site.new_guid(), "value": None, "input_name": None, **one} for one in action["parameters"]]
-    return {**action, "parameters": whole}
+    complete = [{"guid": call.robot.site.new_guid(), "value": None, "input_name": None, **one} for one in action["parameters"]]
+    return {**action, "parameters": complete}
 
 
 def _new_key(call: Call, table: Table) -> Any:

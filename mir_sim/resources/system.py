@@ -1,13 +1,13 @@
-"""The robot as a machine: registers, software, distances, clock, diagnostics."""
+"""The machine: registers, software, distances, time zone, diagnostics."""
 from __future__ import annotations
 
 from datetime import timedelta
 from typing import Any
 from zoneinfo import ZoneInfoNotFoundError
 
-from mir_sim.errors import argument_error, not_found
+from mir_sim.errors import ApiError, argument_error
 from mir_sim.messages import Response
-from mir_sim.resources.call import Call, Handler
+from mir_sim.resources.call import Call, Handlers
 from mir_sim.site import Row
 
 DAYS_OF_STATISTICS = 7
@@ -16,7 +16,7 @@ DAYS_OF_STATISTICS = 7
 def _register(call: Call) -> Row:
     row = call.robot.site.table("/registers").get(call.params["id"])
     if row is None:
-        raise not_found()
+        raise ApiError(404)
     return row
 
 
@@ -29,7 +29,7 @@ def get_register(call: Call) -> dict[str, Any]:
 
 
 def write_register(call: Call) -> dict[str, Any]:
-    """PUT and POST do the same; the definition has forgotten the body of the PUT. Registers 1–100 hold integers, 101–200 floats."""
+    """PUT and POST do the same; the definition lacks the body of the PUT. Registers 1–100 hold integers, 101–200 floats."""
     row, body = _register(call), call.json()
     definition = call.robot.definition
     posted = definition.operation("post", "/registers/{id}")
@@ -43,19 +43,19 @@ def write_register(call: Call) -> dict[str, Any]:
 
 
 def swagger(call: Call) -> dict[str, Any]:
-    """The robot's own definition, reduced as ``mir_sim/definitions`` says."""
+    """The definition of this robot's API, reduced as ``mir_sim/definitions/README.md`` says."""
     return call.robot.definition.document
 
 
 def system_status(call: Call) -> dict[str, Any]:
-    """One object of texts, as recorded; the definition says a list."""
+    """One object of texts (recorded); the definition has a list."""
     return {"url": "/v2.0.0/software/system_status", "platform_version": "3.2.1", "application_version": call.robot.software,
             "last_sw_update_type": "application", "last_sw_update_status": "success", "last_sw_update_date": "2026-03-02T08:15:00",
             "free_disk_space": "18.4 GB", "used_disk_space": "9.1 GB"}
 
 
 def distances(call: Call) -> list[dict[str, Any]]:
-    """Cumulative metres at the end of the last days and now, as clients know it; the definition says one object."""
+    """Metres driven by the end of each of the last days and by now. Clients read a list; the definition has one object."""
     robot, metres = call.robot, call.robot.controller.odometer
     today = robot.clock.local(robot.now).replace(microsecond=0)
     began = robot.clock.local(0.0).replace(hour=0, minute=0, second=0, microsecond=0)
@@ -78,7 +78,7 @@ def set_timezone(call: Call) -> dict[str, Any]:
 
 
 def diagnostics(call: Call) -> dict[str, Any]:
-    """Health by part of the robot; shape as reported."""
+    """Health of each part of the robot, in the shape that was reported."""
     robot = call.robot
     level = robot.battery.at(robot.now)
     return {
@@ -93,7 +93,7 @@ def diagnostics(call: Call) -> dict[str, Any]:
 
 
 def metrics(call: Call) -> Response:
-    """OpenMetrics text with the names recorded on robots."""
+    """OpenMetrics text with the recorded names."""
     robot = call.robot
     pose = robot.pose
     gauges = [
@@ -121,7 +121,7 @@ def _escaped(text: str) -> str:
     return text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
 
 
-HANDLERS: dict[tuple[str, str], Handler] = {
+HANDLERS: Handlers = {
     ("get", "/registers/{id}"): get_register,
     ("put", "/registers/{id}"): write_register,
     ("post", "/registers/{id}"): write_register,

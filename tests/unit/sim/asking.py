@@ -63,8 +63,8 @@ class Asker:
     def state_of(self, number: int) -> str:
         return str(self.item(number)["state"])
 
-    def control(self, **wishes: Any) -> None:
-        apply(self.robot, wishes)
+    def control(self, **commands: Any) -> None:
+        apply(self.robot, commands)
 
     def pass_until(self, condition: Any, most: float = 3600.0) -> None:
         """Let the robot live until something is so, looking every half second."""

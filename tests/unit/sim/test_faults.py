@@ -95,21 +95,21 @@ def test_chance_does_not_change_the_robots_life() -> None:
 
 
 # ---------------------------------------------------------------------- control
-@pytest.mark.parametrize("wishes", [
+@pytest.mark.parametrize("commands", [
     {}, [], {"battery": 101}, {"battery": "full"}, {"battery": float("nan")}, {"battery": 10 ** 400}, {"battery": True},
     {"emergency_stop": 1}, {"error": {"code": "x"}}, {"error": {"code": 1}}, {"error": []}, {"fail_next_mission": ""},
     {"reboot_seconds": -1}, {"reboot_seconds": None}, {"user_prompt": {}}, {"user_prompt": {"question": "?", "options": [1]}},
     {"user_prompt": "?"}, {"fault": {"kind": "flood"}}, {"fault": {}}, {"fault": {"kind": "hang", "count": 0}},
     {"fault": {"kind": "hang", "path": "status"}}, {"fault": {"kind": "delay", "seconds": -1}},
     {"fault": {"kind": "hang", "times": 3}}, {"fly": True}, {"battery": 50, "fly": True}])
-def test_wrong_wishes_are_refused_with_a_sentence_and_nothing_is_done(aino: Asker, wishes: object) -> None:
+def test_wrong_commands_are_refused_with_a_sentence_and_nothing_is_done(aino: Asker, commands: object) -> None:
     before = aino.robot.snapshot()
     with pytest.raises(ControlError, match=r"\.$"):
-        apply(aino.robot, wishes)
+        apply(aino.robot, commands)
     assert aino.robot.snapshot() == before
 
 
-def test_several_wishes_at_once(aino: Asker) -> None:
+def test_several_commands_at_once(aino: Asker) -> None:
     aino.control(battery=12.5, emergency_stop=True, fault={"kind": "delay"})
     state = aino.robot.snapshot()
     assert (state["battery"], state["state_id"], state["faults"][0]["seconds"]) == (12.5, 10, 5.0)

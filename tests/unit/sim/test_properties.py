@@ -64,13 +64,13 @@ class Life(RuleBasedStateMachine):
     def tell(self, state: int, mode: int, clear: bool) -> None:
         self.asker.send("PUT", "/status", {"state_id": state, "mode_id": mode, **({"clear_error": True} if clear else {})})
 
-    @rule(wishes=st.sampled_from([
+    @rule(commands=st.sampled_from([
         {"battery": 5}, {"battery": 90}, {"emergency_stop": True}, {"emergency_stop": False},
         {"error": {"code": 10120, "description": "Blocked"}}, {"error": {"code": 1, "description": "Hot"}},
         {"error": None}, {"fail_next_mission": "Blocked"}, {"reboot_seconds": 15},
         {"user_prompt": {"question": "?", "timeout": 30}}, {"fault": None}]))
-    def befall(self, wishes: dict[str, Any]) -> None:
-        self.asker.control(**wishes)
+    def befall(self, commands: dict[str, Any]) -> None:
+        self.asker.control(**commands)
 
     @rule(kind=FAULTS, count=st.sampled_from([1, 2, None]), seconds=st.floats(0, 60))
     def break_the_way(self, kind: str, count: int | None, seconds: float) -> None:

@@ -165,17 +165,17 @@ def test_setting_the_clock_restarts_the_api_and_stops_the_robot(aino: Asker) -> 
 
 
 # ---------------------------------------------------------------------- while aborting
-@pytest.mark.parametrize(("wishes", "fields"), [
+@pytest.mark.parametrize(("commands", "fields"), [
     ({}, {"state_id": 4}), ({}, {"state_id": 11}), ({}, {"mode_id": 3}), ({"emergency_stop": True}, {}),
     ({"error": {"code": 10120, "description": "Blocked"}}, {}), ({"error": {"code": 701, "description": "Hot"}}, {}),
     ({"reboot_seconds": 5}, {})])
-def test_whatever_happens_an_abort_comes_to_its_end(aino: Asker, wishes: dict[str, object], fields: dict[str, object]) -> None:
+def test_whatever_happens_an_abort_comes_to_its_end(aino: Asker, commands: dict[str, object], fields: dict[str, object]) -> None:
     number = aino.order()
     aino.pass_time(8)
     aino.send("DELETE", f"/mission_queue/{number}")
     assert aino.state_of(number) == "Abort"
-    if wishes:
-        aino.control(**wishes)
+    if commands:
+        aino.control(**commands)
     if fields:
         aino.put_status(**fields)
     aino.pass_time(10)
