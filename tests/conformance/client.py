@@ -1,4 +1,4 @@
-"""A client of one simulated robot that makes up whatever an operation needs: credentials, bodies, things that exist."""
+"""A client of one simulated robot that supplies what an operation needs: credentials, bodies, keys of existing rows."""
 from __future__ import annotations
 
 import json
@@ -18,13 +18,13 @@ SOFTWARE = ("2.14.7", "3.5.4")
 CREDENTIALS = "Basic " + b64encode(b"distributor:" + sha256(b"distributor").hexdigest().encode()).decode()
 JSON = {"Authorization": CREDENTIALS, "Content-Type": "application/json", "Accept-Language": "en_US"}
 
-# What a body field must name so that it means something.
-MEANINGFUL: dict[str, Any] = {
+# Fields of bodies that must refer to something that exists.
+REFERENCES: dict[str, Any] = {
     "mission_id": MISSIONS[0].guid, "group_id": DEFAULT_GROUP, "map_id": MAP_GUID, "map_guid": MAP_GUID, "session_id": SESSION_GUID,
     "session_guid": SESSION_GUID, "pos_id": BY_NAME["Dock"].guid, "pos_guid": BY_NAME["Dock"].guid,
     "user_group_id": USER_GROUPS["Distributors"], "user_group_guid": USER_GROUPS["Distributors"], "type_id": 0, "parent_id": "",
 }
-# Bodies that the definition alone doesn't make sensible.
+# Bodies that the definition alone doesn't describe well enough.
 BODIES: dict[tuple[str, str], Any] = {
     ("put", "/status"): {"state_id": 4},
     ("put", "/users/me"): {"email": "someone@example.com"},
@@ -43,7 +43,7 @@ def load(software: str) -> dict[str, Any]:
 
 
 class Client:
-    """Asks a fresh robot, without a network."""
+    """Sends requests to a new robot, without a network."""
 
     def __init__(self, software: str) -> None:
         self.document = load(software)
@@ -67,8 +67,8 @@ class Client:
             schema = self.document["definitions"][schema["$ref"].rsplit("/", 1)[-1]]
         if name in params:
             return params[name]
-        if name in MEANINGFUL:
-            return MEANINGFUL[name]
+        if name in REFERENCES:
+            return REFERENCES[name]
         if "enum" in schema:
             return schema["enum"][0]
         match schema.get("type"):
@@ -88,7 +88,7 @@ class Client:
                 return "x" * max(4, schema.get("minLength", 0))
 
     def fill(self, template: str) -> dict[str, str] | None:
-        """Values for the placeholders of a path that lead to something, or None when the robot has no such thing and can't be given one."""
+        """Keys of existing rows for the placeholders of a path, or None when the robot has no such row and none can be added."""
         params: dict[str, str] = {}
         path, segments = "", template.strip("/").split("/")
         for number, segment in enumerate(segments):
@@ -102,11 +102,11 @@ class Client:
         return params
 
     def _key(self, template: str, path: str, params: dict[str, str]) -> str | None:
-        """The key of something in a collection: of its first entry, or of one that is added to it."""
+        """The key of the first entry of a collection, or of one that is added to it."""
         verbs = self.document["paths"].get(template, {})
         if template == "/mission_queue":
             self.send("POST", path, {"mission_id": MISSIONS[0].guid})
-            self.robot.advance_to(self.robot.now + 30)     # some actions have begun
+            self.robot.advance_to(self.robot.now + 30)     # some actions have started
         if "get" in verbs:
             found = self.send("GET", path).json()
             if isinstance(found, list) and found:

@@ -1,4 +1,4 @@
-"""Where recorded robots differ from MiR's definition: data, each with its reason. The tests fail on one that is not needed."""
+"""Known differences of robots from MiR's definition, each with its reason. The tests fail on one that isn't needed."""
 from __future__ import annotations
 
 import json

@@ -1,4 +1,4 @@
-"""Whatever a client sends, it gets a documented answer: hypothesis makes up bodies for every operation that takes one."""
+"""Any body gets a documented answer: hypothesis generates bodies for every operation that takes one."""
 from __future__ import annotations
 
 from typing import Any
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.conformance.client import MEANINGFUL, SOFTWARE, Client
+from tests.conformance.client import REFERENCES, SOFTWARE, Client
 from tests.conformance.test_operations import WITH_BODY, path_of
 
 ANYTHING = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.sampled_from([10 ** 400, "\ud800"]),
@@ -16,7 +16,7 @@ REPORTED = {500}      # unknown parameter names when a mission is queued
 
 
 def ready(software: str, verb: str, template: str) -> tuple[Client, str, dict[str, Any]]:
-    """A robot on which the operation's path leads somewhere, that path, and a right body."""
+    """A robot on which the operation's path exists, that path, and a valid body."""
     client = Client(software)
     params = client.fill(template) or {}
     return client, path_of(template, params), client.body(verb, template, params)
@@ -33,7 +33,7 @@ def test_any_body_gets_a_documented_answer(operation: tuple[str, str, str], data
     assert response.status in documented | (REPORTED if template == "/mission_queue" else set())
     if response.status >= 400:
         assert set(response.json()) == {"error_code", "error_human"}
-    client.robot.advance_to(client.robot.now + 30)      # and the robot lives on with what it was given
+    client.robot.advance_to(client.robot.now + 30)      # and the robot keeps working
     assert client.send("GET", "/status", headers={}).status in (200, 503)
 
 
@@ -42,7 +42,7 @@ def test_any_body_gets_a_documented_answer(operation: tuple[str, str, str], data
 @given(parameters=st.lists(ANYTHING | st.fixed_dictionaries({"id": ANYTHING, "value": ANYTHING}), max_size=3))
 def test_any_parameters_of_an_action_leave_the_robot_alive(software: str, parameters: list[Any]) -> None:
     client = Client(software)
-    mission = MEANINGFUL["mission_id"]
+    mission = REFERENCES["mission_id"]
     for action_type in ("move", "move_to_position", "wait", "charging", "docking", "set_plc_register", "prompt_user"):
         client.send("POST", f"/missions/{mission}/actions",
                     {"mission_id": mission, "action_type": action_type, "priority": 0, "parameters": parameters})

@@ -38,7 +38,7 @@ def path_of(template: str, params: dict[str, str]) -> str:
 
 
 def succeed(software: str, verb: str, template: str) -> tuple[list[str], set[int]]:
-    """Do the operation as it is meant; return what is wrong with the answer and the exceptions that were needed."""
+    """Perform the operation properly; return what is wrong with the answer and the exceptions that were needed."""
     client = Client(software)
     params = client.fill(template)
     if params is None:
@@ -60,7 +60,7 @@ def succeed(software: str, verb: str, template: str) -> tuple[list[str], set[int
 
 
 def nothing_there(client: Client, verb: str, template: str) -> tuple[list[str], set[int]]:
-    """The robot has none of these: what is asked for isn't found."""
+    """The robot has no such row: the answer is 404."""
     placeholders = [part[1:-1] for part in template.split("/") if part.startswith("{")]
     response = client.send(verb, path_of(template, dict.fromkeys(placeholders, "0")), client.body(verb, template))
     assert response.status == 404

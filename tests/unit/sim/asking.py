@@ -1,4 +1,4 @@
-"""Asking a simulated robot without a network, at simulated times of the test's choosing."""
+"""A client of a simulated robot without a network, at simulated times that the test chooses."""
 from __future__ import annotations
 
 import json
@@ -21,7 +21,7 @@ HEADERS = {"Authorization": credentials(), "Content-Type": "application/json"}
 
 
 class Asker:
-    """A robot and a client of it. ``pass_time`` lets the robot live."""
+    """A robot and a client of it. ``pass_time`` advances the robot's time."""
 
     def __init__(self, **options: Any) -> None:
         self.robot = SimulatedRobot("Aino", **{"seed": 1, "battery": 80.0, **options})
@@ -67,7 +67,7 @@ class Asker:
         apply(self.robot, commands)
 
     def pass_until(self, condition: Any, most: float = 3600.0) -> None:
-        """Let the robot live until something is so, looking every half second."""
+        """Advance time until a condition holds, checked every half second."""
         ends = self.robot.now + most
         while not condition():
             assert self.robot.now < ends

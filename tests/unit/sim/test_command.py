@@ -1,4 +1,4 @@
-"""``python -m mir_sim`` as an integrator types it."""
+"""The command ``python -m mir_sim``."""
 from __future__ import annotations
 
 import signal

@@ -10,7 +10,7 @@ PATHS = ("/status", "/mission_queue?whitelist=all", "/missions", "/metrics", "/s
 
 
 def life(requests: int, polls: int, **options: object) -> list[bytes]:
-    """The answers to hours of orders, holds and faults drawn by a fixed seed, with ``polls`` looks between any two of them left out."""
+    """The answers to hours of missions, holds and faults drawn by a fixed seed, without those of the ``polls`` requests in between."""
     asker, rng, answers = Asker(failure_rate=0.2, **options), random.Random(3), []
     for _ in range(requests):
         pause = rng.uniform(0, 90)

@@ -1,4 +1,4 @@
-"""Every command and every program in docs/simulator.md works and does what the page says."""
+"""Every command and every program in docs/simulator.md does what the page says."""
 from __future__ import annotations
 
 import re
@@ -20,7 +20,7 @@ def blocks(language: str) -> list[str]:
 
 
 def commands() -> list[tuple[str, list[str]]]:
-    """Each curl line of the page with what its answer is said to contain."""
+    """Each curl line of the page, with the texts that its answer must contain."""
     found: list[tuple[str, list[str]]] = []
     for line in "".join(blocks("curl")).splitlines():
         if line.startswith("# "):

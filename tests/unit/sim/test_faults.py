@@ -1,4 +1,4 @@
-"""Faults between request and answer, on demand and by chance, without a network."""
+"""Faults between request and answer, on demand and at random, without a network."""
 from __future__ import annotations
 
 import json
@@ -84,7 +84,7 @@ def test_chance_hits_a_share_of_the_requests_and_the_same_ones_for_the_same_seed
     assert life(1) == life(1) != life(2)
 
 
-def test_chance_does_not_change_the_robots_life() -> None:
+def test_chaos_does_not_change_what_the_robot_does() -> None:
     calm, wild = Asker(failure_rate=0.5), Asker(failure_rate=0.5, chaos=1.0)
     for asker in (calm, wild):
         for _ in range(20):
@@ -102,7 +102,7 @@ def test_chance_does_not_change_the_robots_life() -> None:
     {"user_prompt": "?"}, {"fault": {"kind": "flood"}}, {"fault": {}}, {"fault": {"kind": "hang", "count": 0}},
     {"fault": {"kind": "hang", "path": "status"}}, {"fault": {"kind": "delay", "seconds": -1}},
     {"fault": {"kind": "hang", "times": 3}}, {"fly": True}, {"battery": 50, "fly": True}])
-def test_wrong_commands_are_refused_with_a_sentence_and_nothing_is_done(aino: Asker, commands: object) -> None:
+def test_wrong_commands_are_refused_with_a_sentence_and_none_is_executed(aino: Asker, commands: object) -> None:
     before = aino.robot.snapshot()
     with pytest.raises(ControlError, match=r"\.$"):
         apply(aino.robot, commands)
@@ -115,6 +115,6 @@ def test_several_commands_at_once(aino: Asker) -> None:
     assert (state["battery"], state["state_id"], state["faults"][0]["seconds"]) == (12.5, 10, 5.0)
 
 
-def test_every_kind_of_the_contract_is_there() -> None:
+def test_all_documented_kinds_of_faults_exist() -> None:
     assert {str(kind) for kind in FaultKind} == {
         "drop_request", "drop_response", "delay", "late", "hang", "status_503", "html", "truncate", "garbage"}

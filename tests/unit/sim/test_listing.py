@@ -1,4 +1,4 @@
-"""whitelist, sort_by, limit, offset and search, as on every list of the API."""
+"""whitelist, sort_by, limit, offset and search, which all lists of the API support."""
 from __future__ import annotations
 
 from typing import Any

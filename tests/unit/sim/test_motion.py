@@ -1,4 +1,4 @@
-"""Ways: turn, drive, arrive; distances and times that belong together."""
+"""Trips: turns, drives, arrival, and the relation of distance and time."""
 from __future__ import annotations
 
 import math

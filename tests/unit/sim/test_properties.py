@@ -1,4 +1,4 @@
-"""What holds under any sequence of requests, controls, faults and pauses (hypothesis draws them)."""
+"""Invariants under any sequence of requests, commands, faults and pauses, drawn by hypothesis."""
 from __future__ import annotations
 
 from typing import Any
@@ -18,8 +18,8 @@ STATUS_FIELDS = st.sampled_from(["state_id", "mode_id", "clear_error", "position
 FAULTS = st.sampled_from(["drop_request", "drop_response", "delay", "late", "hang", "status_503", "html", "truncate", "garbage"])
 
 
-class Life(RuleBasedStateMachine):
-    """A robot in the hands of somebody who does anything."""
+class RobotMachine(RuleBasedStateMachine):
+    """A robot and a client that sends anything."""
 
     @initialize(software=st.sampled_from(["2.14.7", "3.5.4"]), seed=st.integers(0, 5), battery=st.sampled_from([0.4, 30.0, 95.0]))
     def switch_on(self, software: str, seed: int, battery: float) -> None:
@@ -61,7 +61,7 @@ class Life(RuleBasedStateMachine):
         assert answer.status != 204 or all(item.state == "Abort" for item in self.open_items())
 
     @rule(state=st.sampled_from([3, 4, 11]), mode=st.sampled_from([3, 7, 7, 7]), clear=st.booleans())
-    def tell(self, state: int, mode: int, clear: bool) -> None:
+    def put_status(self, state: int, mode: int, clear: bool) -> None:
         self.asker.send("PUT", "/status", {"state_id": state, "mode_id": mode, **({"clear_error": True} if clear else {})})
 
     @rule(commands=st.sampled_from([
@@ -69,11 +69,11 @@ class Life(RuleBasedStateMachine):
         {"error": {"code": 10120, "description": "Blocked"}}, {"error": {"code": 1, "description": "Hot"}},
         {"error": None}, {"fail_next_mission": "Blocked"}, {"reboot_seconds": 15},
         {"user_prompt": {"question": "?", "timeout": 30}}, {"fault": None}]))
-    def befall(self, commands: dict[str, Any]) -> None:
+    def control(self, commands: dict[str, Any]) -> None:
         self.asker.control(**commands)
 
     @rule(kind=FAULTS, count=st.sampled_from([1, 2, None]), seconds=st.floats(0, 60))
-    def break_the_way(self, kind: str, count: int | None, seconds: float) -> None:
+    def inject_fault(self, kind: str, count: int | None, seconds: float) -> None:
         self.asker.control(fault={"kind": kind, "count": count, "seconds": seconds})
 
     @rule(method=st.sampled_from(["GET", "PUT", "POST", "DELETE"]), path=PATHS,
@@ -97,7 +97,7 @@ class Life(RuleBasedStateMachine):
         assert [item for item in busy if item.state == "Executing"] == ([run.item] if run is not None else [])
 
     @invariant()
-    def an_abort_passes_in_a_moment_and_ends_as_the_users_wish(self) -> None:
+    def an_abort_is_short_and_ends_as_cancelled_by_the_user(self) -> None:
         for item in self.asker.robot.queue:
             before = self.aborting.pop(item.id, None)
             if item.state == "Abort":
@@ -153,5 +153,5 @@ class Life(RuleBasedStateMachine):
             assert (shown["mission_queue_id"] is None) == (self.asker.robot.run is None)
 
 
-Life.TestCase.settings = settings(max_examples=60, stateful_step_count=40, suppress_health_check=list(HealthCheck))
-TestLife = Life.TestCase
+RobotMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=40, suppress_health_check=list(HealthCheck))
+TestRobotMachine = RobotMachine.TestCase

@@ -1,4 +1,4 @@
-"""Ordering missions, watching them, cancelling them."""
+"""Queueing missions, reading and cancelling them."""
 from __future__ import annotations
 
 import json

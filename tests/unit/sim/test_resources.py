@@ -1,4 +1,4 @@
-"""What else can be read and written: missions, positions, maps, registers, users, numbers about the robot."""
+"""Other resources: missions, positions, maps, registers, users, figures about the robot."""
 from __future__ import annotations
 
 import base64

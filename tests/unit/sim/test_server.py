@@ -1,4 +1,4 @@
-"""The HTTP shell: real sockets, real faults, many threads."""
+"""The HTTP server: real sockets, real faults, many threads."""
 from __future__ import annotations
 
 import http.client
@@ -43,7 +43,7 @@ def wait_until(condition: Callable[[], bool]) -> None:
 
 
 def raw(robot: FleetRobot, data: bytes) -> bytes:
-    """Whatever comes back until the robot closes the connection."""
+    """All bytes that the robot sends until it closes the connection."""
     with socket.create_connection(("127.0.0.1", robot.port), timeout=5) as connection:
         connection.sendall(data)
         answer = b""
@@ -129,7 +129,7 @@ def test_a_held_request_is_never_answered(aino: FleetRobot) -> None:
     assert ask(aino, "GET", "/mission_queue").json() == []
 
 
-def test_a_delayed_answer_comes_after_the_deed_and_a_late_one_with_it(aino: FleetRobot) -> None:
+def test_a_delayed_request_is_handled_at_once_and_a_late_one_when_it_is_answered(aino: FleetRobot) -> None:
     for kind, by_then in (("delay", 1), ("late", 0)):
         aino.control({"fault": {"kind": kind, "path": "/mission_queue", "seconds": 1.0}})
         before = len(aino.model.queue)

@@ -1,4 +1,4 @@
-"""Pause, error, emergency stop, manual control, reboot, battery: what holds the queue and what lets it go."""
+"""Pause, error, emergency stop, manual control, reboot, battery: what holds the queue and what releases it."""
 from __future__ import annotations
 
 import json
