@@ -125,7 +125,7 @@ class MissionQueue:
             self._pending.append(item.id)
 
     def pending(self) -> list[QueueItem]:
-        """Pending items in the order in which they will start: by id, whatever their priority, as MiR's definition says."""
+        """Pending items in the order in which they will start: by id, since new items go to the end. Priority has no effect (guess)."""
         return [self._items[item_id] for item_id in self._pending]
 
     def leave_pending(self, item: QueueItem) -> None:
