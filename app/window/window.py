@@ -23,6 +23,7 @@ from app.process import log_file
 from app.process.data_directory import DataDirectory
 from app.process.host import host
 from app.process.lock import AlreadyRunning, InstanceLock
+from app.window.display import display_size
 from app.window.garbage import Garbage
 
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
@@ -87,7 +88,8 @@ def configure(kiosk: bool) -> None:
         "widgets": {"scroll_distance": "12", "scroll_timeout": "120"},
     }
     if kiosk:
-        settings["graphics"] |= {"fullscreen": "auto", "show_cursor": "0"}
+        width, height = display_size() or (WIDTH, HEIGHT)
+        settings["graphics"] |= {"fullscreen": "auto", "show_cursor": "0", "width": str(width), "height": str(height)}
     for section, values in settings.items():
         for name, value in values.items():
             Config.set(section, name, value)

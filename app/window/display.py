@@ -1,0 +1,41 @@
+"""The size of the display, before kivy makes a window on it."""
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import importlib.util
+from pathlib import Path
+
+_VIDEO = 0x20                # SDL_INIT_VIDEO
+
+
+def display_size() -> tuple[int, int] | None:
+    """Width and height of the first display in pixels, as SDL sees it; None where SDL can't be asked.
+
+    A kiosk's compositor shows a full-screen window in the display's size without a word to kivy, which would go on drawing in the size
+    that the window was made with.
+    """
+    library = _sdl()
+    if library is None:
+        return None
+    try:
+        sdl = ctypes.CDLL(library)
+        if sdl.SDL_InitSubSystem(_VIDEO) != 0:
+            return None
+        try:
+            bounds = (ctypes.c_int * 4)()                    # x, y, width, height
+            return (bounds[2], bounds[3]) if sdl.SDL_GetDisplayBounds(0, bounds) == 0 else None
+        finally:
+            sdl.SDL_QuitSubSystem(_VIDEO)
+    except (OSError, AttributeError):
+        return None
+
+
+def _sdl() -> str | None:
+    """The library that kivy uses: the one in its wheel, else the system's."""
+    kivy = importlib.util.find_spec("kivy")
+    if kivy is not None and kivy.origin is not None:
+        bundled = sorted((Path(kivy.origin).parents[1] / "Kivy.libs").glob("libSDL2-2*.so*"))
+        if bundled:
+            return str(bundled[0])
+    return ctypes.util.find_library("SDL2-2.0")
