@@ -270,7 +270,7 @@ class Settings:
     timezone: str = "UTC"                # replaced by the tablet's at the first start
     start_window_minutes: int = 15
     unknown_outcome_quiet_seconds: int = 90
-    history_limit: int | None = 100
+    history_limit: int | None = 100_000
     # the tablet's own, not part of the configuration file
     language: str = "en"
     theme: str = "light"

@@ -1,10 +1,11 @@
-"""The one-shot commands: import, export, run now, restore.
+"""The one-shot commands: import, export, run now, remove the PIN, restore.
 
-Exports read beside a running app; the others are handed to it when there is one.
+Exports read beside a running app; changes are handed to it when there is one, but for restoring a backup, which needs it closed.
 """
 from __future__ import annotations
 
 import argparse
+import contextlib
 import errno
 import hashlib
 import json
@@ -14,7 +15,7 @@ import sqlite3
 import sys
 import tempfile
 import uuid
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -24,18 +25,18 @@ from app.database.errors import DatabaseError
 from app.database.executions import ExecutionRepository
 from app.domain.clock import SystemClock
 from app.domain.message import render
-from app.domain.models import Execution, InvalidInput, State
+from app.domain.models import InvalidInput, State
 from app.failures import BadInput, Failure
 from app.process import log_file
 from app.process.data_directory import DataDirectory
-from app.process.inbox import NoAnswer, ask
+from app.process.inbox import HolderGone, NoAnswer, ask
 from app.process.lock import AlreadyRunning, InstanceLock
 from app.process.opening import open_container, open_for_reading
 from app.process.requests import MORE_THAN_A_WINDOW, find_mission, find_robot, outcome
 from app.services.catalogue import configuration
 from app.services.files.history_export import write_history
 
-IMPORT_WITHIN = 30.0        # s for the running app to take a configuration up
+CHANGED_WITHIN = 30.0       # s for the running app to carry out a change
 LARGEST_CONFIGURATION = 5 * 1024 * 1024
 
 
@@ -82,23 +83,14 @@ def _begin_if_new(directory: DataDirectory) -> None:
 # ------------------------------------------------------------------ import
 def _import(directory: DataDirectory, path: Path) -> int:
     content = read_configuration(path)
-    lock = InstanceLock(directory.path)
-    if lock.try_acquire():
+
+    def import_here(container: Container) -> dict[str, Any]:
         try:
-            container = open_container(directory)
-            try:
-                changes = [render(line) for line in configuration.import_configuration(container.catalogue, content)]
-            finally:
-                container.db.close()
+            return {"changes": [render(line) for line in configuration.import_configuration(container.catalogue, content)]}
         except InvalidInput as error:
             raise BadInput(f"{path}: {error}; nothing was changed") from None
-        finally:
-            lock.release()
-    else:
-        digest = hashlib.sha256(content).hexdigest()
-        answer = _ask_to_change(directory, "import", IMPORT_WITHIN, path=str(path.resolve()), sha256=digest)
-        _raise_for(answer)
-        changes = answer["changes"]
+
+    changes = _change(directory, import_here, "import", path=str(path.resolve()), sha256=hashlib.sha256(content).hexdigest())["changes"]
     for line in changes:
         print(line)
     if not changes:
@@ -121,32 +113,20 @@ def read_configuration(path: Path) -> bytes:
 # ------------------------------------------------------------------ run now
 def _run_now(directory: DataDirectory, robot: str, mission: str, given: Sequence[str]) -> int:
     parameters = dict(_parameter(text) for text in given)
-    token = str(uuid.uuid4())
-    lock = InstanceLock(directory.path)
-    if lock.try_acquire():
-        try:
-            container = open_container(directory)
-            try:
-                ended = _submit(container, robot, mission, parameters, token)
-            finally:
-                container.db.close()
-        except InvalidInput as error:
-            raise BadInput(str(error)) from None
-        finally:
-            lock.release()
-        answer = outcome(ended)
-    else:
-        try:
-            answer = ask_running(directory, "run_now", MORE_THAN_A_WINDOW, robot=robot, mission=mission, parameters=parameters, token=token)
-        except NoAnswer as error:
-            answer = _found_out(directory, token, error)
+    token = str(uuid.uuid4())            # of this command: whoever carries it out, and however often it is asked, the mission runs once
+    try:
+        answer = _here_or_by_the_running_app(
+            directory, lambda container: _submit(container, robot, mission, parameters, token), "run_now", MORE_THAN_A_WINDOW,
+            robot=robot, mission=mission, parameters=parameters, token=token)
+    except NoAnswer as error:
+        answer = _found_out(directory, token, error)
     _raise_for(answer)
     print(answer["queue_id"])
     return 0
 
 
 def _found_out(directory: DataDirectory, token: str, error: NoAnswer) -> dict[str, Any]:
-    """What the running app did not say itself: whether it had taken the mission up. Then it may start yet, once an app goes on with it."""
+    """The running app did not answer in time: whether it has accepted the request, so that the mission may still start."""
     where = f"see Logs in the app, or python main.py --data-dir {shlex.quote(str(directory.path))} --export-log -"
     try:
         db = open_for_reading(directory)
@@ -157,7 +137,7 @@ def _found_out(directory: DataDirectory, token: str, error: NoAnswer) -> dict[st
     except (Failure, sqlite3.Error):
         return {"exit": 1, "error": f"{error}; the mission may still start: {where}"}
     if execution is None:
-        return {"exit": 1, "error": f"{error} and had not taken the mission up, so it will not start: give the command again"}
+        return {"exit": 1, "error": f"{error} and had not accepted the mission, so it will not start: give the command again"}
     if execution.state in (State.WAITING, State.SUBMITTING):
         which = f"{execution.mission} on {execution.robot}"
         return {"exit": 1, "error": f"{error}; {which} may still start, now or when the app runs again: {where}"}
@@ -175,41 +155,35 @@ def _parameter(text: str) -> tuple[str, Any]:
     return name, number if isinstance(number, int | float) else value
 
 
-def _submit(container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str) -> Execution:
-    """The same exactly-once path as in the running app, for this one execution only."""
-    robot = find_robot(container, robot_name)
-    mission = find_mission(container, mission_name, robot)
-    execution = container.operator.run_now(robot.id, mission.id, parameters, token)
-    lane = container.make_worker(robot)
+def _submit(container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str) -> dict[str, Any]:
+    """The same exactly-once path as in the running app, for this one execution only, which an app that is gone may have begun."""
+    execution = container.ledger.by_token(token)
+    if execution is None:
+        try:
+            robot = find_robot(container, robot_name)
+            execution = container.operator.run_now(robot.id, find_mission(container, mission_name, robot).id, parameters, token)
+        except InvalidInput as error:
+            raise BadInput(str(error)) from None
+    robot_now = container.catalogue.robot(execution.robot_id or 0)
+    if robot_now is None:
+        return outcome(execution)
+    worker = container.make_worker(robot_now)
     try:
         while execution.state in (State.WAITING, State.SUBMITTING):
-            wait = lane.dispatch_only(execution.id)
+            wait = worker.dispatch_only(execution.id)
             execution = container.ledger.get(execution.id) or execution
             if execution.state in (State.WAITING, State.SUBMITTING):
                 container.clock.sleep(min(wait, 1.0))
     finally:
-        lane.close()
-    return execution
+        worker.close()
+    return outcome(execution)
 
 
 # ------------------------------------------------------------------ a forgotten PIN
 def _remove_pin(directory: DataDirectory) -> int:
-    """Who may run commands on the data directory may open Settings."""
-    lock = InstanceLock(directory.path)
-    if lock.try_acquire():
-        try:
-            container = open_container(directory)
-            try:
-                was_set = container.access.remove()
-            finally:
-                container.db.close()
-        finally:
-            lock.release()
-    else:
-        answer = _ask_to_change(directory, "remove_pin", IMPORT_WITHIN)
-        _raise_for(answer)
-        was_set = answer["was_set"]
-    print("the PIN for Settings was removed" if was_set else "there was no PIN for Settings")
+    """Whoever may run commands on the data directory may open Settings."""
+    answer = _change(directory, lambda container: {"was_set": container.access.remove()}, "remove_pin")
+    print("the PIN for Settings was removed" if answer["was_set"] else "there was no PIN for Settings")
     return 0
 
 
@@ -231,22 +205,44 @@ def _restore(directory: DataDirectory, backup: Path) -> int:
 
 
 # ------------------------------------------------------------------ talking to the running app, and to files
-def ask_running(directory: DataDirectory, kind: str, timeout: float, **request: Any) -> dict[str, Any]:
-    """What the running app answers. Raises NoAnswer."""
-    def holder_is_gone() -> bool:
-        probe = InstanceLock(directory.path)
-        gone = probe.try_acquire()
-        probe.release()
-        return gone
-    return ask(directory.path, kind, timeout=timeout, holder_is_gone=holder_is_gone, **request)
+def _here_or_by_the_running_app(directory: DataDirectory, here: Callable[[Container], dict[str, Any]], kind: str, timeout: float,
+                                **request: Any) -> dict[str, Any]:
+    """Do it in this process when no other one holds the data directory, else ask the one that does.
+
+    When that one ends without an answer – it was stopped, or was another command that answers nobody – this process tries again: what is
+    asked for must come to the same when it is done twice. Raises NoAnswer when an app that runs on does not answer within ``timeout`` s.
+    """
+    while True:
+        lock = InstanceLock(directory.path)
+        if lock.try_acquire():
+            try:
+                container = open_container(directory)
+                try:
+                    return here(container)
+                finally:
+                    container.db.close()
+            finally:
+                lock.release()
+        with contextlib.suppress(HolderGone):
+            return ask(directory.path, kind, timeout=timeout, holder_is_gone=lambda: _is_free(directory), **request)
 
 
-def _ask_to_change(directory: DataDirectory, kind: str, timeout: float, **request: Any) -> dict[str, Any]:
-    """For what may be asked twice. Raises Failure."""
+def _is_free(directory: DataDirectory) -> bool:
+    """Whether no process holds the data directory at this moment."""
+    probe = InstanceLock(directory.path)
+    free = probe.try_acquire()
+    probe.release()
+    return free
+
+
+def _change(directory: DataDirectory, here: Callable[[Container], dict[str, Any]], kind: str, **request: Any) -> dict[str, Any]:
+    """For changes of the configuration. Raises Failure or BadInput."""
     try:
-        return ask_running(directory, kind, timeout, **request)
+        answer = _here_or_by_the_running_app(directory, here, kind, CHANGED_WITHIN, **request)
     except NoAnswer as error:
         raise Failure(f"{error}; it may have been done or not: give the command again, twice changes nothing more") from None
+    _raise_for(answer)
+    return answer
 
 
 def _raise_for(answer: dict[str, Any]) -> None:

@@ -18,8 +18,13 @@ log = logging.getLogger(__name__)
 
 Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]     # None: not yet answered, ask again at the next tick
 
+
 class NoAnswer(Exception):
-    """The running app did not take the request up in time."""
+    """The running app did not answer in time."""
+
+
+class HolderGone(NoAnswer):
+    """The process that held the data directory ended without an answer. The request is withdrawn; it may have been begun."""
 
 
 class Inbox:
@@ -60,7 +65,7 @@ class Inbox:
 def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[], bool], **request: Any) -> dict[str, Any]:
     """The command's side: hand a request over and wait for the answer.
 
-    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, or when the running app ended without an answer.
+    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderGone when the other process ended first.
     """
     directory = data_dir / "inbox"
     directory.mkdir(mode=0o700, exist_ok=True)
@@ -73,7 +78,7 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
             if answer.exists():
                 return dict(json.loads(answer.read_text(encoding="utf-8")))
             if holder_is_gone() and not answer.exists():
-                raise NoAnswer("the app that was running ended before it answered")
+                raise HolderGone("the app that was running ended before it answered")
             time.sleep(0.05)
         raise NoAnswer(f"the running app did not answer within {timeout:.0f} s")
     finally:

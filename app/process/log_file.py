@@ -87,10 +87,14 @@ def _crashed(kind: type[BaseException], error: BaseException, trace: TracebackTy
 
 
 def note_crash(error: BaseException) -> str:
-    """Write the traceback into the log file; returns the words that say where it is."""
-    if _file is None:
-        return f" ({str(error)[:200]})"
+    """Write the traceback into the log file; returns the words that say where it is, or what went wrong where there is no file (any
+    more: that of ``--demo`` goes with its directory)."""
     record = log.makeRecord(log.name, logging.CRITICAL, __file__, 0, "Unexpected error", (), (type(error), error, error.__traceback__))
-    with open(_file, "a", encoding="utf-8") as file:
-        file.write(f"{_FileLine().format(record)}\n")
+    try:
+        if _file is None:
+            raise FileNotFoundError
+        with open(_file, "a", encoding="utf-8") as file:
+            file.write(f"{_FileLine().format(record)}\n")
+    except OSError:
+        return f" ({str(error)[:200]})"
     return f"; details in {_file}"

@@ -16,7 +16,7 @@ from app.services.live.changes import Changes, Topic
 from tests.support.process import wait_for
 
 
-class CountingLane:
+class CountingWorker:
     """A worker that only counts its polls; ``hangs`` until the test ends."""
 
     def __init__(self, robot: Robot, polls: Counter[int]) -> None:
@@ -63,15 +63,20 @@ def start(site, polls) -> Iterator[Callable[..., PollLoop]]:
     loops, free = [], poll_loop.threading.Event()
 
     def make(count: int, *, hanging: int | None = None, every: float = 0.2, scheduler: QuietScheduler | None = None,
-             changes: Changes | None = None, trouble: Callable[[Robot], None] = lambda robot: None) -> PollLoop:
-        def worker_of(robot: Robot) -> CountingLane:
-            worker = CountingLane(robot, polls)
+             changes: Changes | None = None, trouble: Callable[[Robot], None] = lambda robot: None,
+             reading: Callable[[PollLoop], object] = lambda loop: None) -> PollLoop:
+        def worker_of(robot: Robot) -> CountingWorker:
+            worker = CountingWorker(robot, polls)
             worker.hangs = free.wait if robot.id == hanging else lambda: trouble(robot)
             return worker
         alarms = Alarms(site.container.db, site.container.repositories.alarms, SystemClock(), Changes())
         robots = [Robot(f"R{n}", "http://r", id=n) for n in range(count)]
+
+        def read_robots() -> list[Robot]:
+            reading(loop)
+            return robots
         loop = PollLoop(site.container.db, scheduler=scheduler or QuietScheduler(), clock=SystemClock(), alarms=alarms,  # type: ignore[arg-type]
-                        changes=changes or Changes(), robots=lambda: robots, make_worker=worker_of,  # type: ignore[arg-type]
+                        changes=changes or Changes(), robots=read_robots, make_worker=worker_of,  # type: ignore[arg-type]
                         poll_interval=lambda: every)
         loops.append(loop)
         loop.start()
@@ -189,3 +194,10 @@ def test_when_the_window_stops_asking_robots_are_polled_all_the_same(start, poll
     loop.request_cycle(by_window=True)
     seen = sum(polls.values())
     wait_for(lambda: sum(polls.values()) >= seen + 9)
+
+
+def test_a_loop_is_not_ready_while_its_workers_are_still_to_be_made(start):
+    ready: list[bool] = []
+    loop = start(2, reading=lambda loop: ready.append(loop.is_ready))
+    wait_for(lambda: loop.is_ready)
+    assert ready == [False]

@@ -198,46 +198,40 @@ def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
     assert is_one_line(refused.stderr)
 
 
-def killed_while_asked(site, robot, is_taken_up):
-    """``--run-now`` beside an app that is killed before it answers."""
+@pytest.mark.parametrize("is_accepted", [True, False], ids=["accepted", "not read yet"])
+def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, robot, is_accepted):
     with running(site) as app:
         robot.control({"fault": {"kind": "hang", "count": None}})
         asking = subprocess.Popen(command(site, "--run-now", robot.name, "Home"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                   encoding="utf-8", env=environment())
         try:
-            if is_taken_up:
-                wait_for(lambda: any(row["trigger"] == "manual" for row in history(site)), what="the app to take it up")
+            if is_accepted:
+                wait_for(lambda: any(row["trigger"] == "manual" for row in history(site)), what="the app to accept it")
             else:
                 app.process.send_signal(signal.SIGSTOP)
                 wait_for(lambda: list((site / "inbox").glob("*.request")), what="the request")
             app.kill()
+            robot.control({"fault": None})
             stdout, stderr = asking.communicate(timeout=PATIENCE)
         finally:
             asking.kill()
             asking.communicate()
-    assert (asking.returncode, stdout) == (1, "")
-    assert is_one_line(stderr), stderr
-    return stderr
+    assert (asking.returncode, stderr) == (0, "")
+    assert [f"{item['id']}\n" for item in queue_of(robot)] == [stdout]
+    row, = (row for row in history(site) if row["trigger"] == "manual")
+    assert row["queue_id"] == stdout.strip()
+
+
+def test_several_commands_at_one_instant_each_start_their_mission(site, robot):
+    asking = [subprocess.Popen(command(site, "--run-now", robot.name, "Home"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               encoding="utf-8", env=environment()) for _ in range(3)]
+    said = [one.communicate(timeout=PATIENCE) for one in asking]
+    assert [(one.returncode, stderr) for one, (_stdout, stderr) in zip(asking, said, strict=True)] == [(0, "")] * 3
+    assert sorted(stdout for stdout, _stderr in said) == sorted(f"{item['id']}\n" for item in queue_of(robot))
 
 
 def history(site):
     return list(csv.DictReader(io.StringIO(run(site, "--export-log", "-").stdout)))
-
-
-def test_run_now_beside_an_app_that_is_killed_says_that_it_may_still_start_and_where_to_look(site, robot):
-    said = killed_while_asked(site, robot, is_taken_up=True)
-    assert f"ended before it answered; Home on {robot.name} may still start" in said
-    assert f"python main.py --data-dir {site} --export-log -" in said
-    assert history(site)[-1]["state"] in ("waiting", "submitting")
-
-
-def test_run_now_beside_an_app_that_is_killed_before_it_looks_says_that_nothing_starts(site, robot):
-    said = killed_while_asked(site, robot, is_taken_up=False)
-    assert "had not taken the mission up, so it will not start: give the command again" in said
-    robot.control({"fault": None})
-    with running(site) as app:
-        assert app.stop() == 0
-    assert [row for row in history(site) if row["trigger"] == "manual"] == []
 
 
 # ---------------------------------------------------------------------- only reading

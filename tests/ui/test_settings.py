@@ -143,7 +143,7 @@ def test_the_whole_history_can_be_kept(site, app, ui):
     ui.wait(lambda: settings(site).history_limit is None)
     ui.wait(lambda: ui.find(StepField, heading="Otherwise keep the last (runs)").disabled)
     ui.tap(ui.find(Toggle, root=ui.find(SwitchRow, text="Keep the whole history")))
-    ui.wait(lambda: settings(site).history_limit == 100)
+    ui.wait(lambda: settings(site).history_limit == 100_000)
 
 
 def test_the_time_zone_is_found_by_name(site, app, ui):

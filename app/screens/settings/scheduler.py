@@ -25,7 +25,7 @@ class SchedulerModel(EventDispatcher):
     start_window_minutes_problem = StringProperty()
     unknown_outcome_quiet_seconds = NumericProperty(90)
     unknown_outcome_quiet_seconds_problem = StringProperty()
-    history_limit = NumericProperty(100)
+    history_limit = NumericProperty(100_000)
     history_limit_problem = StringProperty()
     history_all = BooleanProperty(False)
     timezone = StringProperty()

@@ -120,7 +120,8 @@ class PollLoop:
         self._thread: threading.Thread | None = None
         self._chores: list[Callable[[], None]] = []
         self._chores_at = -math.inf
-        self._robots_changed = True
+        self._robots_version = 1                  # counts changes of the robots
+        self._matched_version = 0                 # of the robots that have their workers
         self._unsubscribe = changes.subscribe(self._on_change)
 
     # ------------------------------------------------------------------ life
@@ -153,7 +154,7 @@ class PollLoop:
     def is_ready(self) -> bool:
         """Whether every robot has answered (or failed to answer) its first poll."""
         with self._lock:
-            return not self._robots_changed and all(thread.worker.polled for thread in self._workers.values())
+            return self._matched_version == self._robots_version and all(thread.worker.polled for thread in self._workers.values())
 
     def clock_offsets(self) -> list[float | None]:
         with self._lock:
@@ -218,7 +219,7 @@ class PollLoop:
         if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._in_tick and threading.current_thread() is self._thread:
             return                            # the tick itself tells what is to be sent, and looks at the plan after it
         if topic is Topic.ROBOTS:
-            self._robots_changed = True
+            self._robots_version += 1
         if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
             self.wake()
         if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS):
@@ -249,7 +250,7 @@ class PollLoop:
             self._scheduler.stop()
 
     def _round(self, first_look: float) -> None:
-        if self._robots_changed:
+        if self._matched_version != self._robots_version:
             self._match_workers()
         if not self.is_ready and self._clock.monotonic() - first_look < FIRST_POLL_WITHIN:
             self._quickly()
@@ -287,7 +288,7 @@ class PollLoop:
 
     def _match_workers(self) -> None:
         """One worker for each robot as it is configured now."""
-        self._robots_changed = False
+        version = self._robots_version            # another change meanwhile asks for another round
         wanted = {robot.id: robot for robot in self._robots()}
         with self._lock:
             for key in list(self._workers):
@@ -300,6 +301,7 @@ class PollLoop:
                     worker = self._make_worker(robot)
                     worker.watched = key == self._watched
                     self._workers[key] = _WorkerThread(worker, self._alarms.database_fails)
+            self._matched_version = version
 
 
 def _settings_of(robot: Robot) -> tuple[object, ...]:

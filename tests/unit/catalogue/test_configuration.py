@@ -117,7 +117,7 @@ def test_everything_that_can_be_said_is_taken(world):
         "setting poll_interval_seconds changed: 30 -> 20", "setting retry_limit changed: 10 -> 5",
         "setting minimum_battery_percent changed: none -> 15", "setting working_days changed: MO TU WE TH FR -> MO TU",
         "setting timezone changed: UTC -> Europe/Helsinki", "setting start_window_minutes changed: 15 -> 30",
-        "setting unknown_outcome_quiet_seconds changed: 90 -> 60", "setting history_limit changed: 100 -> none",
+        "setting unknown_outcome_quiet_seconds changed: 90 -> 60", "setting history_limit changed: 100000 -> none",
         "robot R1 added", "robot R2 added", "mission Deliver added", "mission Home added", "mission Home of R1 added",
         "schedule Morning added", "schedule Home on R1 added"]
     assert world.settings == Settings(20, 5, 15.0, ("MO", "TU"), "Europe/Helsinki", 30, 60, None)

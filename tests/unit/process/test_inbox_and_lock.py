@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.process.inbox import Inbox, NoAnswer, ask
+from app.process.inbox import HolderGone, Inbox, ask
 from app.process.lock import AlreadyRunning, InstanceLock
 
 
@@ -62,7 +62,7 @@ def test_a_handler_that_fails_is_an_answer_too(tmp_path):
 
 
 def test_nobody_answers_when_the_app_is_gone(tmp_path):
-    with pytest.raises(NoAnswer, match="ended"):
+    with pytest.raises(HolderGone, match="ended"):
         ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: True)
     assert list((tmp_path / "inbox").iterdir()) == []
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import logging
 import re
+import shutil
 import sys
 import threading
 
@@ -68,4 +69,10 @@ def test_a_log_that_cannot_be_written_is_said_unless_it_is_only_read(directory):
     with pytest.raises(BadInput, match=r"amr-scheduler.log can't be written: .+; check the permissions"):
         logs.start(directory, stderr=False)
     logs.start(directory, stderr=False, only_to_read=True)
+    assert logs.note_crash(ValueError("why")) == " (why)"
+
+
+def test_a_crash_is_told_also_when_the_log_file_is_gone(directory):
+    logs.start(directory, stderr=False)
+    shutil.rmtree(directory)
     assert logs.note_crash(ValueError("why")) == " (why)"

@@ -46,10 +46,10 @@ def read(content: bytes) -> Document:
     _check_format(root)
     _check_keys("", root, {"format", "settings", "robots", "missions", "schedules"})
     return Document(
-        _item("settings", root.get("settings", {}), _SETTINGS, required=()),
-        _items("robots", root, _ROBOT, ("name", "address")),
-        _items("missions", root, _MISSION, ("name", "guid")),
-        _items("schedules", root, _SCHEDULE, ("robot", "mission", "start")))
+        _item("settings", root.get("settings", {}), SETTINGS),
+        _items("robots", root, ROBOT),
+        _items("missions", root, MISSION),
+        _items("schedules", root, SCHEDULE))
 
 
 def at(path: str, error: InvalidInput) -> InvalidInput:
@@ -99,14 +99,14 @@ def _check_format(root: Mapping[str, Any]) -> None:
 
 
 # ---------------------------------------------------------------------- objects
-def _items(section: str, root: Mapping[str, Any], readers: Mapping[str, Read], required: Sequence[str]) -> list[Item]:
+def _items(section: str, root: Mapping[str, Any], readers: Mapping[str, Read]) -> list[Item]:
     objects = root.get(section, [])
     if not isinstance(objects, list):
         raise InvalidInput(section, "{path}: a list is wanted here", path=section)
-    return [_item(f"{section}[{number}]", given, readers, required) for number, given in enumerate(objects)]
+    return [_item(f"{section}[{number}]", given, readers, REQUIRED[section]) for number, given in enumerate(objects)]
 
 
-def _item(path: str, given: Any, readers: Mapping[str, Read], required: Sequence[str]) -> Item:
+def _item(path: str, given: Any, readers: Mapping[str, Read], required: Sequence[str] = ()) -> Item:
     if not isinstance(given, dict):
         raise InvalidInput(path, "{path}: an object with names and values is wanted here", path=path)
     _check_keys(path, given, set(readers))
@@ -165,7 +165,7 @@ def _recurrence(value: Any, path: str) -> str:
 
 
 def _idle(value: Any, path: str) -> Mapping[str, Any]:
-    return _item(path, value, _IDLE, required=()).values
+    return _item(path, value, _IDLE).values
 
 
 def _between(value: Any, path: str) -> Between:
@@ -181,7 +181,8 @@ def _time_of_day(value: Any, path: str) -> time:
     raise InvalidInput(path, "write a time of day such as 08:30, not {value}", value=validation.shown(text))
 
 
-_SETTINGS: Mapping[str, Read] = MappingProxyType({
+# What each object of the file may hold, and how it is read.
+SETTINGS: Mapping[str, Read] = MappingProxyType({
     "poll_interval_seconds": _number("poll_interval_seconds"),
     "retry_limit": _number("retry_limit"),
     "minimum_battery_percent": validation.battery,
@@ -191,7 +192,7 @@ _SETTINGS: Mapping[str, Read] = MappingProxyType({
     "unknown_outcome_quiet_seconds": _number("unknown_outcome_quiet_seconds"),
     "history_limit": _or_none(_number("history_limit")),
 })
-_ROBOT: Mapping[str, Read] = MappingProxyType({
+ROBOT: Mapping[str, Read] = MappingProxyType({
     "name": validation.name,
     "address": _address,
     "username": validation.username,
@@ -205,13 +206,13 @@ _IDLE: Mapping[str, Read] = MappingProxyType({
     "after_minutes": _number("after_minutes"),
     "enabled": validation.flag,
 })
-_MISSION: Mapping[str, Read] = MappingProxyType({
+MISSION: Mapping[str, Read] = MappingProxyType({
     "name": validation.name,
     "guid": validation.guid,
     "robot": _or_none(validation.name),
     "usual_minutes": _or_none(_number("usual_minutes")),
 })
-_SCHEDULE: Mapping[str, Read] = MappingProxyType({
+SCHEDULE: Mapping[str, Read] = MappingProxyType({
     "name": _or_none(validation.name),
     "robot": validation.name,
     "mission": validation.name,
@@ -228,3 +229,5 @@ _SCHEDULE: Mapping[str, Read] = MappingProxyType({
     "parameters": validation.parameters,
 })
 _BETWEEN: Mapping[str, Read] = MappingProxyType({"from": _time_of_day, "to": _time_of_day})
+REQUIRED: Mapping[str, Sequence[str]] = MappingProxyType({
+    "robots": ("name", "address"), "missions": ("name", "guid"), "schedules": ("robot", "mission", "start")})
