@@ -1,4 +1,4 @@
-"""The door: options in, one of three lives out – the window, ``--headless``, or a one-shot command (contract: "Commands")."""
+"""Entry point: the window, headless, or a one-shot command (docs/interfaces.md)."""
 from __future__ import annotations
 
 import argparse
@@ -44,11 +44,11 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Returns the exit code: 0 done, 2 bad usage or bad input, 1 anything else; the two latter with one line on stderr."""
-    os.umask(0o077)                        # whatever is created is its owner's alone
+    os.umask(0o077)                        # what is created is for its owner only
     options = parser().parse_args(arguments)
     try:
         _check(options)
-        return _live(options)
+        return _start(options)
     except BadInput as problem:
         return _say(problem, 2)
     except Failure as problem:
@@ -79,24 +79,24 @@ def _check(options: argparse.Namespace) -> None:
         raise BadInput("--kiosk needs a window; leave out --headless or --kiosk")
 
 
-def _live(options: argparse.Namespace) -> int:
+def _start(options: argparse.Namespace) -> int:
     from app.process.data_directory import DataDirectory
     if options.demo:
         with _demo_directory(options.data_dir) as path, _fleet() as robots:
-            return _life(options, DataDirectory.prepare(path), robots)
+            return _schedule(options, DataDirectory.prepare(path), robots)
     directory = DataDirectory.prepare(options.data_dir, only_to_read=bool(options.export_config or options.export_log))
     if _one_shot(options):
         from app.process import commands
         return commands.run(options, directory)
-    return _life(options, directory, None)
+    return _schedule(options, directory, None)
 
 
-def _life(options: argparse.Namespace, directory: DataDirectory, robots: DemoFleet | None) -> int:
+def _schedule(options: argparse.Namespace, directory: DataDirectory, robots: DemoFleet | None) -> int:
     if options.headless:
-        from app.process.headless import live
-        return live(directory, demo_robots=robots)
-    from app.window.window import live as live_with_window
-    return int(live_with_window(directory, demo_robots=robots, kiosk=options.kiosk))
+        from app.process.headless import run
+        return run(directory, demo_robots=robots)
+    from app.window.window import run as run_window
+    return int(run_window(directory, demo_robots=robots, kiosk=options.kiosk))
 
 
 @contextlib.contextmanager

@@ -142,7 +142,7 @@ class Container:
         return self._calendar()
 
     def _read_holidays(self) -> None:
-        """So that the large library they come from is not first read when something is due."""
+        """Load the large library they come from before something is due."""
         self.calendar().look(self.clock.now().date())
 
     def first_start(self) -> None:
@@ -173,7 +173,7 @@ def connect(robot: Robot) -> RobotClient:
 
 
 class CachedUntilChanged(Generic[T]):
-    """What is read at every step of every worker and changes rarely: kept until one of the topics is published."""
+    """A value that is read often and changes rarely: kept until one of the topics is published."""
 
     def __init__(self, read: Callable[[], T], changes: Changes, *topics: Topic) -> None:
         self._read, self._topics = read, topics

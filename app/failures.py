@@ -1,4 +1,4 @@
-"""How a life of the app ends early: with one line on stderr and an exit code."""
+"""Errors that end the process with one line on stderr and an exit code."""
 
 
 class Failure(Exception):

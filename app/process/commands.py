@@ -71,7 +71,7 @@ def _begin_if_new(directory: DataDirectory) -> None:
     if directory.database.exists():
         return
     if not os.access(directory.path, os.W_OK):
-        return                                    # and reading says that there is none
+        return                                    # and opening it says that there is none
     lock = InstanceLock(directory.path)
     if lock.try_acquire():
         try:
@@ -251,8 +251,8 @@ def _raise_for(answer: dict[str, Any]) -> None:
 
 
 class ExportTarget:
-    """Where an export goes. A file is written beside and renamed, so that a failed export leaves the old one; ``-`` is stdout; what is
-    there already and isn't a plain file (a pipe, a device) is written into and never replaced."""
+    """Where an export goes. A file is written beside and renamed, so that a failed export leaves the old one; ``-`` is stdout; an
+    existing target that isn't a plain file (a pipe, a device) is written into and never replaced."""
 
     def __init__(self, name: str) -> None:
         self._name = name

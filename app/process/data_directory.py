@@ -50,7 +50,7 @@ class DataDirectory:
 
 
 def _is_ours(path: Path) -> bool:
-    """Whether it is empty, or holds what the app leaves; after a command that failed early that is its log alone."""
+    """Whether it is empty or holds files of this app; after a command that failed early that is only its log."""
     names = {entry.name for entry in path.iterdir()}
     if names == {"logs"}:
         return all(file.name.startswith(LOG_NAME) for file in (path / "logs").iterdir())

@@ -1,4 +1,4 @@
-"""The life without a window: schedule until SIGINT or SIGTERM."""
+"""Headless operation: schedule until SIGINT or SIGTERM."""
 from __future__ import annotations
 
 import contextlib
@@ -16,9 +16,9 @@ from app.process.host import host
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
 
-def live(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
+def run(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
     """Returns the exit code, 0, after a stop was asked for."""
-    # Not an Event: its lock may be held by the very wait that the signal interrupts, which would then wait for ever.
+    # Not an Event: its lock may be held by the very wait that the signal interrupts, which would then never return.
     stop: queue.SimpleQueue[int] = queue.SimpleQueue()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _frame: stop.put(number))
@@ -31,7 +31,7 @@ def live(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
 
 
 def _wait_for(stop: queue.SimpleQueue[int]) -> None:
-    """Look again each second: a signal that comes in the moment before a wait begins does not end that one."""
+    """Wait at most a second at a time: a signal that arrives just before a wait begins does not end it."""
     while True:
         with contextlib.suppress(queue.Empty):
             stop.get(timeout=1.0)
@@ -39,7 +39,7 @@ def _wait_for(stop: queue.SimpleQueue[int]) -> None:
 
 
 def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
-    """Once every robot has answered its first poll, or 5 s after the start (contract: "ready")."""
+    """Once every robot has answered its first poll, or 5 s after the start (docs/interfaces.md)."""
     deadline = container.clock.monotonic() + 5.0
     while not container.loop.is_ready and container.clock.monotonic() < deadline and stop.empty():
         time.sleep(0.02)

@@ -1,4 +1,4 @@
-"""The process that schedules on a data directory: holds the lock, runs the loop, serves the inbox. The window and headless are both one."""
+"""The process that schedules on a data directory: holds the lock, runs the loop, serves the inbox. Used with a window and headless."""
 from __future__ import annotations
 
 import logging

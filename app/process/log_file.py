@@ -21,7 +21,7 @@ _file: Path | None = None
 
 
 def one_line(text: str) -> str:
-    """Its lines in one, and what would move a terminal's cursor or turn its writing round in escapes: a robot's text could carry it."""
+    """All lines joined into one, unprintable characters escaped: a robot's text could move a terminal's cursor or reverse its writing."""
     if text.isprintable():
         return text
     line = NEW_LINE.join(part.rstrip() for part in text.splitlines() if part.strip())
@@ -29,7 +29,7 @@ def one_line(text: str) -> str:
 
 
 class _OneLine(logging.Formatter):
-    """For people who watch: never a traceback, never a line break."""
+    """For the terminal: no traceback, no line break."""
 
     def format(self, record: logging.LogRecord) -> str:
         text = one_line(" ".join(record.getMessage().split()))
@@ -51,15 +51,15 @@ class _OwnerOnly(logging.handlers.RotatingFileHandler):
         return open(self.baseFilename, self.mode, encoding=self.encoding, opener=lambda path, flags: os.open(path, flags, 0o600))
 
     def shouldRollover(self, record: logging.LogRecord) -> bool:
-        """As the library does, without its two looks at the disk, which cost more than the line itself."""
+        """As the library does, without its two file system checks, which cost more than the line itself."""
         if self.stream is None:
             self.stream = self._open()       # type: ignore[no-untyped-call]
         return self.stream.tell() >= self.maxBytes
 
 
 def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
-    """Set the root logger up. Called once per life. Where no file can be written one that is ``only_to_read`` goes on without; any other
-    raises BadInput."""
+    """Set the root logger up, once per process. If the file can't be written, ``only_to_read`` goes on without it; otherwise raises
+    BadInput."""
     global _file
     root = logging.getLogger()
     root.setLevel(logging.INFO)

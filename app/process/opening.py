@@ -1,4 +1,4 @@
-"""Opening the data, with everything that can be wrong with it said in one line."""
+"""Opens the database; each error is one line."""
 from __future__ import annotations
 
 from app.container import Container
@@ -18,7 +18,7 @@ def open_container(directory: DataDirectory, *, with_window: bool = False) -> Co
 
 
 def open_for_reading(directory: DataDirectory) -> Database:
-    """Open beside whoever may be running; nothing is written. Raises BadInput or Failure."""
+    """Open beside a running app; nothing is written. Raises BadInput or Failure."""
     try:
         return Database.open_for_reading(directory.database)
     except (DatabaseDamaged, DatabaseRefused) as error:

@@ -39,7 +39,7 @@ def find_mission(container: Container, name: str, robot: Robot) -> Mission:
 
 
 def outcome(execution: Execution) -> dict[str, Any]:
-    """What ``--run-now`` tells of an execution that is no longer on its way."""
+    """The answer to ``--run-now`` for an execution that is on the robot or has ended."""
     if execution.queue_id is not None:
         return {"queue_id": execution.queue_id}
     reason = sentence(execution.reason, execution.timezone) if execution.reason else "it ended without a reason"

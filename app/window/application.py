@@ -1,6 +1,6 @@
-"""The app as kivy runs it: hands the services to the screens, asks for a poll cycle every poll interval (Algorithm 1 of the thesis), and
-keeps a wall tablet alive whatever a handler does. What services publish reaches the screens as
-``Changed`` on the UI thread.
+"""The Kivy application: hands the services to the screens, requests a poll cycle every poll interval, and survives errors of handlers.
+
+What services publish reaches the screens as ``Changed`` on the UI thread.
 """
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from app.widgets.tokens import apply_theme
 from app.window import compat
 
 log = logging.getLogger(__name__)
-TOLD_FOR = 8.0               # s that it can be read how going back to a backup went
+RESULT_SHOWN_FOR = 8.0       # s for the outcome of restoring a backup
 INPUT_DEVICES = Path("/proc/bus/input/devices")
 
 
@@ -63,10 +63,10 @@ class SchedulerApp(MDApp):
         self._poll: ClockEvent | None = None
         self._bus: UiBus | None = None
         self._unsubscribe: Callable[[], object] = lambda: None       # from the services
-        self._forget: Callable[[], object] = lambda: None            # what they still have told
+        self._forget: Callable[[], object] = lambda: None            # unsubscribes from their changes
         self._shown: Settings | None = None      # as they look now
         self._font_scale = Metrics.fontscale     # the system's own, that the setting multiplies
-        self._exception_handler = UiExceptionHandler(self._tell_unexpected)
+        self._exception_handler = UiExceptionHandler(self._show_unexpected)
 
     # ------------------------------------------------------------------ life
     def build(self) -> Widget:
@@ -90,7 +90,7 @@ class SchedulerApp(MDApp):
         self.container = container
         self._appear(container.settings())
         frame = Factory.Frame()
-        background = Background(self._bus, unexpected=self._tell_unexpected)
+        background = Background(self._bus, unexpected=self._show_unexpected)
         builders = {name: partial(self._build_screen, name) for name in SCREENS}
         self.shell = Shell(Navigator(frame.ids.body.__self__, builders), Dialogs(self._animate), Snackbars(), self._bus, background,
                            self._restore if self._restorer is not None else None)
@@ -115,11 +115,11 @@ class SchedulerApp(MDApp):
         ExceptionManager.remove_handler(self._exception_handler)
         threading.excepthook = threading.__excepthook__
         self._forget()
-        self._let_go()
+        self._release()
         Metrics.fontscale = self._font_scale
 
-    def _let_go(self) -> None:
-        """Of the services, with everything that shows them."""
+    def _release(self) -> None:
+        """Release the services and everything that shows them."""
         self._unsubscribe()
         self._unsubscribe = lambda: None
         if self._poll is not None:
@@ -139,15 +139,15 @@ class SchedulerApp(MDApp):
 
     # ------------------------------------------------------------------ going back to a backup
     def _restore(self, path: Path) -> None:
-        """Asked for by a screen, which is gone in a moment."""
+        """Requested by a screen, which is removed before the restore begins."""
         Clock.schedule_once(lambda _dt: self._go_back(path), 0)
 
     def _go_back(self, path: Path) -> None:
-        """Everything goes, the backup comes, everything is built anew on it; one sentence says how it went."""
+        """Close everything, put the backup in place, build everything anew on it; one sentence reports the outcome."""
         assert self._bus is not None
         assert self._restorer is not None
         restorer = self._restorer
-        self._let_go()
+        self._release()
         page = Factory.EmptyState(icon="backup-restore", title=_("Going back to {name} …").format(name=path.name),
                                   text=_("Nothing is scheduled meanwhile."))
         self.root_box.clear_widgets()
@@ -160,7 +160,7 @@ class SchedulerApp(MDApp):
             self.begin(container)
             assert self.shell is not None
             told = _("The app goes on with {name}").format(name=path.name) if problem is None else sentence_of(problem)
-            self.shell.snackbars.show(told, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=TOLD_FOR)
+            self.shell.snackbars.show(told, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=RESULT_SHOWN_FOR)
 
         def failed(problem: BaseException) -> None:
             background.close()
@@ -201,7 +201,7 @@ class SchedulerApp(MDApp):
                 self._set_poll(settings)
 
     def _appear(self, settings: Settings) -> None:
-        """Theme, size of texts and targets, and language. What has other sizes is laid out anew: screens reckon with them when built."""
+        """Theme, size of texts and targets, and language. Other sizes need new screens, which use them while they are built."""
         before, self._shown = self._shown, settings
         sizes = [(seen.gloves, seen.font_scale_percent) for seen in (before, settings) if seen is not None]
         if before is None or before.theme != settings.theme or before.gloves != settings.gloves:
@@ -222,9 +222,9 @@ class SchedulerApp(MDApp):
         except OSError:
             return False
 
-    # ------------------------------------------------------------------ what nobody foresaw
-    def _tell_unexpected(self, problem: BaseException) -> None:
-        """The traceback is in the log; here one sentence, and the app goes on."""
+    # ------------------------------------------------------------------ unexpected errors
+    def _show_unexpected(self, problem: BaseException) -> None:
+        """One sentence on screen; the traceback is in the log."""
         if self.shell is not None:
             self.shell.say_problem(problem)
 
@@ -234,7 +234,7 @@ class SchedulerApp(MDApp):
 
 
 class UiExceptionHandler(ExceptionHandler):
-    """What a handler raises is logged and told, and the event loop goes on; a flood is told once a second."""
+    """Logs and shows what a handler raises, at most once a second, and keeps the event loop running."""
 
     def __init__(self, tell: Callable[[BaseException], object]) -> None:
         super().__init__()
@@ -251,5 +251,5 @@ class UiExceptionHandler(ExceptionHandler):
             try:
                 self._tell(inst)
             except Exception:
-                log.exception("It could not be told either")
+                log.exception("The error could not be shown either")
         return ExceptionManager.PASS

@@ -1,4 +1,4 @@
-"""The life with a window: kivy is configured before it is imported, the host schedules, the app shows; closing the window ends both."""
+"""Operation with a window: kivy is configured before it is imported; closing the window ends the scheduling too."""
 from __future__ import annotations
 
 import contextlib
@@ -30,10 +30,10 @@ DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
 WIDTH, HEIGHT = 1280, 800    # of the window where it does not fill the screen
 LEAST_WIDTH, LEAST_HEIGHT = 600, 480
-LOOKS_FOR_GARBAGE = 5.0      # s
+COLLECT_EVERY = 5.0      # s
 
 
-def live(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: bool = False) -> int:
+def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: bool = False) -> int:
     """Returns the exit code 0 when the window was closed. Raises BadInput or Failure with the one line to say.
 
     A damaged database is a screen of its own with a Restore button; closed without restoring it raises what the other commands do.
@@ -58,7 +58,7 @@ def live(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: 
         from app.window.application import SchedulerApp
 
         def go_back(backup: Path) -> tuple[Container, Failure | None]:
-            """The services end, the backup takes the place of their database, and they begin again on it, or on what there was."""
+            """Close the services, put the backup in place, and open them again on it, or on the old database if that failed."""
             stack.close()
             try:
                 restore_backup(directory, backup)
@@ -98,7 +98,7 @@ def configure(kiosk: bool) -> None:
 
 
 def _open_window() -> None:
-    """Make the window, or say why there is none: with no display SDL would draw into memory without a word."""
+    """Make the window, or say why there is none: without a display SDL would silently draw into memory."""
     chosen = "SDL_VIDEODRIVER" in os.environ
     if sys.platform == "linux" and not chosen and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise Failure("there is no display; start it in a desktop session (DISPLAY is not set), or with --headless")
@@ -127,17 +127,17 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
 @contextlib.contextmanager
 def _quiet_garbage() -> Iterator[None]:
-    """No search through all objects while somebody uses the screen."""
+    """No full garbage collection while somebody uses the screen."""
     from kivy.clock import Clock
     from kivy.core.window import Window
     garbage = Garbage(time.monotonic)
     garbage.begin()
     Window.fbind("on_touch_down", garbage.touched)
-    looks = Clock.schedule_interval(garbage.look, LOOKS_FOR_GARBAGE)
+    collections = Clock.schedule_interval(garbage.collect_if_idle, COLLECT_EVERY)
     try:
         yield
     finally:
-        looks.cancel()
+        collections.cancel()
         Window.funbind("on_touch_down", garbage.touched)
         garbage.end()
 

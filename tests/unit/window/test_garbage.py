@@ -20,13 +20,13 @@ def test_it_waits_for_a_rest_of_the_hands() -> None:
     watched = Watched()
     watched.clock.advance(EVERY)
     watched.garbage.touched()
-    watched.garbage.look()
+    watched.garbage.collect_if_idle()
     assert watched.looks == 0
     watched.clock.advance(REST)
-    watched.garbage.look()
+    watched.garbage.collect_if_idle()
     assert watched.looks == 1
     watched.clock.advance(REST)
-    watched.garbage.look()
+    watched.garbage.collect_if_idle()
     assert watched.looks == 1
 
 
@@ -35,7 +35,7 @@ def test_it_does_not_wait_for_ever() -> None:
     for _n in range(round(AT_THE_LATEST / REST) + 1):
         watched.clock.advance(REST)
         watched.garbage.touched()
-        watched.garbage.look()
+        watched.garbage.collect_if_idle()
     assert watched.looks == 1
 
 
