@@ -1,4 +1,4 @@
-"""A month of days that each say what they are: worked, free, closed, extra. For choosing a day to do something with."""
+"""A month whose days show whether they are working days, days off, closed days or extra working days; a day can be tapped."""
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -6,37 +6,37 @@ from app.widgets.chart import Chart
 from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
 
-LOOKS = ("work", "free", "closed", "extra")
+STATUSES = ("work", "free", "closed", "extra")
 
 
-class DayGround(Chart):
-    """What lies behind the number of a day: hatched where no work is done, framed where an exception says so."""
-    look = OptionProperty("work", options=LOOKS)
-    watch = ("look",)
+class DayBackground(Chart):
+    """Behind the number of a day: hatched where no work is done, with a border where that is an exception to the week."""
+    status = OptionProperty("work", options=STATUSES)
+    watch = ("status",)
 
     def draw(self):
         box = (*self.pos, *self.size)
-        if self.look in ("free", "closed"):
+        if self.status in ("free", "closed"):
             self.box(*box, tk.closed)
             self.hatch(*box, tk.hatch)
-        if self.look == "closed":
+        if self.status == "closed":
             self.box(*box, tk.ink3, ring=1)
-        elif self.look == "extra":
+        elif self.status == "extra":
             self.box(*box, tk.accent_bg)
             self.box(*box, tk.accent, ring=1)
 
 
 class MonthDay(Tap):
-    """A day; empty text = a day of another month."""
+    """A day; one without ``day`` belongs to another month."""
     day = ObjectProperty(None, allownone=True)
     text = StringProperty()
-    look = OptionProperty("work", options=LOOKS)
+    status = OptionProperty("work", options=STATUSES)
     icon = StringProperty()
     today = BooleanProperty(False)
 
 
 class MonthGrid(BoxLayout):
-    """``days`` = the properties of MonthDay in weeks of seven, ``weekdays`` the seven short names. ``on_day(day)``, ``on_turn(months)``."""
+    """``days`` are the values of MonthDay in weeks of seven, ``weekdays`` the seven short names. ``on_day(day)``, ``on_turn(months)``."""
     title = StringProperty()
     weekdays = ListProperty([""] * 7)
     days = ListProperty()
@@ -51,7 +51,7 @@ class MonthGrid(BoxLayout):
         """A day was tapped."""
 
     def on_turn(self, months):
-        """Another month is wanted: so many further."""
+        """The month ``months`` later is wanted (earlier: negative)."""
 
     def _show(self, *_):
         grid = self.ids.days
@@ -61,7 +61,6 @@ class MonthGrid(BoxLayout):
             cell = MonthDay()
             cell.bind(on_release=lambda cell: self.dispatch("on_day", cell.day))
             grid.add_widget(cell)
-        for cell, data in zip(reversed(grid.children), self.days, strict=True):
-            for name, value in data.items():
-                setattr(cell, name, value)
-            cell.disabled = cell.day is None
+        for cell, day in zip(reversed(grid.children), self.days, strict=True):
+            cell.day, cell.text, cell.status, cell.icon, cell.today = day.day, day.text, day.status, day.icon, day.today
+            cell.disabled = day.day is None

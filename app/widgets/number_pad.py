@@ -1,4 +1,4 @@
-"""Digits for gloved fingers: a telephone's pad with backspace and done."""
+"""Digits for gloved fingers: a telephone's keypad with backspace and done."""
 from kivy.properties import BooleanProperty
 from kivy.uix.gridlayout import GridLayout
 
@@ -13,7 +13,7 @@ class PadKey(CommandButton):
 
 class NumberPad(GridLayout):
     """Fires ``on_digit(digit)``, ``on_backspace`` and ``on_done``."""
-    ready = BooleanProperty(True)        # whether what was entered could be taken: the key that is done lights up
+    ready = BooleanProperty(True)        # whether enough was entered: enables and highlights the done key
 
     __events__ = ("on_digit", "on_backspace", "on_done")
 
@@ -32,10 +32,10 @@ class NumberPad(GridLayout):
         """A digit was pressed."""
 
     def on_backspace(self):
-        """The last one shall go."""
+        """The last digit is to be removed."""
 
     def on_done(self):
-        """All of them were entered."""
+        """The done key was pressed."""
 
     def _light(self, *_):
         self._done.style, self._done.disabled = ("filled", False) if self.ready else ("outlined", True)

@@ -1,4 +1,7 @@
 """Panels side by side: as many columns as fit, all of a row equally high. Only the visible ones exist, so that fifty cost what four do."""
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
 from kivy.clock import Clock
 from kivy.factory import Factory
 from kivy.metrics import dp
@@ -10,9 +13,19 @@ from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 
 
+@dataclass(frozen=True)
+class Shelf:
+    """Values of PanelShelf: ``panels`` with the names of their classes, and how many places there are side by side, px apart."""
+    key: Hashable
+    panels: Sequence[tuple[str, object]]
+    columns: int
+    spacing: float
+
+
 class PanelGrid(LongList):
-    """``panels`` = dicts of the panel class's properties, each with its ``key``. ``panelclass`` mixes in ``RecycledRow``, fills its cell
-    and says by ``size_hint_min_y`` how high it must be; a panel of another class has its own ``panelclass`` in its dict.
+    """``panels`` are objects whose attributes are properties of the panel class, with a ``key`` each. Panel classes mix in
+    ``RecycledRow``, fill their cell and set their least height in ``size_hint_min_y``; the class is ``panelclass``, or the class attribute
+    ``panelclass`` of the values of one panel.
 
     ``panel_width`` is the least width of a panel. ``on_action(key, action, *values)`` comes from the panels.
     """
@@ -23,7 +36,7 @@ class PanelGrid(LongList):
     def __init__(self, **kwargs):
         self._shelve = Clock.create_trigger(self._fill_shelves, -1)
         super().__init__(viewclass="PanelShelf", **kwargs)
-        self._resting = False                # a panel is a large thing: one that is cut says better that there is more than an empty place
+        self._resting = False                # a large panel that is cut off shows better than an empty place that there is more
         for name in ("panels", "panelclass", "panel_width", "width", "spacing"):
             self.fbind(name, self._shelve)
         self._shelve()
@@ -38,13 +51,13 @@ class PanelGrid(LongList):
     def _fill_shelves(self, _dt):
         if self.width < 2:
             return
-        panels = [{"panelclass": self.panelclass, **panel} for panel in self.panels]
+        panels = [(getattr(panel, "panelclass", self.panelclass), panel) for panel in self.panels]
         shelves = [panels[start:start + self.columns] for start in range(0, len(panels), self.columns)]
-        self.data = [{"key": shelf[0]["key"], "panels": shelf, "columns": self.columns, "spacing": self.spacing} for shelf in shelves]
+        self.data = [Shelf(shelf[0][1].key, shelf, self.columns, self.spacing) for shelf in shelves]
 
 
 class PanelShelf(BoxLayout):
-    """One row of panels; places without a panel stay free. Not a ``Row`` itself: a tap is meant for a panel, whose key it must keep."""
+    """One row of panels; places without a panel stay free. Not a ``Row`` itself: a tap is on a panel, whose key counts."""
     key = ObjectProperty(None, allownone=True)
     host = ObjectProperty(None, allownone=True)
     panels = ListProperty()
@@ -60,7 +73,7 @@ class PanelShelf(BoxLayout):
     take = Row.take
 
     def _show(self, *_):
-        wanted = [Factory.get(panel["panelclass"]) for panel in self.panels]
+        wanted = [Factory.get(name) for name, _panel in self.panels]
         wanted += [Widget] * (int(self.columns) - len(wanted))
         present = self.children[::-1]
         if [type(child) for child in present] != wanted:
@@ -68,9 +81,9 @@ class PanelShelf(BoxLayout):
             self.clear_widgets()
             for kind in wanted:
                 self.add_widget(spare[kind].pop(0) if spare[kind] else kind())
-        for view, panel in zip(self.children[::-1], self.panels, strict=False):
+        for view, (_name, panel) in zip(self.children[::-1], self.panels, strict=False):
             view.host = self.host
-            view.take({name: value for name, value in panel.items() if name != "panelclass"})
+            view.take(panel)
 
     def on_host(self, *_):
         for view in self.children:

@@ -5,7 +5,7 @@ from datetime import date
 
 from app.domain.models import DayException
 from app.screens.settings.calendar import DaysDialog
-from app.screens.settings.view import NoticeView
+from app.screens.settings.view import done
 from tests.screenshots.registry import LANDSCAPE, picture
 from tests.screenshots.settings import BOTH, EVERY_SIZE, Plant
 
@@ -24,7 +24,7 @@ def opened(studio, months: int = 0):
     plant = Plant(studio)
     furnish(plant.container)
     screen = plant.screen(studio, "constraints")
-    part = screen._page.calendar
+    part = screen.page.calendar
     part.turn(months)
     part.file.path = "/home/operator/Documents/plant-2027.ics"
     page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
@@ -41,8 +41,7 @@ def calendar(studio):
 @picture("settings-calendar-december", sizes=BOTH)
 def december(studio):
     _plant, screen = opened(studio, 1)
-    screen._page.calendar.outcome.tell(NoticeView(
-        "14 closed days imported", "Summer break: Mon 6 Jul – Sun 19 Jul", "done", "check-circle"))
+    screen.page.calendar.outcome = done("14 closed days imported", "Summer break: Mon 6 Jul – Sun 19 Jul")
     page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
     studio.driver.advance(.2)
     page.scroll_y = 0
@@ -54,13 +53,13 @@ def december(studio):
 def days(studio):
     plant = Plant(studio)
     screen = plant.screen(studio, "constraints")
-    return studio.dialogs.open(DaysDialog(screen.vm.desk, DAYS[3]))
+    return studio.dialogs.open(DaysDialog(screen.vm.context, DAYS[3]))
 
 
 @picture("settings-calendar-country", sizes=(LANDSCAPE,))
 def country(studio):
     plant, screen = opened(studio)
-    screen._page.calendar.choose_country()
+    screen.page.calendar.choose_country()
     studio.driver.wait(lambda: plant.shell.background.idle and studio.dialogs.top is not None)
     studio.driver.advance(.3)
     return studio.dialogs.top

@@ -24,8 +24,8 @@ def typed_into(studio: Any, field: Any) -> Any:
 
 @picture("keyboard", sizes=SIZES)
 def letters(studio: Any) -> Any:
-    desk = Plant(studio).screen(studio).vm.desk
-    dialog = RobotDialog(desk)
+    context = Plant(studio).screen(studio).vm.context
+    dialog = RobotDialog(context)
     studio.dialogs.open(dialog)
     studio.driver.advance(.2)
     field: FormField = dialog.ids.username_field

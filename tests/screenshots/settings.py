@@ -17,14 +17,14 @@ from app.domain.robot import Identity, MissionInfo, RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.mir.errors import Unauthorized, Unreachable
 from app.screens.common.pin_dialog import PinDialog
-from app.screens.common.shell import Shell
+from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.settings.missions import MissionDialog
 from app.screens.settings.missions_view import offer_options, offers
-from app.screens.settings.page import Desk
+from app.screens.settings.page import PageContext
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.screen import SettingsScreen
-from app.screens.settings.view import NoticeView, connection_found, went_wrong
+from app.screens.settings.view import connection_found, done, went_wrong
 from app.widgets.dialogs import ChoiceDialog
 from tests.screenshots.gallery import NAV
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
@@ -90,20 +90,20 @@ class Plant:
         os.utime(backup, (datetime(2026, 11, 20, tzinfo=UTC).timestamp(),) * 2)
 
     def screen(self, studio, section: str = "robots", **intent) -> SettingsScreen:
-        screen = SettingsScreen(self.container, self.shell)
+        screen = SettingsScreen(pick(SettingsScreen.Services, self.container), self.shell)
         studio.afterwards(screen.hidden)
         names = {robot.id: {guid(name): name for name in MISSIONS if robot.name != "Sisu" or name != "Move coils to press"}
                  for robot in self.container.repositories.robots.all(self.container.db.read())}
-        screen.vm.desk.robot_missions.names = lambda robot_id: names.get(robot_id, {})
-        screen.vm.desk.robot_missions.learn_names = lambda robot_id: False
+        self.container.robot_missions.names = lambda robot_id: names.get(robot_id, {})
+        self.container.robot_missions.learn_names = lambda robot_id: False
         studio.show(framed(screen))
         screen.shown(section=section, **intent)
         studio.driver.wait(lambda: self.shell.background.idle and not screen.vm._waiting)
         if section == "data":                    # where they would lie on a tablet
-            screen._page.vm.export_configuration.path = f"{HOME}/Documents/amr-scheduler-2026-11-20.json"
-            screen._page.vm.export_log.path = f"{HOME}/Documents/amr-scheduler-log-2026-11-20.csv"
+            screen.page.vm.export_configuration.path = f"{HOME}/Documents/amr-scheduler-2026-11-20.json"
+            screen.page.vm.export_log.path = f"{HOME}/Documents/amr-scheduler-log-2026-11-20.csv"
         elif section == "about":
-            screen._page.vm.directory = f"{HOME}/.local/share/amr-scheduler"
+            screen.page.vm.directory = f"{HOME}/.local/share/amr-scheduler"
         studio.driver.advance(.2)
         return screen
 
@@ -144,8 +144,8 @@ def identity(serial: str = "180003127") -> Identity:
 @picture("settings-robots-tested")
 def robots_tested(studio):
     screen = Plant(studio).screen(studio)
-    page, desk = screen._page, screen.vm.desk
-    aino, sisu, veikko = desk.facts.robots
+    page, context = screen.page, screen.vm.context
+    aino, sisu, veikko = context.facts.robots
     page._answered(aino, connection_found(replace(identity("200104012"), software="3.5.4"), aino))
     page._answered(sisu, connection_found(identity(), sisu))
     page._answered(veikko, went_wrong(Unreachable(code="no_answer", address="10.40.12.22")))
@@ -155,11 +155,10 @@ def robots_tested(studio):
 @picture("settings-data-done")
 def data_done(studio):
     screen = Plant(studio).screen(studio, "data")
-    page = screen._page
-    page._configuration_taken(["robot R4 added", "mission Deliver kits to line 3 added", "schedule Morning delivery changed"])
+    page = screen.page
+    page._configuration_read(["robot R4 added", "mission Deliver kits to line 3 added", "schedule Morning delivery changed"])
     page.vm.export_log.problem = "/media/usb/log.csv can't be written: No space left on device"
-    page.vm.backup_outcome.tell(NoticeView(_("Backup made"), f"{HOME}/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db",
-                                           "done", "check-circle"))
+    page.vm.backup_outcome = done(_("Backup made"), f"{HOME}/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db")
     return screen
 
 
@@ -171,37 +170,37 @@ def display_pin(studio):
 
 
 def dialog(name: str):
-    """A picture of what ``build(desk)`` opens over Settings."""
+    """A picture of what ``build(context)`` opens over Settings."""
     def register(build):
         @picture(name, sizes=EVERY_SIZE)
         def shown(studio):
             screen = Plant(studio).screen(studio, "missions" if "mission" in name else "robots")
-            return studio.dialogs.open(build(screen.vm.desk))
+            return studio.dialogs.open(build(screen.vm.context))
         return shown
     return register
 
 
 @dialog("pin-dialog")
-def pin_dialog(desk: Desk):
+def pin_dialog(context: PageContext):
     problem = ngettext("Wrong PIN; {n} try left", "Wrong PIN; {n} tries left", 4).format(n=4)
     return PinDialog(title=_("Settings"), text=_("Enter the PIN"), pin="471", problem=problem)
 
 
 @dialog("robot-dialog-new")
-def robot_dialog_new(desk: Desk):
-    return RobotDialog(desk)
+def robot_dialog_new(context: PageContext):
+    return RobotDialog(context)
 
 
 @dialog("robot-dialog")
-def robot_dialog(desk: Desk):
-    dialog = RobotDialog(desk, desk.facts.robots[2])
+def robot_dialog(context: PageContext):
+    dialog = RobotDialog(context, context.facts.robots[2])
     dialog._passed(dialog.vm.connection, identity(), lambda: None)
     return dialog
 
 
 @dialog("robot-dialog-problems")
-def robot_dialog_problems(desk: Desk):
-    dialog = RobotDialog(desk)
+def robot_dialog_problems(context: PageContext):
+    dialog = RobotDialog(context)
     dialog.vm.name, dialog.vm.address, dialog.vm.username, dialog.vm.password = "Aino", "https://10.40.12.29", "scheduler", "wrong"
     dialog._failed(dialog.vm.connection, Unauthorized(address="10.40.12.29"))
     dialog.vm.name_problem = "There is a robot Aino already"
@@ -209,13 +208,13 @@ def robot_dialog_problems(desk: Desk):
 
 
 @dialog("mission-dialog")
-def mission_dialog(desk: Desk):
-    return MissionDialog(desk, replace(desk.facts.missions[0], usual_minutes=25))
+def mission_dialog(context: PageContext):
+    return MissionDialog(context, replace(context.facts.missions[0], usual_minutes=25))
 
 
 @dialog("mission-checklist")
-def mission_checklist(desk: Desk):
+def mission_checklist(context: PageContext):
     found = [MissionInfo(f"new-{name}", name) for name in ("Cart to press", "Deliver kits to line 3", "Empty cart home", "Charge")]
-    offered = offers(found, desk.facts.missions, desk.facts.robots[0].id)
+    offered = offers(found, context.facts.missions, context.facts.robots[0].id)
     return ChoiceDialog(title=_("Missions of {robot}").format(robot="Aino"), options=offer_options(offered),
                         selected=["new-Cart to press"], multiple=True, confirm=_("Add chosen"), decline=_("Cancel"))

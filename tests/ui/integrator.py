@@ -39,7 +39,7 @@ def go(ui: Driver, section: str) -> None:
 
 def page(app: SchedulerApp) -> SettingsPage:
     """The section that is open."""
-    return app.shell.navigator.screen("settings")._page
+    return app.shell.navigator.screen("settings").page
 
 
 def press(ui: Driver, word: str, root=None) -> None:
@@ -70,15 +70,15 @@ def undo(ui: Driver) -> None:
 
 # ---------------------------------------------------------------------- what is saved
 def robots(site: Plant) -> list[Robot]:
-    return site.container.repositories.robots.all(site.container.db.read())
+    return site.container.catalogue.robots()
 
 
 def missions(site: Plant) -> list[Mission]:
-    return site.container.repositories.missions.all(site.container.db.read())
+    return site.container.catalogue.missions()
 
 
 def schedules(site: Plant) -> list[Schedule]:
-    return site.container.repositories.schedules.all(site.container.db.read())
+    return site.container.catalogue.schedules()
 
 
 def settings(site: Plant) -> Settings:

@@ -56,9 +56,9 @@ def test_it_is_off_until_it_is_set_twice_the_same(site, app, ui):
     assert ui.find(PinDialog).dots == "•••"
     ui.tap(ui.find(PadKey, icon="backspace-outline"))
     press(ui, "34")
-    assert "Enter it once more" in ui.texts(ui.find(PinDialog))
+    assert "Enter it again" in ui.texts(ui.find(PinDialog))
     press(ui, "1235")
-    assert ui.find(PinDialog).problem == "The two were different"
+    assert ui.find(PinDialog).problem == "The PINs don't match"
     press(ui, "1234")
     press(ui, "1234")
     ui.wait(lambda: not ui.find_all(PinDialog))

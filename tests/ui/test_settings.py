@@ -106,7 +106,7 @@ def test_idle_automation_without_missions_says_where_they_come_from(site, app, u
 # ---------------------------------------------------------------------- scheduler
 NUMBERS = {                              # label: (setting, what is accepted at its ends, what is not)
     "Ask the robots every (s)": ("poll_interval_seconds", ("1", "3600"), ("0", "3601")),
-    "Further tries when a robot can't be reached": ("retry_limit", ("0", "20"), ("21",)),
+    "Retries when a robot can't be reached": ("retry_limit", ("0", "20"), ("21",)),
     "A mission may start late by (min)": ("start_window_minutes", ("0", "1440"), ("1441",)),
     "Wait after an unknown outcome (s)": ("unknown_outcome_quiet_seconds", ("5", "600"), ("4", "601")),
     "Otherwise keep the last (runs)": ("history_limit", ("1", "5000"), ("0",)),
@@ -197,12 +197,12 @@ def test_about_tells_versions_licences_and_where_the_data_are(site, app, ui):
 def test_a_change_from_elsewhere_shows_at_once(site, app, ui):
     go(ui, "scheduler")
     site.container.catalogue.change_settings(retry_limit=7)
-    ui.wait(lambda: ui.find(StepField, heading="Further tries when a robot can't be reached").text == "7")
+    ui.wait(lambda: ui.find(StepField, heading="Retries when a robot can't be reached").text == "7")
 
 
 def test_what_is_being_typed_is_not_overwritten(site, app, ui):
     go(ui, "scheduler")
-    field = ui.find(StepField, heading="Further tries when a robot can't be reached")
+    field = ui.find(StepField, heading="Retries when a robot can't be reached")
     enter(ui, field, "1")
     site.container.catalogue.change_settings(start_window_minutes=20)
     ui.wait(lambda: ui.find(StepField, heading="A mission may start late by (min)").text == "20")
@@ -213,12 +213,13 @@ def test_what_is_being_typed_is_not_overwritten(site, app, ui):
 
 
 def test_in_portrait_list_and_section_take_turns(site, ui):
-    from app.screens.common.shell import Shell
+    from app.screens.common.shell import Shell, pick
     from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
     from app.screens.settings.screen import SettingsScreen
     bus = UiBus()
     background = Background(bus)
-    screen = SettingsScreen(site.container, Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, background))
+    shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, background)
+    screen = SettingsScreen(pick(SettingsScreen.Services, site.container), shell)
     ui.show(screen, size=(752, 790))
     screen.shown()
     ui.wait(lambda: ui.find_all(SectionRow))

@@ -8,7 +8,7 @@ import pytest
 from app.domain.clock import SystemClock
 from app.domain.models import DayException
 from app.screens.settings.calendar import DaysDialog, DaysRow
-from app.screens.settings.data import FileRow
+from app.screens.settings.page import FileRow
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.fields import FormField, PickField, SearchField
 from app.widgets.lists import ScrollPage
@@ -54,7 +54,7 @@ def tap(ui, kind, root=None, **values) -> None:
 
 
 def entries(site) -> list[DayException]:
-    return site.container.repositories.calendar.all(site.container.db.read())
+    return site.container.catalogue.day_exceptions()
 
 
 def add_days(ui, name: str) -> DaysDialog:
@@ -74,7 +74,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
     [stored] = entries(site)
     assert stored == DayException("Summer break", TODAY, date(2026, 11, 27), id=stored.id)
     ui.wait(lambda: [row.note for row in ui.find_all(DaysRow)] == ["Fri 20 Nov – Fri 27 Nov · closed"])
-    assert [cell.text for cell in ui.find_all(MonthDay, look="closed")] == [str(day) for day in range(20, 28)]
+    assert [cell.text for cell in ui.find_all(MonthDay, status="closed")] == [str(day) for day in range(20, 28)]
 
     tap(ui, MonthDay, text="23")                              # a day of it opens it
     dialog = ui.find(DaysDialog)
@@ -99,7 +99,7 @@ def test_a_free_day_becomes_an_extra_working_day_and_says_so(site, app, ui):
     enter(ui, dialog.ids.name_field, "Inventory")
     press(ui, "Save", dialog)
     ui.wait(lambda: entries(site) and entries(site)[0].is_working)
-    ui.wait(lambda: ui.find_all(MonthDay, text="28", look="extra"))
+    ui.wait(lambda: ui.find_all(MonthDay, text="28", status="extra"))
     assert says(ui, "Sat 28 Nov · extra working day")
     assert site.container.calendar().look(date(2026, 11, 28)).name == "Inventory"
 
@@ -137,7 +137,7 @@ def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
     dialog = ui.find(DaysDialog)
     assert (dialog.vm.name, dialog.vm.is_working) == ("Christmas Day", True)
     press(ui, "Save", dialog)
-    ui.wait(lambda: ui.find_all(MonthDay, text="25", look="extra"))
+    ui.wait(lambda: ui.find_all(MonthDay, text="25", status="extra"))
 
 
 def test_a_calendar_file_is_imported_and_says_how_many_days_it_brought(site, app, ui):
@@ -150,7 +150,7 @@ def test_a_calendar_file_is_imported_and_says_how_many_days_it_brought(site, app
     ui.wait(lambda: says(ui, "2 closed days imported"))
     assert [(entry.name, entry.source) for entry in entries(site)] == [("Audit", "plant.ics")]
     press(ui, "Import", row)
-    ui.wait(lambda: says(ui, "Everything in the file is here already"))
+    ui.wait(lambda: says(ui, "The file contains nothing new"))
     (site.documents / "noise.ics").write_bytes(b"\x00\xff nothing")
     enter(ui, ui.find(FormField, root=row), "noise.ics")
     press(ui, "Import", row)

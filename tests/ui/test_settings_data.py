@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from app.screens.common.shell import Shell
+from app.screens.common.shell import Shell, pick
+from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
-from app.screens.settings.data import FileRow
+from app.screens.settings.page import FileRow
 from app.screens.settings.screen import SettingsScreen
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
@@ -57,7 +58,7 @@ def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):
     assert settings(site).retry_limit == 3
     assert [mission.name for mission in missions(site)] == ["Deliver"]
     press(ui, "Import", row)
-    ui.wait(lambda: outcome(app, "configuration").text == "Everything in the file is here already")
+    ui.wait(lambda: outcome(app, "configuration").text == "The file contains nothing new")
 
 
 @pytest.mark.parametrize("content", [
@@ -113,12 +114,14 @@ def restored(site, ui):
     asked: list[Path] = []
     bus = UiBus()
     shell = ShellThatRestores(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, Background(bus), asked.append)
-    screen = SettingsScreen(site.container, shell)
+    unsubscribe = forward(site.container.changes, bus)
+    screen = SettingsScreen(pick(SettingsScreen.Services, site.container), shell)
     ui.show(screen)
     screen.shown(section="data")
     ui.wait(lambda: ui.find_all(FileRow))
     yield asked
     screen.hidden()
+    unsubscribe()
     shell.background.close()
 
 

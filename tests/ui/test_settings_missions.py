@@ -29,7 +29,7 @@ def test_missions_are_taken_over_from_a_checklist(site, app, ui):
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
     dialog = fetch(ui, "Aino")
-    assert "Deliver" not in [option["text"] for option in dialog.options]         # here already
+    assert "Deliver" not in [option.text for option in dialog.options]         # here already
     ui.tap(ui.find(OptionRow, root=dialog, text="Collect empties"))
     press(ui, "Add chosen", dialog)
     ui.wait(lambda: len(missions(site)) == 2)
@@ -46,7 +46,7 @@ def test_when_everything_is_here_that_is_said(site, app, ui):
     ui.wait(lambda: ui.find_all(MissionRow))
     press(ui, "Fetch from robot")
     ui.tap(ui.find(OptionRow, text="Veikko"))
-    ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are here already"))
+    ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are already added"))
 
 
 def test_a_robot_that_is_gone_while_its_missions_are_asked_for(site, app, ui):
@@ -100,14 +100,14 @@ def test_a_usual_duration_is_typed_refused_at_its_field_and_taken_away(site, app
     press(ui, "Save mission", dialog)
     ui.wait(lambda: not ui.find_all(MissionDialog))
     assert missions(site)[0].usual_minutes == 25
-    ui.wait(lambda: says(ui, "no schedule uses it · typed: 25 min"))
+    ui.wait(lambda: says(ui, "no schedule uses it · usual duration: 25 min"))
     dialog = opened()
     assert dialog.ids.usual_minutes_field.text == "25"
     enter(ui, dialog.ids.usual_minutes_field, "")
     press(ui, "Save mission", dialog)
     ui.wait(lambda: not ui.find_all(MissionDialog))
     assert missions(site)[0].usual_minutes is None
-    ui.wait(lambda: not says(ui, "typed: 25 min"))
+    ui.wait(lambda: not says(ui, "usual duration: 25 min"))
 
 
 def test_a_mission_that_holds_for_one_robot_only(site, app, ui):
@@ -131,7 +131,7 @@ def test_favourites_come_first_and_a_deleted_mission_comes_back(site, app, ui):
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 2)
     star, bin_ = ui.find_all(IconButton, root=ui.find(MissionRow, name="Home"))
     ui.tap(star)
-    ui.wait(lambda: [row["name"] for row in page(app).vm.rows] == ["Home", "Deliver"])
+    ui.wait(lambda: [row.name for row in page(app).vm.rows] == ["Home", "Deliver"])
     star, bin_ = ui.find_all(IconButton, root=ui.find(MissionRow, name="Home"))
     ui.tap(bin_)
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Deliver"])
@@ -156,4 +156,4 @@ def test_missions_are_found_while_typing(site, app, ui):
     go(ui, "missions")
     ui.wait(lambda: len(page(app).vm.rows) == len(GUIDS))
     ui.type(ui.find(SearchField), "empties")
-    assert [row["name"] for row in page(app).vm.rows] == ["Collect empties"]
+    assert [row.name for row in page(app).vm.rows] == ["Collect empties"]

@@ -114,13 +114,13 @@ def test_the_panel_tests_the_stored_connection(site, app, ui):
     ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
     panel = ui.find(RobotPanel, name="Veikko")
     press(ui, "Test connection", panel)
-    ui.wait(lambda: panel.result_tone == "done")
-    assert panel.result.startswith("Veikko answers in")
+    ui.wait(lambda: panel.result.tone == "done")
+    assert panel.result.text.startswith("Veikko answers in")
     aino = ui.find(RobotPanel, name="Aino")
     site.container.catalogue.save_robot(next(robot for robot in robots(site) if robot.name == "Aino"), password="changed there")
     press(ui, "Test connection", aino)
-    ui.wait(lambda: aino.result_tone == "fault")
-    assert "doesn't accept" in aino.result
+    ui.wait(lambda: aino.result.tone == "fault")
+    assert "doesn't accept" in aino.result.text
 
 
 def test_editing_keeps_the_password_and_never_shows_it(site, app, ui):

@@ -1,6 +1,9 @@
 """Panels side by side, of which only the visible ones exist."""
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import pytest
 from kivy.lang import Builder
 from kivy.properties import NumericProperty, StringProperty
@@ -18,6 +21,19 @@ class SamplePanel(RecycledRow, Surface):
 
 class LastPanel(RecycledRow, Surface):
     """Another kind of panel in the same grid."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    key: int
+    word: str
+    least: float = 100
+
+
+@dataclass(frozen=True)
+class Last:
+    key: str = "last"
+    panelclass: ClassVar[str] = "LastPanel"
 
 
 KV = """
@@ -40,7 +56,7 @@ def kv():
 
 
 def grid(ui, count: int, width: float = 1000, **kwargs) -> PanelGrid:
-    panels = [{"key": number, "word": f"P{number}"} for number in range(count)]
+    panels = [Sample(number, f"P{number}") for number in range(count)]
     return ui.show(PanelGrid(panelclass="SamplePanel", panels=panels, panel_width=300, spacing=16, **kwargs), size=(width, 500))
 
 
@@ -65,7 +81,7 @@ def test_a_window_that_turns_arranges_the_panels_anew(ui):
 
 def test_all_panels_of_a_row_are_equally_high_and_wide(ui):
     root = grid(ui, 4)
-    root.panels = [{"key": 0, "word": "P0"}, {"key": 1, "word": "P1", "least": 180}, {"key": 2, "word": "P2"}, {"key": 3, "word": "P3"}]
+    root.panels = [Sample(0, "P0"), Sample(1, "P1", least=180), Sample(2, "P2"), Sample(3, "P3")]
     ui.advance(.1)
     first, second = (sorted(shelf.children, key=lambda child: child.x) for shelf in
                      sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.y))
@@ -92,7 +108,7 @@ def test_of_many_only_the_visible_exist_and_all_can_be_reached(ui):
 def test_new_values_keep_the_panels(ui):
     root = grid(ui, 3)
     before = ui.find_all(SamplePanel, root=root)
-    root.panels = [{"key": number, "word": f"Q{number}"} for number in range(3)]
+    root.panels = [Sample(number, f"Q{number}") for number in range(3)]
     ui.advance(.1)
     assert ui.find_all(SamplePanel, root=root) == before
     assert shelves(ui, root) == [["Q0", "Q1", "Q2"]]
@@ -100,10 +116,10 @@ def test_new_values_keep_the_panels(ui):
 
 def test_another_kind_of_panel_stands_among_them(ui):
     root = grid(ui, 2)
-    root.panels = [*root.panels, {"key": "last", "panelclass": "LastPanel"}]
+    root.panels = [*root.panels, Last()]
     ui.advance(.1)
     assert len(ui.find_all(LastPanel, root=root)) == 1
-    root.panels = [*root.panels[:2], {"key": 2, "word": "P2"}, root.panels[2]]
+    root.panels = [*root.panels[:2], Sample(2, "P2"), root.panels[2]]
     ui.advance(.1)
     assert shelves(ui, root) == [["P0", "P1", "P2"], []]
     assert len(ui.find_all(LastPanel, root=root)) == 1

@@ -1,8 +1,5 @@
-"""Settings, About: versions, licences, where the data live."""
+"""Settings, About: versions, licences, the data directory."""
 from __future__ import annotations
-
-from datetime import datetime
-from typing import Any
 
 from kivy.event import EventDispatcher
 from kivy.properties import ListProperty, StringProperty
@@ -10,8 +7,7 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app import NAME, __version__
 from app.i18n import _
-from app.screens.settings.facts import SettingsFacts
-from app.screens.settings.page import Desk, SettingsPage
+from app.screens.settings.page import PageContext, SettingsPage
 from app.services.files.about import components
 from app.widgets.lists import Row
 
@@ -35,14 +31,15 @@ class AboutModel(EventDispatcher):
 
 
 class AboutPage(SettingsPage):
-    def __init__(self, desk: Desk, **kwargs: Any) -> None:
-        super().__init__(desk, AboutModel(directory=str(desk.files.data_directory)), **kwargs)
-        found = components()
-        versions = {component.name: component.version for component in found}
-        self.vm.python, self.vm.sqlite = versions["Python"], versions["SQLite"]
-        self.vm.kivy, self.vm.kivymd = versions.get("Kivy", "–"), versions.get("KivyMD", "–")
-        self.vm.components = [{"key": component.name, "name": component.name, "version": component.version or "–",
-                               "licence": component.licence} for component in found]
+    Model = AboutModel
 
-    def show(self, facts: SettingsFacts, now: datetime) -> None:
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        vm, found = self.vm, components()
+        versions = {component.name: component.version for component in found}
+        vm.python, vm.sqlite = versions["Python"], versions["SQLite"]
+        vm.kivy, vm.kivymd = versions.get("Kivy", "–"), versions.get("KivyMD", "–")
+        vm.components, vm.directory = found, str(context.services.files.data_directory)
+
+    def show(self) -> None:
         self.vm.version = _("version {version}").format(version=__version__)

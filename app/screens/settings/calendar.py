@@ -2,10 +2,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import date, datetime
+from datetime import date
 from pathlib import Path
 from typing import Any
-from zoneinfo import ZoneInfo
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
@@ -14,12 +13,10 @@ from app.domain.models import DayException, InvalidInput
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
-from app.screens.settings import calendar_view as words
-from app.screens.settings.data import FileModel
-from app.screens.settings.facts import SettingsFacts
-from app.screens.settings.page import BAR_BESIDE, Desk, OutcomeModel
-from app.screens.settings.view import NoticeView
-from app.services.files.calendar_import import CalendarFiles, Imported
+from app.screens.settings import calendar_view as view
+from app.screens.settings.page import FileModel, PageContext
+from app.screens.settings.view import NoticeView, went_wrong
+from app.services.files.calendar_import import Imported
 from app.services.planning import public_holidays
 from app.services.planning.working_days import Ground
 from app.widgets import month  # noqa: F401  (kivy's Factory learns it)
@@ -38,7 +35,7 @@ class DaysRow(Row, Surface):
 
 
 class CalendarPart(EventDispatcher):
-    """What the card shows and does: one month at a time, its entries, the country, the import."""
+    """View model of the card: one month at a time, its entries, the country, the import."""
     month_title = StringProperty()
     weekdays = ListProperty([""] * 7)
     days = ListProperty()
@@ -49,67 +46,62 @@ class CalendarPart(EventDispatcher):
     region = StringProperty()
     has_regions = BooleanProperty(False)
     file = ObjectProperty(rebind=True)
-    outcome = ObjectProperty(rebind=True)
+    outcome = ObjectProperty(NoticeView())
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(file=FileModel(), outcome=OutcomeModel())
-        self._desk = desk
-        self._shown: tuple[int, int] | None = None            # year and month; None: today's
-        container = desk.container
-        self._files = CalendarFiles(container.db, container.catalogue, container.clock)
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(file=FileModel())
+        self._context, self._services = context, context.services
+        self._chosen_month: tuple[int, int] | None = None        # year and month; None: today's
 
     # ------------------------------------------------------------------ showing
-    def show(self, facts: SettingsFacts, now: datetime) -> None:
-        today = now.astimezone(ZoneInfo(facts.settings.timezone)).date()
-        year, number = self._shown or (today.year, today.month)
-        self.month_title, self.weekdays = words.month_title(year, number), formats.current().weekdays_short
-        self.days = words.month_days(facts, year, number, today)
-        self.rows = words.entry_rows(facts, year, number)
-        self.year_note = words.year_note(facts, year)
-        self.country, self.region, self.has_regions = words.country_phrase(facts), words.region_phrase(facts), facts.has_regions
+    @property
+    def _month(self) -> tuple[int, int]:
+        today = self._context.today()
+        return self._chosen_month or (today.year, today.month)
+
+    def show(self) -> None:
+        facts = self._context.facts
+        year, number = self._month
+        self.month_title, self.weekdays = view.month_title(year, number), formats.current().weekdays_short
+        self.days = view.month_days(facts, year, number, self._context.today())
+        self.rows = view.entries(facts, year, number)
+        self.year_note = view.year_note(facts, year)
+        self.country, self.region, self.has_regions = view.country_phrase(facts), view.region_phrase(facts), facts.has_regions
 
     def reached(self) -> None:
         self.country_problem = self.file.problem = ""
-        self.outcome.tell(NoticeView())
-        self._desk.work(self._files.newest_calendar, self._suggest, key="settings calendars")
+        self.outcome = NoticeView()
+        self._context.run(self._services.calendar_files.newest_calendar, self._suggest, key="settings calendars")
 
     def _suggest(self, newest: Path | None) -> None:
         if not self.file.path:
-            self.file.path = str(newest or self._files.directory / "calendar.ics")
+            self.file.path = str(newest or self._services.calendar_files.directory / "calendar.ics")
 
     def turn(self, months: int) -> None:
-        today = self._today()
-        self._shown = words.turned(*(self._shown or (today.year, today.month)), months)
-        self._show_again()
-
-    def _today(self) -> date:
-        return self._desk.now().astimezone(ZoneInfo(self._desk.facts.settings.timezone)).date()
-
-    def _show_again(self) -> None:
-        self.show(self._desk.facts, self._desk.now())
+        self._chosen_month = view.turned(*self._month, months)
+        self.show()
 
     # ------------------------------------------------------------------ single entries
     def choose_day(self, day: date) -> None:
-        """Change the entry of a day, or begin the one that would turn it into its contrary."""
-        look = self._desk.facts.calendar.look(day)
-        if look.ground is Ground.OWN:
-            self._edit(look.exception_id)
+        """Edit the entry of a day, or begin one that turns a working day into a closed day or the other way round."""
+        status = self._context.facts.calendar.look(day)
+        if status.ground is Ground.OWN:
+            self._edit(status.exception_id)
         else:
-            self._open(DayException(look.name, day, day, is_working=not look.is_working))
+            self._open(DayException(status.name, day, day, is_working=not status.is_working))
 
-    def act(self, key: tuple[str, int, date], action: str) -> None:
-        kind, number, day = key
+    def act(self, key: view.EntryKey, action: str) -> None:
+        exception_id, day = key
         if action == "remove":
-            self._remove(number)
-        elif kind == "own":
-            self._edit(number)
+            self._remove(exception_id)
+        elif exception_id:
+            self._edit(exception_id)
         else:
             self.choose_day(day)
 
     def add(self) -> None:
-        today = self._today()
-        year, number = self._shown or (today.year, today.month)
-        day = today if (today.year, today.month) == (year, number) else date(year, number, 1)
+        today = self._context.today()
+        day = today if (today.year, today.month) == self._month else date(*self._month, 1)
         self._open(DayException("", day, day))
 
     def _edit(self, exception_id: int | None) -> None:
@@ -117,69 +109,46 @@ class CalendarPart(EventDispatcher):
             self._open(exception)
 
     def _open(self, exception: DayException) -> None:
-        self._desk.shell.dialogs.open(DaysDialog(self._desk, exception))
+        self._context.shell.dialogs.open(DaysDialog(self._context, exception))
 
     def _exception(self, exception_id: int | None) -> DayException | None:
-        return next((entry for entry in self._desk.facts.exceptions if entry.id == exception_id), None)
+        return next((entry for entry in self._context.facts.exceptions if entry.id == exception_id), None)
 
     def _remove(self, exception_id: int) -> None:
-        exception, catalogue = self._exception(exception_id), self._desk.container.catalogue
-        if exception is None:
-            return
-
-        def removed(what: Any) -> None:
-            self._desk.refresh()
-            self._desk.offer_undo(words.removed_sentence(exception), lambda: self._desk.work(
-                lambda: catalogue.restore(what), lambda _none: self._desk.refresh()))
-        self._desk.work(lambda: catalogue.remove_days(exception_id), removed)
+        if (exception := self._exception(exception_id)) is not None:
+            self._context.remove(lambda: self._services.catalogue.remove_days(exception_id), view.removed_sentence(exception))
 
     # ------------------------------------------------------------------ public holidays
     def choose_country(self) -> None:
-        """The list of countries is in a large library: the first look at it takes a moment."""
-        self._desk.work(public_holidays.countries, lambda names: self._desk.shell.dialogs.choose(
-            _("Closed on the public holidays of"), words.country_options(names), self._country_chosen,
-            selected=self._desk.facts.settings.holiday_country or words.NONE), key="settings countries")
-
-    def _country_chosen(self, code: str) -> None:
-        self._save_holidays("" if code == words.NONE else code, "")
+        """The list of countries is in a large library: loading it takes a moment."""
+        self._context.run(public_holidays.countries, lambda names: self._context.shell.dialogs.choose(
+            _("Closed on the public holidays of"), view.country_options(names), lambda code: self._save_holidays(code, ""),
+            selected=self._context.facts.settings.holiday_country), key="settings countries")
 
     def choose_region(self) -> None:
-        settings = self._desk.facts.settings
-        self._desk.work(lambda: public_holidays.subdivisions(settings.holiday_country), lambda names: self._desk.shell.dialogs.choose(
-            _("Region"), words.region_options(names),
-            lambda code: self._save_holidays(settings.holiday_country, "" if code == words.NONE else code),
-            selected=settings.holiday_subdivision or words.NONE), key="settings regions")
+        settings = self._context.facts.settings
+        self._context.run(lambda: public_holidays.subdivisions(settings.holiday_country), lambda names: self._context.shell.dialogs.choose(
+            _("Region"), view.region_options(names), lambda code: self._save_holidays(settings.holiday_country, code),
+            selected=settings.holiday_subdivision), key="settings regions")
 
     def _save_holidays(self, country: str, region: str) -> None:
         self.country_problem = ""
-        self._desk.work(lambda: self._desk.container.catalogue.set_public_holidays(country, region), lambda _settings: self._desk.refresh(),
-                        self._holidays_refused)
+        self._context.change(lambda: self._services.catalogue.set_public_holidays(country, region), self._holidays_refused)
 
     def _holidays_refused(self, problem: BaseException) -> None:
         self.country_problem = sentence_of(problem)
 
     # ------------------------------------------------------------------ a file
     def import_days(self) -> None:
-        file = self.file
-        if file.busy:
-            return
-        file.busy, file.problem = True, ""
-        self.outcome.tell(NoticeView())
-        path = file.path
-        self._desk.work(lambda: self._files.import_days(path), self._imported, self._not_imported)
+        self.outcome = NoticeView()
+        self.file.run(self._context, self._services.calendar_files.import_days, self._imported)
 
     def _imported(self, result: Imported) -> None:
-        self.file.busy = False
         if result.added:
-            first = result.added[0].first_day
-            today = self._today()
-            self._shown = (first.year, first.month) if first >= today else (today.year, today.month)
-        self.outcome.tell(words.import_result(result))
-        self._desk.refresh()
-
-    def _not_imported(self, problem: BaseException) -> None:
-        self.file.busy = False
-        self.file.problem = sentence_of(problem)
+            day = max(result.added[0].first_day, self._context.today())
+            self._chosen_month = day.year, day.month
+        self.outcome = view.import_result(result)
+        self._context.refresh()
 
 
 class CalendarCard(SectionCard):
@@ -196,71 +165,66 @@ class DaysForm(EventDispatcher):
     first_day = StringProperty()
     last_day = StringProperty()
     name_problem = StringProperty()
-    first_problem = StringProperty()
-    last_problem = StringProperty()
-    problem = StringProperty()
+    first_day_problem = StringProperty()
+    last_day_problem = StringProperty()
+    outcome = ObjectProperty(NoticeView())
     saving = BooleanProperty(False)
 
 
-PROBLEMS = {"name": "name_problem", "first_day": "first_problem", "last_day": "last_problem"}
-
-
 class DaysDialog(FormDialog):
-    """Closed days or extra working days: from when to when, under which name."""
+    """Closed days or extra working days: the first and the last day, and their name."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
-    def __init__(self, desk: Desk, exception: DayException, **kwargs: Any) -> None:
-        self._desk, self._exception = desk, exception
+    def __init__(self, context: PageContext, exception: DayException, **kwargs: Any) -> None:
+        self._context, self._exception = context, exception
         form = DaysForm(title=_("Edit days") if exception.id else _("Add days"), name=exception.name, is_working=exception.is_working,
                         yearly=exception.yearly)
         super().__init__(vm=form, **kwargs)
-        self.ids.page.bar_margin = BAR_BESIDE
-        self._say_days()
+        self._show_days()
         form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
 
     def choose_kind(self, is_working: bool) -> None:
         self.vm.is_working = is_working
 
-    def _say_days(self) -> None:
+    def _show_days(self) -> None:
         self.vm.first_day = formats.wall_day(self._exception.first_day, year=True)
         self.vm.last_day = formats.wall_day(self._exception.last_day, year=True)
-        self.vm.first_problem = self.vm.last_problem = ""
+        self.vm.first_day_problem = self.vm.last_day_problem = ""
 
     def pick_first(self) -> None:
-        self._desk.shell.dialogs.pick_date(_("First day"), self._exception.first_day, self._first_picked, today=self._today())
+        self._context.shell.dialogs.pick_date(_("First day"), self._exception.first_day, self._first_picked, today=self._context.today())
 
     def pick_last(self) -> None:
-        self._desk.shell.dialogs.pick_date(_("Last day"), self._exception.last_day, self._last_picked, today=self._today(),
-                                           first=self._exception.first_day)
+        self._context.shell.dialogs.pick_date(_("Last day"), self._exception.last_day, self._last_picked, today=self._context.today(),
+                                              first=self._exception.first_day)
 
     def _first_picked(self, day: date) -> None:
-        """As many days as before, from that one on."""
+        """The number of days stays."""
         length = self._exception.last_day - self._exception.first_day
         self._exception = replace(self._exception, first_day=day, last_day=day + length)
-        self._say_days()
+        self._show_days()
 
     def _last_picked(self, day: date) -> None:
         self._exception = replace(self._exception, last_day=day)
-        self._say_days()
-
-    def _today(self) -> date:
-        return self._desk.now().astimezone(ZoneInfo(self._desk.facts.settings.timezone)).date()
+        self._show_days()
 
     def save(self) -> None:
         form = self.vm
         if form.saving:
             return
-        form.saving, form.problem = True, ""
+        form.saving, form.outcome = True, NoticeView()
         exception = replace(self._exception, name=form.name, is_working=form.is_working, yearly=form.yearly)
-        self._desk.work(lambda: self._desk.container.catalogue.save_days(exception), self._saved, self._refused)
+        self._context.run(lambda: self._context.services.catalogue.save_days(exception), self._saved, self._refused)
 
     def _saved(self, exception: DayException) -> None:
         self.dismiss()
-        self._desk.refresh()
-        self._desk.say(_("{name} is in the calendar").format(name=exception.name), icon="calendar-check")
+        self._context.refresh()
+        self._context.say(_("{name} is in the calendar").format(name=exception.name), icon="calendar-check")
 
     def _refused(self, problem: BaseException) -> None:
-        form = self.vm
-        form.saving = False
+        self.vm.saving = False
         field = problem.field if isinstance(problem, InvalidInput) else ""
-        setattr(form, PROBLEMS.get(field, "problem"), sentence_of(problem))
+        if field in ("name", "first_day", "last_day"):
+            setattr(self.vm, f"{field}_problem", sentence_of(problem))
+        else:
+            self.vm.outcome = went_wrong(problem)

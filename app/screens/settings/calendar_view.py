@@ -1,25 +1,45 @@
-"""The exception calendar in words: a month of days, the entries of it, what an import brought. Pure."""
+"""Texts and values that Settings shows of the calendar: the days of a month, its entries, the result of an import. Pure functions."""
 from __future__ import annotations
 
 from calendar import Calendar
 from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import date
-from typing import Any
 
 from app.domain.models import DayException
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.options import Option
 from app.screens.settings.country_names import in_language, translations
 from app.screens.settings.facts import SettingsFacts
-from app.screens.settings.view import NoticeView
+from app.screens.settings.view import NoticeView, done
 from app.services.files.calendar_import import Imported
 from app.services.planning.working_days import DayLook, Ground, spans
 
-Row = dict[str, Any]
-
 YEARS = (1970, 2199)                     # whose months are shown
 CLOSED, HOLIDAY, EXTRA = "lock-outline", "flag-outline", "plus-circle-outline"
-NONE = "none"                            # key of the option without holidays
+
+EntryKey = tuple[int, date]              # id of the exception, 0 for a public holiday; the first day
+
+
+@dataclass(frozen=True)
+class DayView:
+    """Values of MonthDay; as it is: a day of another month, left blank."""
+    day: date | None = None
+    text: str = ""
+    status: str = "work"
+    icon: str = ""
+    today: bool = False
+
+
+@dataclass(frozen=True)
+class EntryView:
+    """Values of DaysRow."""
+    key: EntryKey
+    text: str
+    note: str
+    icon: str
+    removable: bool = True
 
 
 def month_title(year: int, month: int) -> str:
@@ -28,51 +48,46 @@ def month_title(year: int, month: int) -> str:
 
 
 def turned(year: int, month: int, months: int) -> tuple[int, int]:
-    """The month so many further, within the years that are shown."""
+    """The month ``months`` later, within the years that are shown."""
     first, last = YEARS[0] * 12, YEARS[1] * 12 + 11
     index = min(max(year * 12 + month - 1 + months, first), last)
     return index // 12, index % 12 + 1
 
 
-def month_days(facts: SettingsFacts, year: int, month: int, today: date) -> list[Row]:
-    """Properties of MonthDay, in weeks from Monday; days of other months are blank."""
-    return [_blank() if day.month != month else _day(facts.calendar.look(day), day, today)
+def month_days(facts: SettingsFacts, year: int, month: int, today: date) -> list[DayView]:
+    """In weeks from Monday; days of other months are blank."""
+    return [DayView() if day.month != month else _day(facts.calendar.look(day), day, today)
             for week in Calendar().monthdatescalendar(year, month) for day in week]
 
 
-def _blank() -> Row:
-    return {"day": None, "text": "", "look": "work", "icon": "", "today": False}
+def _day(found: DayLook, day: date, today: date) -> DayView:
+    status, icon = ("work", "") if found.is_working else ("free", "")
+    if found.ground is not Ground.WEEK:
+        status, icon = ("extra", EXTRA) if found.is_working else ("closed", HOLIDAY if found.ground is Ground.HOLIDAY else CLOSED)
+    return DayView(day, str(day.day), status, icon, day == today)
 
 
-def _day(look: DayLook, day: date, today: date) -> Row:
-    shown, icon = ("work", "") if look.is_working else ("free", "")
-    if look.ground is not Ground.WEEK:
-        shown, icon = ("extra", EXTRA) if look.is_working else ("closed", HOLIDAY if look.ground is Ground.HOLIDAY else CLOSED)
-    return {"day": day, "text": str(day.day), "look": shown, "icon": icon, "today": day == today}
-
-
-def entry_rows(facts: SettingsFacts, year: int, month: int) -> list[Row]:
-    """Rows of DaysRow: what was entered and the public holidays, in order of their days in that month."""
+def entries(facts: SettingsFacts, year: int, month: int) -> list[EntryView]:
+    """The exceptions and public holidays of that month, in order of their days."""
     first, last = date(year, month, 1), max(day for day in Calendar().itermonthdates(year, month) if day.month == month)
     found = [(begins, _entry(exception, begins, ends)) for exception in facts.exceptions for begins, ends in spans(exception, year)
              if begins <= last and first <= ends]
-    found += [(day, _holiday(day, look.name)) for day, look in facts.calendar.exceptional(first, last) if look.ground is Ground.HOLIDAY]
-    return [row for _begins, row in sorted(found, key=lambda entry: (entry[0], entry[1]["text"]))]
+    found += [(day, _holiday(day, status.name)) for day, status in facts.calendar.exceptional(first, last)
+              if status.ground is Ground.HOLIDAY]
+    return [view for _begins, view in sorted(found, key=lambda entry: (entry[0], entry[1].text))]
 
 
-def _entry(exception: DayException, begins: date, ends: date) -> Row:
+def _entry(exception: DayException, begins: date, ends: date) -> EntryView:
     notes = [span(begins, ends), _("extra working day") if exception.is_working else _("closed")]
     if exception.yearly:
         notes.append(_("every year"))
     if exception.source:
         notes.append(exception.source)
-    return {"key": ("own", exception.id, begins), "text": exception.name, "note": " · ".join(notes),
-            "icon": EXTRA if exception.is_working else CLOSED, "removable": True}
+    return EntryView((exception.id, begins), exception.name, " · ".join(notes), EXTRA if exception.is_working else CLOSED)
 
 
-def _holiday(day: date, name: str) -> Row:
-    return {"key": ("holiday", 0, day), "text": name, "note": " · ".join((span(day, day), _("public holiday"))), "icon": HOLIDAY,
-            "removable": False}
+def _holiday(day: date, name: str) -> EntryView:
+    return EntryView((0, day), name, " · ".join((span(day, day), _("public holiday"))), HOLIDAY, removable=False)
 
 
 def span(first: date, last: date) -> str:
@@ -81,11 +96,11 @@ def span(first: date, last: date) -> str:
 
 
 def year_note(facts: SettingsFacts, year: int) -> str:
-    """By how many days the calendar differs from the week's rule in a year."""
+    """How many days of a year differ from the working days of the week."""
     weekly = facts.settings.is_working_day
     found = list(facts.calendar.exceptional(date(year, 1, 1), date(year, 12, 31)))
-    closed = sum(weekly(day) and not look.is_working for day, look in found)
-    extra = sum(look.is_working and not weekly(day) for day, look in found)
+    closed = sum(weekly(day) and not status.is_working for day, status in found)
+    extra = sum(status.is_working and not weekly(day) for day, status in found)
     if not found:
         return _("{year}: no special days").format(year=year)
     words = [ngettext("{n} working day closed", "{n} working days closed", closed).format(n=closed)]
@@ -105,19 +120,20 @@ def region_phrase(facts: SettingsFacts) -> str:
     return facts.region or _("All of the country")
 
 
-def country_options(names: Mapping[str, str]) -> list[Row]:
-    return [{"key": NONE, "text": _("No country"), "note": ""},
-            *({"key": code, "text": name, "note": code} for code, name in in_language(names).items())]
+def country_options(names: Mapping[str, str]) -> list[Option]:
+    """By code; an empty one for no country."""
+    return [Option("", _("No country")), *(Option(code, name, note=code) for code, name in in_language(names).items())]
 
 
-def region_options(names: Mapping[str, str]) -> list[Row]:
-    return [{"key": NONE, "text": _("All of the country"), "note": _("without the holidays of single regions")},
-            *({"key": code, "text": name, "note": code} for code, name in names.items())]
+def region_options(names: Mapping[str, str]) -> list[Option]:
+    """By code; an empty one for the whole country."""
+    return [Option("", _("All of the country"), note=_("without the holidays of single regions")),
+            *(Option(code, name, note=code) for code, name in names.items())]
 
 
 # ---------------------------------------------------------------------- an import
 def import_result(result: Imported) -> NoticeView:
-    """How many days were taken, and what was left."""
+    """How many days were imported, and what was left out."""
     notes = []
     if result.added:
         text = ngettext("{n} closed day imported", "{n} closed days imported", result.days).format(n=result.days)
@@ -125,16 +141,17 @@ def import_result(result: Imported) -> NoticeView:
         more = len(result.added) - len(names)
         notes.append(", ".join(names) + (ngettext(" and {n} more", " and {n} more", more).format(n=more) if more else ""))
     else:
-        text = _("Everything in the file is here already")
+        text = _("The file contains nothing new")
     if result.known and result.added:
-        notes.append(ngettext("{n} entry was here already", "{n} entries were here already", result.known).format(n=result.known))
+        notes.append(ngettext("{n} entry existed already", "{n} entries existed already", result.known).format(n=result.known))
     if result.past:
-        notes.append(ngettext("{n} entry is past", "{n} entries are past", result.past).format(n=result.past))
+        notes.append(ngettext("{n} past entry skipped", "{n} past entries skipped", result.past).format(n=result.past))
     if result.left_out:
-        notes.append(ngettext("{n} event can't be taken: it has no date, or repeats otherwise than yearly",
-                              "{n} events can't be taken: they have no date, or repeat otherwise than yearly",
+        notes.append(ngettext("{n} event can't be imported: it has no date, or doesn't repeat yearly",
+                              "{n} events can't be imported: they have no date, or don't repeat yearly",
                               result.left_out).format(n=result.left_out))
-    return NoticeView(text, "\n".join(notes), "attention" if result.left_out else "done", "alert" if result.left_out else "check-circle")
+        return NoticeView(text, "\n".join(notes), "attention", "alert")
+    return done(text, "\n".join(notes))
 
 
 def removed_sentence(exception: DayException) -> str:

@@ -1,45 +1,20 @@
 """Settings, Constraints: the minimum battery, the working days of the week, and the calendar of exceptions to them."""
 from __future__ import annotations
 
-from datetime import datetime
 from typing import Any
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
 
 from app.domain.models import WEEKDAYS
 from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.settings.calendar import CalendarCard, CalendarPart
-from app.screens.settings.facts import SettingsFacts
-from app.screens.settings.page import Desk, SettingsPage
-from app.screens.settings.view import day_chips, days_phrase
-from app.widgets.buttons import Segment
+from app.screens.settings.page import PageContext, SettingsPage
+from app.screens.settings.view import day_options, days_phrase
+from app.widgets import weekdays  # noqa: F401  (kivy's Factory learns it)
 
 FIRST_MINIMUM = 30                       # %, offered when the constraint is switched on
-
-
-class DayRow(BoxLayout):
-    """The days of the week side by side: ``data`` = [{"key", "text", "selected"}, …]; a tap fires ``on_choose(key)``."""
-    data = ListProperty()
-
-    __events__ = ("on_choose",)
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.fbind("data", self._show)
-
-    def on_choose(self, key: str) -> None:
-        """A day was tapped."""
-
-    def _show(self, *_args: Any) -> None:
-        while len(self.children) < len(self.data):
-            day = Segment()
-            day.bind(on_release=lambda day: self.dispatch("on_choose", day.key))
-            self.add_widget(day)
-        for day, row in zip(reversed(self.children), self.data, strict=True):
-            day.key, day.text, day.selected = row["key"], row["text"], row["selected"]
 
 
 class ConstraintsModel(EventDispatcher):
@@ -52,19 +27,21 @@ class ConstraintsModel(EventDispatcher):
 
 
 class ConstraintsPage(SettingsPage):
-    def __init__(self, desk: Desk, **kwargs: Any) -> None:
-        super().__init__(desk, ConstraintsModel(), **kwargs)
-        self.calendar = CalendarPart(desk)
+    Model = ConstraintsModel
+
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        self.calendar = CalendarPart(context)
         self.ids.page.add_widget(CalendarCard(part=self.calendar))
 
-    def show(self, facts: SettingsFacts, now: datetime) -> None:
-        vm, settings = self.vm, facts.settings
+    def show(self) -> None:
+        vm, settings = self.vm, self.context.facts.settings
         vm.battery_on = bool(settings.minimum_battery_percent)
         if vm.battery_on:
             vm.battery = settings.minimum_battery_percent
-        vm.days = day_chips(settings)
+        vm.days = day_options(settings)
         vm.days_phrase = days_phrase(settings.working_days)
-        self.calendar.show(facts, now)
+        self.calendar.show()
 
     def reached(self, **intent: Any) -> None:
         self.vm.battery_problem = self.vm.days_problem = ""
@@ -79,18 +56,18 @@ class ConstraintsPage(SettingsPage):
 
     def _save_battery(self, percent: int | None) -> None:
         self.vm.battery_problem = ""
-        self.desk.save(self._battery_refused, minimum_battery_percent=percent)
+        self.context.save(self._battery_refused, minimum_battery_percent=percent)
 
     def _battery_refused(self, problem: BaseException) -> None:
         self.vm.battery_problem = sentence_of(problem)
 
     def toggle_day(self, day: str) -> None:
-        chosen = set(self.desk.facts.settings.working_days) ^ {day}
+        chosen = set(self.context.facts.settings.working_days) ^ {day}
         if not chosen:
             self.vm.days_problem = _("At least one day must stay a working day")
             return
         self.vm.days_problem = ""
-        self.desk.save(self._days_refused, working_days=tuple(day for day in WEEKDAYS if day in chosen))
+        self.context.save(self._days_refused, working_days=tuple(day for day in WEEKDAYS if day in chosen))
 
     def _days_refused(self, problem: BaseException) -> None:
         self.vm.days_problem = sentence_of(problem)

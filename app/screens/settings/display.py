@@ -1,7 +1,6 @@
-"""Settings, Display & language: theme, language, size of texts and targets, switched at once."""
+"""Settings, Display & language: theme, language, size of texts and targets, switched at once; and the PIN."""
 from __future__ import annotations
 
-from datetime import datetime
 from typing import Any
 
 from kivy.event import EventDispatcher
@@ -12,8 +11,7 @@ from app.i18n import _, languages
 from app.screens.common import formats
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.problems import sentence_of
-from app.screens.settings.facts import SettingsFacts
-from app.screens.settings.page import Desk, SettingsPage
+from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import keyboard_words, language_name, theme_names
 from app.services.live.access import LONGEST, SHORTEST
 
@@ -32,25 +30,27 @@ class DisplayModel(EventDispatcher):
 
 
 class DisplayPage(SettingsPage):
-    def __init__(self, desk: Desk, **kwargs: Any) -> None:
-        self._languages = [(language, language_name(language)) for language in languages()]
-        super().__init__(desk, DisplayModel(), **kwargs)
+    Model = DisplayModel
 
-    def show(self, facts: SettingsFacts, now: datetime) -> None:
-        vm, settings = self.vm, facts.settings
-        vm.themes = list(theme_names().items())
-        vm.languages = self._languages
-        vm.theme, vm.language = settings.theme, settings.language
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        self.vm.languages = [(language, language_name(language)) for language in languages()]
+
+    def show(self) -> None:
+        vm, settings = self.vm, self.context.facts.settings
+        vm.themes, vm.keyboards = list(theme_names().items()), list(keyboard_words().items())
         vm.font_scales = [(percent, formats.percent(percent)) for percent in FONT_SCALES]
+        vm.theme, vm.language, vm.keyboard = settings.theme, settings.language, settings.keyboard
         vm.font_scale, vm.gloves = settings.font_scale_percent, settings.gloves
+        vm.has_pin = self.context.services.access.is_set()
 
-        vm.keyboards = list(keyboard_words().items())
-        vm.keyboard = settings.keyboard
-        vm.has_pin = self.desk.container.access.is_set()
+    def set(self, name: str, value: Any) -> None:
+        self.context.save(**{name: value})
 
     # ------------------------------------------------------------------ the PIN
     def ask_for_pin(self) -> None:
-        """Twice, so that a slip locks nobody out."""
+        """Twice, so that a typing error locks nobody out."""
+        access = self.context.services.access
         first = _("Choose {least} to {most} digits").format(least=SHORTEST, most=LONGEST)
         dialog = PinDialog(title=_("New PIN"), text=first)
         chosen: list[str] = []
@@ -58,28 +58,25 @@ class DisplayPage(SettingsPage):
         def entered(_dialog: PinDialog, pin: str) -> None:
             if not chosen:
                 chosen.append(pin)
-                dialog.ask_again(text=_("Enter it once more"))
+                dialog.ask_again(text=_("Enter it again"))
             elif chosen.pop() != pin:
-                dialog.ask_again(_("The two were different"), first)
+                dialog.ask_again(_("The PINs don't match"), first)
             else:
                 dialog.busy = True
-                self.desk.work(lambda: self.desk.container.access.set_pin(pin), lambda _none: self._pin_set(dialog),
-                               lambda problem: dialog.ask_again(sentence_of(problem), first))
+                self.context.run(lambda: access.set_pin(pin), lambda _none: self._pin_set(dialog),
+                                 lambda problem: dialog.ask_again(sentence_of(problem), first))
 
         dialog.bind(on_entered=entered)
-        self.desk.shell.dialogs.open(dialog)
+        self.context.shell.dialogs.open(dialog)
 
     def _pin_set(self, dialog: PinDialog) -> None:
         dialog.busy = False
         dialog.dismiss()
-        self.desk.say(_("From now on Settings asks for the PIN"), "lock-outline")
-        self.desk.refresh()
+        self.context.say(_("From now on Settings asks for the PIN"), "lock-outline")
+        self.context.refresh()
 
     def remove_pin(self) -> None:
         def removed(_was_set: bool) -> None:
-            self.desk.say(_("Settings is open to everybody"), "lock-open-outline")
-            self.desk.refresh()
-        self.desk.work(self.desk.container.access.remove, removed)
-
-    def set(self, name: str, value: Any) -> None:
-        self.desk.save(**{name: value})
+            self.context.say(_("Settings is open to everybody"), "lock-open-outline")
+            self.context.refresh()
+        self.context.run(self.context.services.access.remove, removed)

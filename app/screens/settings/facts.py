@@ -1,19 +1,35 @@
-"""What Settings needs to know at one moment, read on a background thread; settings_view turns it into words."""
+"""What Settings uses and shows: its services, and the facts of one moment, read on a background thread."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
+from app.domain.clock import Clock
 from app.domain.models import DayException, Mission, Robot, RobotSnapshot, Schedule, Settings
+from app.services.catalogue.catalogue import Catalogue
+from app.services.files.calendar_import import CalendarFiles
+from app.services.files.exports import Backup, DataFiles
+from app.services.live.access import Access
+from app.services.live.snapshots import Snapshots
 from app.services.planning import public_holidays
 from app.services.planning.working_days import WorkingCalendar
+from app.services.robots.commands import Operator
+from app.services.robots.missions import RobotMissions
 
-if TYPE_CHECKING:
-    from app.container import Container
-    from app.services.files.exports import Backup, DataFiles
-    from app.services.robots.missions import RobotMissions
+
+@dataclass(frozen=True)
+class SettingsServices:
+    """The services that Settings uses; each field is named as the container's attribute."""
+    settings: Callable[[], Settings]
+    clock: Clock
+    catalogue: Catalogue
+    snapshots: Snapshots
+    access: Access
+    operator: Operator
+    robot_missions: RobotMissions
+    files: DataFiles
+    calendar_files: CalendarFiles
 
 
 @dataclass(frozen=True)
@@ -22,12 +38,12 @@ class SettingsFacts:
     robots: tuple[Robot, ...] = ()
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
-    snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot
-    names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot -> guid -> name; robots that did not tell are absent
+    snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot id
+    names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot id -> guid -> name; absent: not read from the robot yet
     backups: tuple[Backup, ...] = ()                                         # newest first
-    exceptions: tuple[DayException, ...] = ()                                # to the working days
-    country: str = ""                                                        # whose public holidays are closed, by name; empty: none
-    region: str = ""                                                         # part of it
+    exceptions: tuple[DayException, ...] = ()                                # closed days and extra working days
+    country: str = ""                                                        # name of the country of the public holidays; empty: none
+    region: str = ""                                                         # name of its part
     has_regions: bool = False                                                # whether parts of that country have holidays of their own
 
     @cached_property
@@ -52,14 +68,14 @@ class SettingsFacts:
         return tuple(robot for robot in self.robots if robot.idle is not None and robot.idle.mission_id == mission.id)
 
     def used_on(self, robot: Robot) -> tuple[Mission, ...]:
-        """Missions that this app may start on the robot by itself, and those entered for it alone."""
+        """Missions that this app may start on the robot by itself, and those entered for this robot alone."""
         planned = {schedule.mission_id for schedule in self.schedules if schedule.robot_id == robot.id}
         if robot.idle is not None:
             planned.add(robot.idle.mission_id)
         return tuple(mission for mission in self.missions if mission.id in planned or mission.robot_id == robot.id)
 
     def missing_on(self, robot: Robot) -> tuple[Mission, ...]:
-        """Used on the robot, but the robot says that it has no such mission. Nothing is missing on a robot that did not tell."""
+        """Missions used on the robot that its own list does not have; none while that list has not been read."""
         names = self.names.get(robot.id)
         return tuple(mission for mission in self.used_on(robot) if names and mission.guid not in names)
 
@@ -67,25 +83,24 @@ class SettingsFacts:
         return tuple(robot for robot in self.robots if mission in self.missing_on(robot))
 
     def is_nowhere(self, mission: Mission) -> bool:
-        """Every robot that is switched on has told its missions, and none has this one."""
-        told = [self.names.get(robot.id) for robot in self.robots if robot.enabled]
-        return bool(told) and all(names and mission.guid not in names for names in told)
+        """The missions of every enabled robot have been read, and none has this one."""
+        known = [self.names.get(robot.id) for robot in self.robots if robot.enabled]
+        return bool(known) and all(names and mission.guid not in names for names in known)
 
 
-def read(container: Container, robot_missions: RobotMissions, files: DataFiles) -> SettingsFacts:
-    """Read everything. Called off the UI thread: it asks the database and the disk, never a robot."""
-    repositories, db = container.repositories, container.db.read()
-    robots = tuple(repositories.robots.all(db))
-    told = {robot.id: robot_missions.names(robot.id) for robot in robots}
-    settings = container.settings()
-    country = settings.holiday_country           # their names are in a large library, which nobody reads who has chosen none
+def read(services: SettingsServices) -> SettingsFacts:
+    """Read everything. Called off the UI thread: it reads the database and the disk, but sends nothing to robots."""
+    catalogue, settings = services.catalogue, services.settings()
+    robots = tuple(catalogue.robots())
+    names = {robot.id: services.robot_missions.names(robot.id) for robot in robots}
+    country = settings.holiday_country           # names of countries are in a large library: only read where one is chosen
     regions = public_holidays.subdivisions(country) if country else {}
     facts = SettingsFacts(
-        settings=settings, exceptions=tuple(repositories.calendar.all(db)), has_regions=bool(regions),
+        settings=settings, robots=robots, missions=tuple(catalogue.missions()), schedules=tuple(catalogue.schedules()),
+        snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
+        names={robot_id: known for robot_id, known in names.items() if known},
+        backups=tuple(services.files.backups()), exceptions=tuple(catalogue.day_exceptions()), has_regions=bool(regions),
         country=public_holidays.countries().get(country, country) if country else "",
-        region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision), robots=robots,
-        missions=tuple(repositories.missions.all(db)),
-        schedules=tuple(repositories.schedules.all(db)), snapshots={robot.id: container.snapshots.get(robot.id) for robot in robots},
-        names={robot_id: names for robot_id, names in told.items() if names}, backups=tuple(files.backups()))
-    facts.calendar.look(container.clock.now().date())
+        region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision))
+    facts.calendar.look(services.clock.now().date())         # loads the library of holidays here, not on the UI thread
     return facts

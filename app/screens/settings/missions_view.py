@@ -1,42 +1,61 @@
-"""The missions of Settings in words: the list with what uses each, what a robot offers for taking over, and what is missing where. Pure."""
+"""Texts and values that Settings shows of missions: what uses each, where it is missing, and what a robot has. Pure functions."""
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from app.domain import names
 from app.domain.models import IdleRule, Mission, Robot
 from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
 
-Row = dict[str, Any]
+
+@dataclass(frozen=True)
+class MissionView:
+    """Values of MissionRow."""
+    key: int
+    name: str
+    guid: str
+    note: str
+    favourite: bool
+    warning: str
 
 
-def mission_rows(facts: SettingsFacts, query: str = "") -> list[Row]:
-    """Rows of MissionRow: what is missing first, then favourites, then by name; ``query`` keeps those with all its words in name, guid or
-    robot."""
+@dataclass(frozen=True)
+class IdlePanelView:
+    """Values of IdlePanel."""
+    key: int
+    name: str
+    active: bool
+    minutes: int
+    mission: str
+    note: str
+    problem: str = ""
+
+
+def mission_views(facts: SettingsFacts, query: str = "") -> list[MissionView]:
+    """Missing missions first, then favourites, then by name; ``query`` keeps those with all its words in name, GUID or robot."""
     words = query.casefold().split()
-    rows = []
+    views = []
     order = {mission.id: (not facts.robots_missing(mission), not mission.favourite, mission.name.casefold(), mission.robot_id or 0)
              for mission in facts.missions}
     for mission in sorted(facts.missions, key=lambda m: order[m.id]):
         owner = facts.robot(mission.robot_id)
         searched = f"{mission.name} {mission.guid} {owner.name if owner else ''}".casefold()
         if all(word in searched for word in words):
-            rows.append(_row(facts, mission, owner))
-    return rows
+            views.append(_view(facts, mission, owner))
+    return views
 
 
-def _row(facts: SettingsFacts, mission: Mission, owner: Robot | None) -> Row:
+def _view(facts: SettingsFacts, mission: Mission, owner: Robot | None) -> MissionView:
     use = usage(facts, mission)
     if mission.usual_minutes is not None:
-        use = _("{use} · typed: {duration}").format(use=use, duration=formats.duration(mission.usual_minutes * 60))
+        use = _("{use} · usual duration: {duration}").format(use=use, duration=formats.duration(mission.usual_minutes * 60))
     note = _("Only on {robot} · {use}").format(robot=owner.name, use=use) if owner else use
-    return {"key": mission.id, "name": mission.name, "guid": mission.guid, "note": note, "favourite": mission.favourite,
-            "warning": missing_sentence(facts, mission)}
+    return MissionView(mission.id, mission.name, mission.guid, note, mission.favourite, missing_sentence(facts, mission))
 
 
 def usage(facts: SettingsFacts, mission: Mission) -> str:
@@ -50,7 +69,7 @@ def usage(facts: SettingsFacts, mission: Mission) -> str:
 
 
 def typed_minutes(text: str) -> int | None:
-    """What stands in the field of the usual duration; what is no number is for the services to refuse."""
+    """The text of the field of the usual duration: None if empty; 0, which the services refuse, if it is no number."""
     stripped = text.strip()
     if not stripped:
         return None
@@ -58,14 +77,14 @@ def typed_minutes(text: str) -> int | None:
 
 
 def missing_sentence(facts: SettingsFacts, mission: Mission) -> str:
-    """Where a start of it would fail, empty when nowhere as far as is known."""
+    """On which robots it can't be started, as far as is known; empty: it is missing nowhere."""
     if robots := facts.robots_missing(mission):
         return _("Not on {robots} any more").format(robots=", ".join(robot.name for robot in robots))
     return _("No robot has it") if facts.is_nowhere(mission) else ""
 
 
 def removal_sentence(facts: SettingsFacts, mission: Mission) -> str:
-    """What was deleted, for the line with Undo: schedules and idle rules go with their mission."""
+    """What was deleted, for the snackbar with Undo: schedules and idle rules are deleted with their mission."""
     schedules = len(facts.schedules_of(mission))
     if not schedules:
         return _("{mission} deleted").format(mission=mission.name)
@@ -81,10 +100,11 @@ def robot_removal_sentence(facts: SettingsFacts, robot: Robot) -> str:
         robot=robot.name, n=schedules)
 
 
-# ---------------------------------------------------------------------- taking over from a robot
+# ---------------------------------------------------------------------- fetched from a robot
 @dataclass(frozen=True)
 class Offer:
-    """A mission that a robot has: here already, or what would be saved. ``robot_id`` is set when the name stands here for another guid."""
+    """A mission that a robot has, as it would be saved. ``robot_id`` is set when another mission for all robots has this name; ``known``:
+    it is saved already."""
     name: str
     guid: str
     robot_id: int | None = None
@@ -92,7 +112,7 @@ class Offer:
 
 
 def offers(found: Sequence[MissionInfo], missions: Sequence[Mission], robot_id: int) -> list[Offer]:
-    """What can be taken over from the robot, by name. Of several with one name the later ones get a number: one name, one mission."""
+    """The missions of the robot, by name. Of several with one name the later ones get a number, as names are unique."""
     there = {info.guid for info in found}
     here = [mission for mission in missions if mission.robot_id in (None, robot_id)]
     known = {mission.guid for mission in here}
@@ -119,10 +139,10 @@ def _free_name(wanted: str, taken: set[str]) -> str:
     return name
 
 
-def offer_options(offered: Sequence[Offer]) -> list[Row]:
+def offer_options(offered: Sequence[Offer]) -> list[Option]:
     """Options of the checklist, the new ones only."""
-    return [{"key": offer.guid, "text": offer.name, "icon": "flag-outline",
-             "note": _("Another mission of this name is here: it will hold for this robot only") if offer.robot_id else ""}
+    return [Option(offer.guid, offer.name, "flag-outline",
+                   _("The name is already in use: this one will be for this robot only") if offer.robot_id else "")
             for offer in offered if not offer.known]
 
 
@@ -131,32 +151,31 @@ def fetched_sentence(offered: Sequence[Offer], robot: Robot) -> str:
     if not offered:
         return _("{robot} has no missions").format(robot=robot.name)
     if all(offer.known for offer in offered):
-        return ngettext("The mission of {robot} is here already", "All {n} missions of {robot} are here already", len(offered)).format(
+        return ngettext("The mission of {robot} is already added", "All {n} missions of {robot} are already added", len(offered)).format(
             n=len(offered), robot=robot.name)
     return ""
 
 
-def mission_options(facts: SettingsFacts, robot: Robot) -> list[Row]:
-    """Missions that can be chosen for the robot, favourites first; its own hide those for all of the same name."""
-    meant: dict[str, Mission] = {}
+def mission_options(facts: SettingsFacts, robot: Robot) -> list[Option]:
+    """Missions that can be chosen for the robot, favourites first; its own take the place of those for all robots of the same name."""
+    by_name: dict[str, Mission] = {}
     for mission in sorted(facts.missions, key=lambda m: m.robot_id or 0):
         if mission.robot_id in (None, robot.id):
-            meant[mission.name] = mission
-    return [{"key": mission.id, "text": mission.name, "icon": "star" if mission.favourite else "flag-outline"}
-            for mission in sorted(meant.values(), key=lambda m: (not m.favourite, m.name.casefold()))]
+            by_name[mission.name] = mission
+    return [Option(mission.id, mission.name, "star" if mission.favourite else "flag-outline")
+            for mission in sorted(by_name.values(), key=lambda m: (not m.favourite, m.name.casefold()))]
 
 
 # ---------------------------------------------------------------------- idle automation
-def idle_panels(facts: SettingsFacts) -> list[Row]:
-    """Rows of IdlePanel."""
-    rows = []
-    for robot in facts.robots:
-        idle = robot.idle
-        mission = facts.mission(idle.mission_id) if idle else None
-        rows.append({"key": robot.id, "name": robot.name, "active": bool(idle and idle.enabled),
-                     "minutes": idle.after_minutes if idle else IdleRule(0).after_minutes,
-                     "mission": mission.name if mission else _("Choose a mission"), "note": _idle_note(robot, mission)})
-    return rows
+def idle_panels(facts: SettingsFacts) -> list[IdlePanelView]:
+    return [_idle_panel(facts, robot) for robot in facts.robots]
+
+
+def _idle_panel(facts: SettingsFacts, robot: Robot) -> IdlePanelView:
+    idle = robot.idle
+    mission = facts.mission(idle.mission_id) if idle else None
+    return IdlePanelView(robot.id, robot.name, active=bool(idle and idle.enabled), minutes=(idle or IdleRule(0)).after_minutes,
+                         mission=mission.name if mission else _("Choose a mission"), note=_idle_note(robot, mission))
 
 
 def _idle_note(robot: Robot, mission: Mission | None) -> str:

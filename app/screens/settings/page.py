@@ -1,95 +1,107 @@
-"""What the sections of Settings share: the desk they work at, and the base of a page."""
+"""What the sections of Settings share: their context, the base of a page, and the widgets that several of them use."""
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
-from datetime import datetime
-from typing import Any
+from collections.abc import Callable, Hashable, Sequence
+from datetime import date, datetime
+from typing import Any, TypeVar
+from zoneinfo import ZoneInfo
 
 from kivy.event import EventDispatcher
-from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
-from app.container import Container
 from app.database.errors import DatabaseError
 from app.domain.models import InvalidInput
 from app.i18n import _
 from app.mir.errors import RobotError
+from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
-from app.screens.settings.facts import SettingsFacts
+from app.screens.settings.facts import SettingsFacts, SettingsServices
 from app.screens.settings.view import NoticeView
-from app.services.files.exports import DataFiles
-from app.services.robots.missions import RobotMissions
+from app.services.catalogue.catalogue import Removed
 from app.widgets import panel_grid  # noqa: F401  (kivy's Factory learns it)
-from app.widgets.surfaces import Toned
-from app.widgets.tokens import TONES
 
 log = logging.getLogger(__name__)
+T = TypeVar("T")
 
-BAR_BESIDE = dp(-12)                         # the scroll bar stands in the margin, not on what scrolls
-FORESEEN = (InvalidInput, RobotError, DatabaseError)     # each brings its sentence; anything else belongs into the log as well
+FORESEEN = (InvalidInput, RobotError, DatabaseError)     # each brings its sentence; anything else goes to the log as well
 
 
-class Desk:
-    """Services, the last facts, and how work is done: off the UI thread, its outcome back on it."""
+class PageContext:
+    """What every section works with: the services, the window, the latest facts, and a way to run work in the background.
 
-    def __init__(self, container: Container, shell: Shell, refresh: Callable[[], object]) -> None:
-        self.container, self.shell, self.refresh = container, shell, refresh
-        self.files = DataFiles(container.db, container.catalogue, container.clock)
-        self.robot_missions = RobotMissions(lambda robot_id: container.repositories.robots.get(container.db.read(), robot_id),
-                                            container.make_client, container.clock)
+    ``refresh()`` reads the facts again.
+    """
+
+    def __init__(self, services: SettingsServices, shell: Shell, refresh: Callable[[], object]) -> None:
+        self.services, self.shell, self.refresh = services, shell, refresh
         self.facts = SettingsFacts()
 
     def now(self) -> datetime:
-        return self.container.clock.now()
+        return self.services.clock.now()
 
-    def work(self, work: Callable[[], Any], done: Callable[[Any], object] | None = None,
-             failed: Callable[[BaseException], object] | None = None, **kwargs: Any) -> None:
-        """Run ``work`` on another thread. ``failed`` shows what went wrong where it was entered; without it a snackbar says it."""
-        def told(problem: BaseException) -> None:
+    def today(self) -> date:
+        """In the time zone of the settings."""
+        return self.now().astimezone(ZoneInfo(self.facts.settings.timezone)).date()
+
+    def run(self, work: Callable[[], T], done: Callable[[T], object] | None = None,
+            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None) -> None:
+        """Run ``work`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread; without ``failed`` a snackbar
+        shows the problem. Of several runs with one ``key`` only the newest delivers."""
+        def not_done(problem: BaseException) -> None:
             if not isinstance(problem, FORESEEN):
                 log.error("work for Settings failed", exc_info=problem)
             (failed or self.shell.say_problem)(problem)
-        self.shell.background.run(work, done, told, **kwargs)
+        self.shell.background.run(work, done, not_done, key=key)
+
+    def change(self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None) -> None:
+        """Make a change, then read the facts again."""
+        self.run(work, lambda _result: self.refresh(), failed)
 
     def save(self, failed: Callable[[BaseException], object] | None = None, **changes: Any) -> None:
         """Change settings, at once."""
-        self.work(lambda: self.container.catalogue.change_settings(**changes), lambda _settings: self.refresh(), failed)
+        self.change(lambda: self.services.catalogue.change_settings(**changes), failed)
+
+    def remove(self, work: Callable[[], Removed], text: str) -> None:
+        """Delete something at once, say so with ``text``, and offer to undo it."""
+        def removed(what: Removed) -> None:
+            self.refresh()
+            self.shell.snackbars.undo(text, _("Undo"), lambda: self.change(lambda: self.services.catalogue.restore(what)))
+        self.run(work, removed)
 
     def say(self, text: str, icon: str = "check") -> None:
         self.shell.snackbars.show(text, icon=icon)
 
-    def offer_undo(self, text: str, undo: Callable[[], object]) -> None:
-        self.shell.snackbars.undo(text, _("Undo"), undo)
-
 
 class SettingsPage(BoxLayout):
-    """One section. ``show`` brings new facts, once a second and after every change; ``reached`` tells that it has come on screen."""
+    """One section. Its properties for kv are in ``vm``, an instance of ``Model``."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
+    Model: type[EventDispatcher] = EventDispatcher
 
-    def __init__(self, desk: Desk, vm: EventDispatcher, **kwargs: Any) -> None:
-        self.desk = desk
-        super().__init__(vm=vm, orientation="vertical", **kwargs)
+    def __init__(self, context: PageContext) -> None:
+        self.context = context
+        super().__init__(vm=self.Model(), orientation="vertical")
 
-    def show(self, facts: SettingsFacts, now: datetime) -> None:
+    def show(self) -> None:
+        """Show the facts of the context; called once a second and after every change."""
         raise NotImplementedError
 
+    def reached(self, **intent: Any) -> None:
+        """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
+
     def show_one(self, wanted: Widget, of: Sequence[Widget]) -> None:
-        """Of several widgets that take turns show this one, below what always stands."""
+        """Show ``wanted`` and hide the others of ``of``, below the widgets that are always shown."""
         for widget in of:
             if widget is not wanted:
                 self.remove_widget(widget)
         if wanted.parent is None:
             self.add_widget(wanted)
 
-    def reached(self, **intent: Any) -> None:
-        """The section was opened, perhaps with what is wanted there (``add=True``, ``robot_id=3``)."""
-
 
 class SwitchRow(BoxLayout):
-    """A word, a note and a switch that shows what is saved: ``on_switch(wanted)``."""
+    """A label, a note and a switch that shows what is saved: ``on_switch(wanted)``."""
     text = StringProperty()
     note = StringProperty()
     active = BooleanProperty(False)
@@ -100,19 +112,54 @@ class SwitchRow(BoxLayout):
         """The switch was tapped."""
 
 
-class Outcome(Toned, BoxLayout):
-    """What came of an action, as a block; without ``text`` it takes no room."""
-    text = StringProperty()
-    note = StringProperty()
+class Outcome(BoxLayout):
+    """The result of an action; without a text it takes no room."""
+    notice = ObjectProperty(NoticeView(), rebind=True)
+
+
+class WithOutcome(BoxLayout):
+    """The controls of an action, with its outcome below them."""
+    notice = ObjectProperty(NoticeView(), rebind=True)
+
+    def add_widget(self, widget: Widget, *args: Any, **kwargs: Any) -> None:
+        """The outcome comes first, with the class's own rule; what is added later goes above it."""
+        super().add_widget(widget, index=1 if self.children else 0)
+
+
+class FileModel(EventDispatcher):
+    """One action on a file: its path, what is wrong with it, whether it is running."""
+    path = StringProperty()
+    problem = StringProperty()
+    busy = BooleanProperty(False)
+
+    def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> None:
+        """Run ``work(path)`` in the background, then ``done(result)``; a problem is shown at the field. Does nothing while it runs."""
+        if self.busy:
+            return
+        self.busy, self.problem = True, ""
+        path = self.path
+
+        def ended(result: T) -> None:
+            self.busy = False
+            done(result)
+
+        def failed(problem: BaseException) -> None:
+            self.busy, self.problem = False, sentence_of(problem)
+        context.run(lambda: work(path), ended, failed)
+
+
+class FileRow(BoxLayout):
+    """A path and the button that uses it: ``on_go``."""
+    label = StringProperty()
     icon = StringProperty()
+    action = StringProperty()
+    model = ObjectProperty(None, rebind=True, allownone=True)
 
+    __events__ = ("on_go",)
 
-class OutcomeModel(EventDispatcher):
-    """The properties of one Outcome, for view models."""
-    text = StringProperty()
-    note = StringProperty()
-    icon = StringProperty()
-    tone = OptionProperty("neutral", options=TONES)
+    def on_go(self) -> None:
+        """The button was pressed, or Enter in the field."""
 
-    def tell(self, notice: NoticeView) -> None:
-        self.tone, self.icon, self.note, self.text = notice.tone, notice.icon, notice.note, notice.text
+    def entered(self, text: str) -> None:
+        if self.model is not None and text != self.model.path:
+            self.model.path, self.model.problem = text, ""

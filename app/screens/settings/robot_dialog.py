@@ -1,6 +1,7 @@
-"""The dialog that adds or edits a robot. It tests before it saves; the password goes one way only."""
+"""The dialog that adds or edits a robot. It tests the connection before it saves, and never shows a saved password."""
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +14,7 @@ from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.errors import Unauthorized
 from app.screens.common.problems import sentence_of
-from app.screens.settings.page import BAR_BESIDE, Desk, OutcomeModel
+from app.screens.settings.page import PageContext
 from app.screens.settings.view import (
     NoticeView,
     asking_robot,
@@ -25,11 +26,11 @@ from app.screens.settings.view import (
 from app.widgets.dialogs import FormDialog
 
 FIELDS = ("name", "address", "username", "password", "fingerprint")
-FIELD_OF = {"certificate_sha256": "fingerprint"}         # where the services call it otherwise
+FIELD_OF = {"certificate_sha256": "fingerprint"}         # where the services have another name for it
 
 
 class RobotForm(EventDispatcher):
-    """What is entered, one problem per field, and what the test found."""
+    """What is entered, one problem per field, and the result of the test."""
     title = StringProperty()
     name = StringProperty()
     address = StringProperty()
@@ -43,7 +44,7 @@ class RobotForm(EventDispatcher):
     password_problem = StringProperty()
     fingerprint_problem = StringProperty()
     password_hint = StringProperty()
-    outcome = ObjectProperty(rebind=True)
+    outcome = ObjectProperty(NoticeView())
     testing = BooleanProperty(False)
     saving = BooleanProperty(False)
     save_word = StringProperty()
@@ -61,17 +62,17 @@ class RobotForm(EventDispatcher):
 
 
 class RobotDialog(FormDialog):
-    """``on_remove(robot)`` comes when Delete was pressed; the dialog is closed then."""
+    """``on_remove(robot)`` fires when Delete was pressed; the dialog is closed then."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
     wide = BooleanProperty(True)
 
     __events__ = ("on_remove",)
 
-    def __init__(self, desk: Desk, robot: Robot | None = None, **kwargs: Any) -> None:
-        self._desk, self._robot = desk, robot
-        self._tested: tuple[str, ...] | None = None      # the connection whose test said everything there is to say
+    def __init__(self, context: PageContext, robot: Robot | None = None, **kwargs: Any) -> None:
+        self._context, self._robot = context, robot
+        self._tested: tuple[str, ...] | None = None      # the connection whose test is over, passed or failed
         self._found: Identity | None = None
-        form = RobotForm(outcome=OutcomeModel(), save_word=_("Save robot"), title=_("Add robot"))
+        form = RobotForm(save_word=_("Save robot"), title=_("Add robot"))
         if robot is not None:
             form.title, form.can_remove = _("Edit {robot}").format(robot=robot.name), True
             form.name, form.address, form.username = robot.name, plain_address(robot.address), robot.username
@@ -79,7 +80,6 @@ class RobotDialog(FormDialog):
             form.password_hint = _("needed to switch it on") if robot.needs_password else _("unchanged")
             form.enabled = robot.enabled or robot.needs_password
         super().__init__(vm=form, **kwargs)
-        self.ids.page.bar_margin = BAR_BESIDE
         for name in FIELDS:
             form.fbind(name, self._edited, name)
         self.fbind("width", self._widened)
@@ -92,23 +92,23 @@ class RobotDialog(FormDialog):
         self.wide = self.width >= self.panel_width * .85
 
     def _edited(self, name: str, *_args: Any) -> None:
-        """What is being mended is not red any more, and an old test says nothing about new values."""
+        """A field that is being corrected is no longer red, and an earlier test doesn't apply to new values."""
         setattr(self.vm, f"{name}_problem", "")
         if name != "name" and self._tested is not None:
             self._tested, self._found = None, None
-            self.vm.outcome.tell(NoticeView())
+            self.vm.outcome = NoticeView()
             self.vm.save_word = _("Save robot")
         if name == "address":
             self.vm.fingerprint_problem = ""
 
     # ------------------------------------------------------------------ what is pressed
     def test(self) -> None:
-        """Ask who answers, without saving."""
+        """Test the connection, without saving."""
         if not self.vm.testing and self._has_password():
             self._ask(lambda: None)
 
     def save(self) -> None:
-        """Save what has been tested; ask first when it has not. A test that failed says so, and the next press saves all the same."""
+        """Save a connection that has been tested; test it first if it has not. After a failed test the next press saves all the same."""
         form = self.vm
         if form.saving or form.testing:
             return
@@ -141,26 +141,26 @@ class RobotDialog(FormDialog):
             form.password_problem = _("Enter the password of {user}").format(user=form.username.strip())
         return not (form.username_problem or form.password_problem)
 
-    def _ask(self, then: Any) -> None:
+    def _ask(self, then: Callable[[], object]) -> None:
         form, robot = self.vm, self._robot
         asked = form.connection
         form.testing = True
-        form.outcome.tell(asking_robot())
-        operator = self._desk.container.operator
-        self._desk.work(
+        form.outcome = asking_robot()
+        operator = self._context.services.operator
+        self._context.run(
             lambda: operator.test_connection(asked[0].strip(), asked[1].strip(), asked[2] or None, robot_id=robot.id if robot else None,
                                              certificate_sha256=asked[3].strip() or None),
             lambda identity: self._passed(asked, identity, then), lambda problem: self._failed(asked, problem))
 
-    def _passed(self, asked: tuple[str, ...], identity: Identity, then: Any) -> None:
+    def _passed(self, asked: tuple[str, ...], identity: Identity, then: Callable[[], object]) -> None:
         form = self.vm
         form.testing = False
         if asked != form.connection:
             form.saving = False
-            form.outcome.tell(NoticeView())
+            form.outcome = NoticeView()
             return
         self._tested, self._found = asked, identity
-        form.outcome.tell(connection_found(identity, self._robot))
+        form.outcome = connection_found(identity, self._robot)
         if not form.name.strip() and identity.name:
             form.name = names.cleaned(identity.name)
         then()
@@ -169,20 +169,20 @@ class RobotDialog(FormDialog):
         form = self.vm
         form.testing = form.saving = False
         if asked != form.connection:
-            form.outcome.tell(NoticeView())
+            form.outcome = NoticeView()
         elif isinstance(problem, InvalidInput):
-            form.outcome.tell(NoticeView())
+            form.outcome = NoticeView()
             self._show_problem(problem)
         else:
             self._tested, self._found = asked, None
-            form.outcome.tell(went_wrong(problem))
+            form.outcome = went_wrong(problem)
             if isinstance(problem, Unauthorized):
                 form.password_problem = _("Check user name and password")
             form.save_word = _("Save anyway")
 
     def _save_after_test(self) -> None:
         self.vm.saving = False
-        if connection_found(self._found, self._robot).tone == "done":
+        if self.vm.outcome.tone == "done":
             self._save()
         else:
             self.vm.save_word = _("Save as this robot")
@@ -193,7 +193,7 @@ class RobotDialog(FormDialog):
         form.saving = True
         robot = self._entered()
         password = form.password or None
-        self._desk.work(lambda: self._desk.container.catalogue.save_robot(robot, password=password), self._saved, self._refused)
+        self._context.run(lambda: self._context.services.catalogue.save_robot(robot, password=password), self._saved, self._refused)
 
     def _entered(self) -> Robot:
         form = self.vm
@@ -202,25 +202,25 @@ class RobotDialog(FormDialog):
                           certificate_sha256=form.fingerprint.strip() or None if form.is_https else None)
         found = self._found
         if found is not None and found.serial_number and self._tested == form.connection:
-            # somebody has read which machine answers and saves: from now on it is this one
+            # the result of the test was shown before Save was pressed: this machine is accepted
             entered = replace(entered, serial_number=found.serial_number, model=found.model, software=found.software)
         return entered
 
     def _saved(self, robot: Robot) -> None:
         self.vm.saving = False
         self.dismiss()
-        self._desk.refresh()
-        self._desk.say((_("{robot} saved") if self._robot else _("{robot} added")).format(robot=robot.name))
+        self._context.refresh()
+        self._context.say((_("{robot} saved") if self._robot else _("{robot} added")).format(robot=robot.name))
 
     def _refused(self, problem: BaseException) -> None:
         self.vm.saving = False
         self._show_problem(problem)
 
     def _show_problem(self, problem: BaseException) -> None:
-        """One sentence at the field it is about; without a field, in the place of the test's result."""
+        """At the field it is about; without a field, in the place of the test's result."""
         field = getattr(problem, "field", "")
         field = FIELD_OF.get(field, field)
         if field in FIELDS:
             setattr(self.vm, f"{field}_problem", sentence_of(problem))
         else:
-            self.vm.outcome.tell(went_wrong(problem))
+            self.vm.outcome = went_wrong(problem)

@@ -1,16 +1,15 @@
 """Settings, Robots: a panel per robot with Test connection and Edit, and the way to add one."""
 from __future__ import annotations
 
-from datetime import datetime
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, OptionProperty, StringProperty
 
 from app.domain.models import Robot
-from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.missions_view import robot_removal_sentence
-from app.screens.settings.page import Desk, SettingsPage
+from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.view import NoticeView, asking_robot, connection_found, robot_panels, went_wrong
 from app.widgets.lists import RecycledRow
@@ -31,15 +30,20 @@ class RobotPanel(RecycledRow, TonedSurface):
     badge = StringProperty()
     badge_icon = StringProperty()
     testing = BooleanProperty(False)
-    result = StringProperty()
-    result_note = StringProperty()
-    result_tone = OptionProperty("neutral", options=TONES)
-    result_icon = StringProperty()
+    result = ObjectProperty(NoticeView(), rebind=True)
 
 
 class AddPanel(RecycledRow, Surface):
-    """The place of the next robot. Action: "add"."""
+    """The button that adds a robot, after the panels. Action: "add"."""
     first = BooleanProperty(False)
+
+
+@dataclass(frozen=True)
+class AddPanelView:
+    """Values of AddPanel; ``first``: there is no robot yet."""
+    first: bool
+    key: str = "add"
+    panelclass: ClassVar[str] = "AddPanel"
 
 
 class RobotsModel(EventDispatcher):
@@ -47,71 +51,59 @@ class RobotsModel(EventDispatcher):
 
 
 class RobotsPage(SettingsPage):
-    def __init__(self, desk: Desk, **kwargs: Any) -> None:
+    Model = RobotsModel
+
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
         self._results: dict[int, NoticeView] = {}        # of tests on this visit
         self._asked: set[int] = set()
-        super().__init__(desk, RobotsModel(), **kwargs)
 
-    def show(self, facts: SettingsFacts, now: datetime) -> None:
-        self.vm.panels = [*({**row, **self._result(row["key"])} for row in robot_panels(facts, now)),
-                          {"key": "add", "panelclass": "AddPanel", "first": not facts.robots}]
+    def show(self) -> None:
+        facts = self.context.facts
+        panels = [replace(panel, testing=panel.key in self._asked, result=self._results.get(panel.key) or NoticeView())
+                  for panel in robot_panels(facts, self.context.now())]
+        self.vm.panels = [*panels, AddPanelView(first=not panels)]
 
     def reached(self, **intent: Any) -> None:
         self._results.clear()
         if intent.get("add"):
-            self.add()
-        elif robot := self.desk.facts.robot(intent.get("robot_id")):
-            self.edit(robot)
-
-    def _result(self, robot_id: int) -> dict[str, Any]:
-        notice = self._results.get(robot_id) or NoticeView()
-        return {"testing": robot_id in self._asked, "result": notice.text, "result_note": notice.note, "result_tone": notice.tone,
-                "result_icon": notice.icon}
+            self._open(None)
+        elif robot := self.context.facts.robot(intent.get("robot_id")):
+            self._open(robot)
 
     # ------------------------------------------------------------------ what is pressed
     def act(self, key: Any, action: str) -> None:
-        robot = self.desk.facts.robot(key)
-        if action == "add":
-            self.add()
-        elif robot is not None:
-            {"test": self.test, "edit": self.edit}[action](robot)
+        robot = self.context.facts.robot(key)
+        if action == "test" and robot is not None:
+            self._test(robot)
+        elif action == "add" or robot is not None:
+            self._open(robot)
 
-    def add(self) -> None:
-        self._open(None)
-
-    def edit(self, robot: Robot) -> None:
-        self._open(robot)
-
-    def test(self, robot: Robot) -> None:
+    def _test(self, robot: Robot) -> None:
         if robot.id in self._asked:
             return
         self._asked.add(robot.id)
-        self._tell(robot, asking_robot())
-        self.desk.work(
-            lambda: self.desk.container.operator.test_connection(robot.address, robot.username, None, robot_id=robot.id,
-                                                                 certificate_sha256=robot.certificate_sha256),
+        self._show_result(robot, asking_robot())
+        self.context.run(
+            lambda: self.context.services.operator.test_connection(robot.address, robot.username, None, robot_id=robot.id,
+                                                                   certificate_sha256=robot.certificate_sha256),
             lambda identity: self._answered(robot, connection_found(identity, robot)),
             lambda problem: self._answered(robot, went_wrong(problem)))
 
-    # ------------------------------------------------------------------ inside
     def _answered(self, robot: Robot, notice: NoticeView) -> None:
         self._asked.discard(robot.id)
-        self._tell(robot, notice)
+        self._show_result(robot, notice)
 
-    def _tell(self, robot: Robot, notice: NoticeView) -> None:
+    def _show_result(self, robot: Robot, notice: NoticeView) -> None:
         self._results[robot.id] = notice
-        self.show(self.desk.facts, self.desk.now())
+        self.show()
 
     def _open(self, robot: Robot | None) -> None:
-        dialog = RobotDialog(self.desk, robot)
-        dialog.bind(on_remove=lambda _dialog, robot: self.remove(robot))
-        self.desk.shell.dialogs.open(dialog)
+        dialog = RobotDialog(self.context, robot)
+        dialog.bind(on_remove=lambda _dialog, robot: self._remove(robot))
+        self.context.shell.dialogs.open(dialog)
 
-    def remove(self, robot: Robot) -> None:
-        """At once; its schedules go with it and come back with Undo."""
-        catalogue, text = self.desk.container.catalogue, robot_removal_sentence(self.desk.facts, robot)
-
-        def removed(what: Any) -> None:
-            self.desk.refresh()
-            self.desk.offer_undo(text, lambda: self.desk.work(lambda: catalogue.restore(what), lambda _none: self.desk.refresh()))
-        self.desk.work(lambda: catalogue.remove_robot(robot.id), removed)
+    def _remove(self, robot: Robot) -> None:
+        """With its schedules; Undo brings them back."""
+        self.context.remove(lambda: self.context.services.catalogue.remove_robot(robot.id),
+                            robot_removal_sentence(self.context.facts, robot))

@@ -1,7 +1,6 @@
-"""Settings, Scheduler: how often robots are asked, how long things are tried, how much is kept, and the time zone."""
+"""Settings, Scheduler: poll interval, retries, time limits, length of the history, and the time zone."""
 from __future__ import annotations
 
-from datetime import datetime
 from typing import Any
 
 from kivy.event import EventDispatcher
@@ -9,9 +8,9 @@ from kivy.properties import BooleanProperty, NumericProperty, StringProperty
 
 from app.domain.clock import zone_names
 from app.i18n import _
-from app.screens.settings.facts import SettingsFacts
-from app.screens.settings.page import Desk, SettingsPage
-from app.screens.settings.view import sentence_of, zone_options
+from app.screens.common.problems import sentence_of
+from app.screens.settings.page import SettingsPage
+from app.screens.settings.view import zone_options
 
 NUMBERS = ("poll_interval_seconds", "retry_limit", "start_window_minutes", "unknown_outcome_quiet_seconds", "history_limit")
 
@@ -33,11 +32,10 @@ class SchedulerModel(EventDispatcher):
 
 
 class SchedulerPage(SettingsPage):
-    def __init__(self, desk: Desk, **kwargs: Any) -> None:
-        super().__init__(desk, SchedulerModel(), **kwargs)
+    Model = SchedulerModel
 
-    def show(self, facts: SettingsFacts, now: datetime) -> None:
-        vm, settings = self.vm, facts.settings
+    def show(self) -> None:
+        vm, settings = self.vm, self.context.facts.settings
         for name in NUMBERS:
             value = getattr(settings, name)
             if value is not None:
@@ -47,19 +45,19 @@ class SchedulerPage(SettingsPage):
 
     def reached(self, **intent: Any) -> None:
         for name in (*NUMBERS, "timezone"):
-            setattr(self.vm, f"{name}_problem", "")
+            self._show_problem(name, "")
 
     # ------------------------------------------------------------------ what is changed
     def set(self, name: str, value: Any) -> None:
-        setattr(self.vm, f"{name}_problem", "")
-        self.desk.save(lambda problem: self._refused(name, problem), **{name: value})
+        self._show_problem(name, "")
+        self.context.save(lambda problem: self._show_problem(name, sentence_of(problem)), **{name: value})
 
     def keep_all(self, wanted: bool) -> None:
         self.set("history_limit", None if wanted else int(self.vm.history_limit))
 
     def pick_timezone(self) -> None:
-        self.desk.shell.dialogs.choose(_("Time zone"), zone_options(zone_names(), self.desk.now()),
-                                       lambda name: self.set("timezone", name), selected=self.vm.timezone)
+        self.context.shell.dialogs.choose(_("Time zone"), zone_options(zone_names(), self.context.now()),
+                                          lambda name: self.set("timezone", name), selected=self.vm.timezone)
 
-    def _refused(self, name: str, problem: BaseException) -> None:
-        setattr(self.vm, f"{name}_problem", sentence_of(problem))
+    def _show_problem(self, name: str, problem: str) -> None:
+        setattr(self.vm, f"{name}_problem", problem)

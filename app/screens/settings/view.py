@@ -1,13 +1,12 @@
-"""Settings in words: the sections with their present value, the robots' panels, what a connection test found. Pure.
+"""Texts and values that Settings shows: sections, panels of robots, the result of a connection test. Pure functions of the facts.
 
-Missions are in settings_missions_view; rows are dicts of the properties of the row classes that kv names.
+Those of missions are in missions_view.py, those of the calendar in calendar_view.py.
 """
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Any
 from zoneinfo import ZoneInfo
 
 from app import __version__
@@ -16,13 +15,12 @@ from app.domain.models import WEEKDAYS, Connection, Robot, Settings
 from app.domain.robot import Identity
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_look
 from app.screens.settings.facts import SettingsFacts
 
-Row = dict[str, Any]
-
-# key, icon (empty: the robot's own glyph); the words are in section_names
+# key, icon (empty: the robot glyph); the names are in section_names
 SECTIONS = (
     ("robots", ""), ("missions", "flag-outline"), ("constraints", "shield-check-outline"), ("idle", "sleep"),
     ("scheduler", "calendar-sync-outline"), ("display", "translate"), ("data", "database-outline"), ("about", "information-outline"))
@@ -32,11 +30,45 @@ LANGUAGE_NAMES = {"en": "English", "fi": "Suomi"}        # each in its own words
 
 @dataclass(frozen=True)
 class NoticeView:
-    """A block of one tone: sentence and further words. Without ``text`` there is none."""
+    """A message in a block of one tone; without ``text`` it is not shown."""
     text: str = ""
     note: str = ""
     tone: str = "neutral"
     icon: str = ""
+
+
+def done(text: str, note: str = "") -> NoticeView:
+    return NoticeView(text, note, "done", "check-circle")
+
+
+@dataclass(frozen=True)
+class SectionView:
+    """Values of SectionRow."""
+    key: str
+    icon: str
+    text: str
+    note: str
+    tone: str
+    selected: bool
+
+
+@dataclass(frozen=True)
+class RobotPanelView:
+    """Values of RobotPanel; ``result`` is that of the last test of the connection."""
+    key: int
+    name: str
+    model: str
+    address: str
+    serial: str
+    software: str
+    missions: str
+    badge: str
+    badge_icon: str
+    tone: str
+    missions_tone: str = "neutral"
+    missions_icon: str = ""
+    testing: bool = False
+    result: NoticeView = NoticeView()
 
 
 # ---------------------------------------------------------------------- sections
@@ -45,11 +77,10 @@ def section_names() -> dict[str, str]:
             "scheduler": _("Scheduler"), "display": _("Display & language"), "data": _("Data"), "about": _("About")}
 
 
-def section_rows(facts: SettingsFacts, now: datetime, current: str) -> list[Row]:
-    """Rows of SectionRow: each section with its present value, amber where something is to be done."""
+def section_views(facts: SettingsFacts, now: datetime, current: str) -> list[SectionView]:
+    """Each section with its present value, amber where there is something to do."""
     names, notes = section_names(), section_notes(facts, now)
-    return [{"key": key, "icon": icon, "text": names[key], "note": notes[key].text, "tone": notes[key].tone, "selected": key == current}
-            for key, icon in SECTIONS]
+    return [SectionView(key, icon, names[key], notes[key].text, notes[key].tone, key == current) for key, icon in SECTIONS]
 
 
 def section_notes(facts: SettingsFacts, now: datetime) -> dict[str, NoticeView]:
@@ -106,7 +137,7 @@ def theme_names() -> dict[str, str]:
 
 
 def keyboard_words() -> dict[str, str]:
-    """When the keyboard on the screen comes up."""
+    """When the on-screen keyboard appears."""
     return {"auto": _("When needed"), "on": _("Always"), "off": _("Never")}
 
 
@@ -136,51 +167,49 @@ def days_phrase(days: Sequence[str]) -> str:
 
 
 def plain_address(address: str) -> str:
-    """As people say it: http goes without saying."""
+    """Without http://, which is the usual case."""
     return address.removeprefix("http://")
 
 
-def day_chips(settings: Settings) -> list[Row]:
-    """Monday to Sunday, the working days chosen."""
-    return [{"key": day, "text": name, "selected": day in settings.working_days} for day, name in weekday_names().items()]
+def day_options(settings: Settings) -> list[Option]:
+    """Monday to Sunday, the working days selected."""
+    return [Option(day, name, selected=day in settings.working_days) for day, name in weekday_names().items()]
 
 
 # ---------------------------------------------------------------------- robots
-def robot_panels(facts: SettingsFacts, now: datetime) -> list[Row]:
-    """Rows of RobotPanel."""
+def robot_panels(facts: SettingsFacts, now: datetime) -> list[RobotPanelView]:
     return [_panel(facts, robot, now) for robot in facts.robots]
 
 
-def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> Row:
+def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
     badge = link_look(robot, facts.snapshot(robot.id), now, facts.settings)
     icon, text, tone = badge.icon, badge.word, badge.tone
     if robot.needs_password:
         icon, text, tone = "key-alert-outline", _("Needs a password"), "attention"
     used, missing = facts.used_on(robot), facts.missing_on(robot)
-    row: Row = {
-        "key": robot.id, "name": robot.name, "model": robot.model or _("MiR robot"), "address": plain_address(robot.address),
-        "serial": robot.serial_number or "–", "software": robot.software or "–",
-        "missions": ngettext("{n} in use", "{n} in use", len(used)).format(n=len(used)) if used else _("none in use"),
-        "badge": text, "badge_icon": icon, "tone": tone}
     if missing:
-        row |= {"missions": ngettext("{n} missing", "{n} missing", len(missing)).format(n=len(missing)), "missions_tone": "attention",
-                "missions_icon": "alert"}
-    return row
+        missions = ngettext("{n} missing", "{n} missing", len(missing)).format(n=len(missing))
+    else:
+        missions = ngettext("{n} in use", "{n} in use", len(used)).format(n=len(used)) if used else _("none in use")
+    return RobotPanelView(
+        key=robot.id, name=robot.name, model=robot.model or _("MiR robot"), address=plain_address(robot.address),
+        serial=robot.serial_number or "–", software=robot.software or "–", badge=text, badge_icon=icon, tone=tone, missions=missions,
+        missions_tone="attention" if missing else "neutral", missions_icon="alert" if missing else "")
 
 
 def connection_found(identity: Identity, stored: Robot | None = None) -> NoticeView:
-    """What answered. Another serial number than the stored one is another machine, to which nothing is sent."""
+    """Which robot answered. One with another serial number than the stored one is a different robot, to which nothing is sent."""
     facts = " · ".join(filter(None, (
         identity.model,
         identity.serial_number and _("serial {number}").format(number=identity.serial_number),
         identity.software and _("software {version}").format(version=identity.software))))
     expected = stored.serial_number if stored else None
     if expected and identity.serial_number and identity.serial_number != expected:
-        return NoticeView(_("Another robot answers here, not the one with serial {number}").format(number=expected), facts,
-                          "attention", "robot-confused-outline")
+        text = _("A different robot answers at this address, not the one with serial number {number}").format(number=expected)
+        return NoticeView(text, facts, "attention", "robot-confused-outline")
     name = identity.name or identity.model or _("The robot")
     answer = _("{robot} answers in {n} ms").format(robot=name, n=max(1, round(identity.status.elapsed_s * 1000)))
-    return NoticeView(answer, facts, "done", "check-circle")
+    return done(answer, facts)
 
 
 def went_wrong(problem: BaseException) -> NoticeView:
@@ -192,34 +221,33 @@ def asking_robot() -> NoticeView:
 
 
 def is_same_connection(robot: Robot, address: str, username: str, password: str, fingerprint: str) -> bool:
-    """Whether nothing that a test would find out has changed since the robot was saved."""
+    """Whether nothing that a connection test depends on has changed since the robot was saved."""
     return (robot.address == address and robot.username == username and not password and (robot.certificate_sha256 or "") == fingerprint
             and not robot.needs_password)
 
 
 def answers(facts: SettingsFacts, robot: Robot) -> bool:
-    """Whether asking the robot for something makes sense now."""
+    """Whether the robot is enabled and reachable now."""
     return robot.enabled and facts.snapshot(robot.id).connection in (Connection.CONNECTED, Connection.SLOW)
 
 
 # ---------------------------------------------------------------------- time zones
-def zone_options(names: Iterable[str], now: datetime) -> list[Row]:
-    """Options of the zone picker: places by name with their difference from UTC now; short forms such as EST are left out."""
+def zone_options(names: Iterable[str], now: datetime) -> list[Option]:
+    """Time zones by name with their present difference from UTC, without short forms such as EST."""
     places = {name for name in names if "/" in name and name.partition("/")[0] not in ("Etc", "SystemV", "posix", "right")}
     options = []
     for name in sorted(places | {"UTC"}):
         minutes = int((now.astimezone(ZoneInfo(name)).utcoffset() or timedelta()).total_seconds() // 60)
         hours, rest = divmod(abs(minutes), 60)
-        options.append({"key": name, "text": name.replace("_", " "), "note": f"UTC{'−' if minutes < 0 else '+'}{hours:02d}:{rest:02d}"})
+        options.append(Option(name, name.replace("_", " "), note=f"UTC{'−' if minutes < 0 else '+'}{hours:02d}:{rest:02d}"))
     return options
 
 
 # ---------------------------------------------------------------------- files
-def backup_options(facts: SettingsFacts, now: datetime) -> list[Row]:
-    """Options of the restore picker, newest first."""
-    zone = facts.settings.timezone
-    return [{"key": str(backup.path), "text": formats.day_and_time(backup.made_at, zone, now), "icon": "database-outline",
-             "note": _("{file}, {size} kB").format(file=backup.path.name, size=max(1, round(backup.size / 1000)))}
+def backup_options(facts: SettingsFacts, now: datetime) -> list[Option]:
+    """Backups by path, newest first."""
+    return [Option(str(backup.path), formats.day_and_time(backup.made_at, facts.settings.timezone, now), "database-outline",
+                   _("{file}, {size} kB").format(file=backup.path.name, size=max(1, round(backup.size / 1000))))
             for backup in facts.backups]
 
 
@@ -232,11 +260,11 @@ def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
 
 
 def import_result(lines: Sequence[Message], most: int = 12) -> NoticeView:
-    """What an import did; a long list is cut, and says so."""
+    """What an import changed; a long list ends with the number of further changes."""
     if not lines:
-        return NoticeView(_("Everything in the file is here already"), tone="done", icon="check-circle")
+        return done(_("The file contains nothing new"))
     shown = [words_of(line) for line in lines[:most]]
     if len(lines) > most:
         shown.append(ngettext("and {n} more", "and {n} more", len(lines) - most).format(n=len(lines) - most))
     text = ngettext("{n} change imported", "{n} changes imported", len(lines)).format(n=len(lines))
-    return NoticeView(text, "\n".join(shown), "done", "check-circle")
+    return done(text, "\n".join(shown))

@@ -59,9 +59,9 @@ def test_what_needs_somebody_is_amber_in_the_list():
 
 
 def test_only_the_open_section_is_marked():
-    rows = view.section_rows(facts(), NOW, "idle")
-    assert [row["key"] for row in rows if row["selected"]] == ["idle"]
-    assert [row["key"] for row in rows] == ["robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"]
+    rows = view.section_views(facts(), NOW, "idle")
+    assert [row.key for row in rows if row.selected] == ["idle"]
+    assert [row.key for row in rows] == ["robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"]
 
 
 @pytest.mark.parametrize(("days", "phrase"), [
@@ -76,34 +76,34 @@ def test_days_in_few_words(days, phrase):
     assert view.days_phrase(days) == phrase
 
 
-def test_day_chips_show_the_working_days():
-    chips = view.day_chips(Settings(working_days=("SA", "SU")))
-    assert [chip["text"] for chip in chips] == ["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
-    assert [chip["key"] for chip in chips if chip["selected"]] == ["SA", "SU"]
+def test_day_options_show_the_working_days():
+    chips = view.day_options(Settings(working_days=("SA", "SU")))
+    assert [chip.text for chip in chips] == ["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
+    assert [chip.key for chip in chips if chip.selected] == ["SA", "SU"]
 
 
 # ---------------------------------------------------------------------- robots
 def test_a_robots_panel_is_its_data_sheet():
     [aino, _sisu] = view.robot_panels(facts(snapshots={1: snapshot()}), NOW)
-    assert aino == {"key": 1, "name": "Aino", "model": "MiR250", "address": "10.40.12.21", "serial": "200104012", "software": "3.5.4",
-                    "missions": "1 in use", "badge": "Connected · 2 s ago", "badge_icon": "wifi", "tone": "neutral"}
+    assert aino == view.RobotPanelView(1, "Aino", "MiR250", "10.40.12.21", "200104012", "3.5.4", missions="1 in use",
+                                       badge="Connected · 2 s ago", badge_icon="wifi", tone="neutral")
 
 
 def test_what_is_not_known_of_a_robot_is_a_dash():
     [_aino, sisu] = view.robot_panels(facts(missions=()), NOW)
-    assert (sisu["serial"], sisu["software"], sisu["missions"]) == ("–", "–", "none in use")
-    assert sisu["address"] == "https://sisu.plant:8443"      # what is not plain http is said
+    assert (sisu.serial, sisu.software, sisu.missions) == ("–", "–", "none in use")
+    assert sisu.address == "https://sisu.plant:8443"      # what is not plain http is said
 
 
 def test_missing_missions_stand_out_on_their_robot():
     [aino, sisu] = view.robot_panels(facts(names={1: {"guid-deliver": "Deliver kits"}, 2: {"guid-deliver": "Deliver kits"}}), NOW)
-    assert (aino["missions"], aino.get("missions_tone")) == ("1 in use", None)
-    assert (sisu["missions"], sisu["missions_tone"], sisu["missions_icon"]) == ("1 missing", "attention", "alert")
+    assert (aino.missions, aino.missions_tone) == ("1 in use", "neutral")
+    assert (sisu.missions, sisu.missions_tone, sisu.missions_icon) == ("1 missing", "attention", "alert")
 
 
 def test_a_robot_without_password_says_so_first():
     [panel] = view.robot_panels(facts(robots=(replace(AINO, needs_password=True, enabled=False),)), NOW)
-    assert (panel["badge"], panel["tone"]) == ("Needs a password", "attention")
+    assert (panel.badge, panel.tone) == ("Needs a password", "attention")
 
 
 def identity(serial="200104012", **values):
@@ -150,15 +150,15 @@ def test_only_what_a_test_depends_on_asks_for_a_new_one():
 # ---------------------------------------------------------------------- missions
 def test_missions_are_listed_favourites_first_with_what_uses_them():
     given = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
-    rows = missions_view.mission_rows(given)
-    assert [(row["name"], row["note"]) for row in rows] == [
+    rows = missions_view.mission_views(given)
+    assert [(row.name, row.note) for row in rows] == [
         ("Charge", "idle automation on Aino"), ("Coils", "Only on Sisu · no schedule uses it"), ("Deliver kits", "1 schedule")]
 
 
 @pytest.mark.parametrize(("query", "names"), [("COIL", ["Coils"]), ("kits deliver", ["Deliver kits"]), ("sisu", ["Coils"]),
                                               ("guid-ch", ["Charge"]), ("nothing", []), ("  ", ["Charge", "Coils", "Deliver kits"])])
 def test_missions_are_found_by_words_of_name_guid_or_robot(query, names):
-    assert [row["name"] for row in missions_view.mission_rows(facts(), query)] == names
+    assert [row.name for row in missions_view.mission_views(facts(), query)] == names
 
 
 def test_a_mission_is_missing_where_it_is_used_and_the_robot_told():
@@ -171,7 +171,7 @@ def test_a_mission_is_missing_where_it_is_used_and_the_robot_told():
 
 def test_what_is_missing_stands_first():
     told = facts(names={1: {"guid-charge": "Charge"}})
-    assert [row["name"] for row in missions_view.mission_rows(told)] == ["Deliver kits", "Charge", "Coils"]
+    assert [row.name for row in missions_view.mission_views(told)] == ["Deliver kits", "Charge", "Coils"]
 
 
 def test_an_unused_mission_that_no_robot_has_is_told():
@@ -195,13 +195,13 @@ def offers(*found, missions=(CHARGE, COILS, DELIVER), robot_id=1):
 def test_what_is_here_already_is_not_offered_again():
     offered = offers(("Deliver kits", "guid-deliver"), ("New", "guid-new"))
     assert [(offer.name, offer.known) for offer in offered] == [("Deliver kits", True), ("New", False)]
-    assert [option["key"] for option in missions_view.offer_options(offered)] == ["guid-new"]
+    assert [option.key for option in missions_view.offer_options(offered)] == ["guid-new"]
 
 
 def test_a_mission_whose_guid_differs_on_this_robot_is_its_own():
     [offer] = offers(("Deliver kits", "another-guid"))
     assert (offer.name, offer.robot_id) == ("Deliver kits", 1)
-    assert missions_view.offer_options([offer])[0]["note"]
+    assert missions_view.offer_options([offer])[0].note
 
 
 def test_two_missions_of_one_name_on_a_robot_get_two_names():
@@ -223,47 +223,47 @@ def test_long_and_empty_names_become_names_that_can_be_saved():
 
 def test_nothing_to_choose_is_said():
     assert missions_view.fetched_sentence([], AINO) == "Aino has no missions"
-    assert missions_view.fetched_sentence(offers(("Deliver kits", "guid-deliver")), AINO) == "The mission of Aino is here already"
+    assert missions_view.fetched_sentence(offers(("Deliver kits", "guid-deliver")), AINO) == "The mission of Aino is already added"
     assert missions_view.fetched_sentence(offers(("New", "guid-new")), AINO) == ""
 
 
 def test_a_robots_own_mission_hides_the_common_one_of_its_name():
     own = Mission("Deliver kits", "own", id=13, robot_id=2)
     given = facts(missions=(CHARGE, DELIVER, own))
-    assert [option["key"] for option in missions_view.mission_options(given, SISU)] == [11, 13]
-    assert [option["key"] for option in missions_view.mission_options(given, AINO)] == [11, 10]
+    assert [option.key for option in missions_view.mission_options(given, SISU)] == [11, 13]
+    assert [option.key for option in missions_view.mission_options(given, AINO)] == [11, 10]
 
 
 # ---------------------------------------------------------------------- idle automation
 def test_idle_panels_say_what_will_happen():
     given = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
     [aino, sisu] = missions_view.idle_panels(given)
-    assert (aino["active"], aino["mission"], aino["minutes"], aino["note"]) == (True, "Charge", 15, "After 15 minutes without work, once")
-    assert (sisu["active"], sisu["mission"], sisu["minutes"]) == (False, "Choose a mission", 10)
+    assert (aino.active, aino.mission, aino.minutes, aino.note) == (True, "Charge", 15, "After 15 minutes without work, once")
+    assert (sisu.active, sisu.mission, sisu.minutes) == (False, "Choose a mission", 10)
     off = facts(robots=(replace(AINO, idle=IdleRule(11, 15, enabled=False)),))
-    assert missions_view.idle_panels(off)[0]["note"] == "Off"
+    assert missions_view.idle_panels(off)[0].note == "Off"
 
 
 # ---------------------------------------------------------------------- zones and files
 def test_zones_are_places_with_their_difference_from_utc():
-    options = {option["key"]: option for option in view.zone_options(["Europe/Helsinki", "America/New_York", "Etc/GMT+3", "EST"], NOW)}
+    options = {option.key: option for option in view.zone_options(["Europe/Helsinki", "America/New_York", "Etc/GMT+3", "EST"], NOW)}
     assert set(options) == {"Europe/Helsinki", "America/New_York", "UTC"}
-    assert options["Europe/Helsinki"]["note"] == "UTC+02:00"
-    assert (options["America/New_York"]["text"], options["America/New_York"]["note"]) == ("America/New York", "UTC−05:00")
+    assert options["Europe/Helsinki"].note == "UTC+02:00"
+    assert (options["America/New_York"].text, options["America/New_York"].note) == ("America/New York", "UTC−05:00")
 
 
 def test_backups_are_offered_newest_first_with_their_time():
     given = facts(backups=(Backup(Path("/d/daily-2026-11-20.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 512_000),
                            Backup(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400)))
     options = view.backup_options(given, NOW)
-    assert [(option["text"], option["note"]) for option in options] == [
+    assert [(option.text, option.note) for option in options] == [
         ("02:00", "daily-2026-11-20.db, 512 kB"), ("Thu 19 Nov 02:00", "daily-2026-11-19.db, 1 kB")]
     assert view.backups_phrase(given, NOW) == "2 backups, the newest of 02:00"
     assert view.backups_phrase(facts(), NOW) == "There is no backup yet"
 
 
 def test_an_import_lists_its_changes_and_cuts_a_long_list():
-    assert view.import_result([]).text == "Everything in the file is here already"
+    assert view.import_result([]).text == "The file contains nothing new"
     assert view.import_result(["robot R1 added"]) == view.NoticeView("1 change imported", "robot R1 added", "done", "check-circle")
     assert view.import_result([message("robot {name} added", name="R1")]).note == "Robot R1 added"
     long = view.import_result([f"mission {n} added" for n in range(40)])
