@@ -1,68 +1,69 @@
-"""The app's own widgets, and how to use them. They know no service, hold no sample data, and get every text from their user.
+"""The app's own widgets, and how to use them. They depend on no service, and get all their texts from outside.
 
-Call ``load()`` once before the first widget; then all classes and the constants below are known to kv. A screen's kv starts with
+Call ``load()`` once before the first widget; then kv knows all classes and the constants below. A screen's kv starts with
 
     #:kivy 2.3.1
     #:import tk app.widgets.tokens.tk
     #:import tr app.widgets.tr.tr
 
-and is loaded by its screen's module: ``load_kv("home/screen")`` for kv/home/screen.kv, once per process whoever asks.
+and is loaded by its screen's module: ``load_kv("home/screen")`` loads kv/home/screen.kv, once per process.
 
 Colours and sizes
-    ``tk.<colour>``        tokens.py has them all: bg surface surface2 line outline, ink ink2 ink3 (text, ever quieter), accent…,
+    ``tk.<colour>``        listed in tokens.py: bg surface surface2 line outline, ink ink2 ink3 (text, from strong to faint), accent…,
                            per tone (fault attention action done neutral offline accent)
                            ``<tone>``, ``<tone>_bg``, ``<tone>_on``, ``<tone>_solid``
-    ``tk.h_touch h_field h_action``   least side of targets 48/64 dp, fields 56/64, the operator's buttons 64/120 (gloves)
-    MARGIN GAP PAD S4 S8 S12 S16 S24 R_CARD R_CTRL R_PILL CLEAR     constants of tokens.kv
-    Switch live: ``apply_theme(theme_cls, "light" | "dark" | "contrast", gloves=False)``. Colour is for what is abnormal; a state is always
-    icon + word + colour. Only one ``style: "filled"`` button per screen.
+    ``tk.h_touch h_field h_action``   least side of targets 48/64 dp, fields 56/64, the operator's buttons 64/120 (without/with gloves)
+    MARGIN GAP PAD S4 S8 S12 S16 S24 R_CARD R_CTRL R_PILL CLEAR BAR_BESIDE     constants of tokens.kv
+    Switch at run time: ``apply_theme(theme_cls, "light" | "dark" | "contrast", gloves=False)``. Colour marks abnormal states; a state is
+    always icon, text and colour. At most one ``style: "filled"`` button per screen.
 
-Text (each a label as high as its lines; it wraps, it is never cut)
+Text (labels as high as their lines; they wrap and are never cut off)
     Body BodyStrong (16) · Note NoteStrong (14) · Title Value (20) · BigValue ScreenTitle (24) · StateWord (28) · Kpi (36)
     ``fit: True`` as wide as its text (``max_width`` wraps it then) · ``Ico: icon: "wifi"`` ·
-    ``Lines:`` texts under each other, centred in a row
+    ``Lines:`` texts below each other, centred in a row
 
 Cards and facts (display.py)
     SectionCard · CardHead(title, note) · Tile · Hair · StatusBadge(tone, icon, text, loud) · Disc · ValueTile(icon, label, value, note,
     note_icon, level, mark, stale, tone) · Fact(label, value, icon, tone) · Notice(tone, icon, text, note) ·
-    KpiCard(label, value, note, history) with
-    ``with_unit("98.1", "%")`` · EmptyState(icon, title, text, action, action_icon; on_release) · LegendItem(kind, text)
+    KpiCard(label, value, note, history) with ``with_unit("98.1", "%")`` ·
+    EmptyState(icon, title, text, action, action_icon; on_release) · LegendItem(kind, text)
 
-Buttons (buttons.py; ``on_release`` unless said)
+Buttons (buttons.py; ``on_release`` unless another event is given)
     CommandButton(style filled|tonal|outlined|plain|danger|onsolid, icon, text, stacked, large, busy, natural_width) · IconButton(icon) ·
-    ChoiceChip(text, icon, trailing, selected) · Segments(options [(key, word)], selected; on_choose(key)) · Segment ·
+    ChoiceChip(text, icon, trailing, selected) · Segments(options [(key, label)], selected; on_choose(key)) · Segment ·
     Toggle(active, controlled; on_switch(wanted))
 
-Fields (fields.py; ``label`` above, ``help`` below, ``problem`` = one sentence that turns it red)
+Fields (fields.py; ``label`` above, ``help`` below, ``problem`` = one sentence that replaces the help in red)
     FormField(text, hint, kind text|int|decimal|url, password, max_length; on_commit(text), on_enter; show(text)) ·
     StepField(value, minimum, maximum, step, unit, optional; on_commit(value)) · PickField(label, value, icon, problem; on_release) ·
     SearchField(text, hint)
 
-Lists (lists.py, long_list.py; rows are dicts of the row class's properties with a ``key``;
+Lists (lists.py, long_list.py; rows are frozen dataclasses with the properties of the row class and a ``key``;
 ``on_action(key, action, *values)`` comes from the rows)
-    Rows          all rows, in a box of your making
-    ScrollRows    some dozens; scrolls, rests on whole rows; ``empty_text``; ``direction: "x"`` for a strip
+    Rows          all rows, in a box
+    ScrollRows    some dozens; scrolls, comes to rest on whole rows; ``empty_text``; ``direction: "x"`` for a strip
     LongList      thousands; row classes mix in ``RecycledRow``; ``on_end`` asks for the next page
-    ScrollPage    a page or card that scrolls; give it children
-    Rows there are (rows.py): RobotChip QueueRow PlanRow DoneRow NextStart ScheduleRow StoryStep LogRow SectionRow OptionRow
-    A new one: ``class AlarmRow(Row, Toned, BoxLayout)`` with properties, a kv rule whose height follows its texts, ``self.act("name")``.
+    PanelGrid     (panel_grid.py) panels side by side
+    ScrollPage    a page or card that scrolls
+    Existing rows (rows.py): RobotChip QueueRow PlanRow DoneRow NextStart ScheduleRow StoryStep LogRow SectionRow OptionRow
+    New ones: ``class AlarmRow(Row, Toned, BoxLayout)`` with properties, a kv rule as high as its texts, and ``self.act("name")``.
 
-Drawings (chart.py, charts.py, timeline.py, robot_map.py)
+Charts (chart.py, charts.py, timeline.py, robot_map.py)
     Meter Sparkline StackedBars RobotBars Timeline(on_bar(key), on_window(first, hours)) RobotMap Swatch AmrGlyph WorkingRing; a new one:
     subclass ``Chart``
 
 Dialogs (dialogs.py, pickers.py; screens open them through ``app.screens.common.overlays.Dialogs``)
-    FormDialog ConfirmDialog ChoiceDialog Menu TimeDialog DateDialog; your own: see dialogs.py. ``Snackbars`` (snackbar.py): show, undo.
+    FormDialog ConfirmDialog ChoiceDialog Menu TimeDialog DateDialog; new ones: see dialogs.py. ``Snackbars`` (snackbar.py): show, undo.
 
 The frame (frame.py): ``Frame`` holds top bar, banner, body and navigation; built once by the window.
 
-Traps
-    - Never name a property ``x`` and an event ``on_x``: kivy takes the event for the property's handler.
-    - A kv binding of a base rule lives on beside the one that overrides it; override sizes of the same inputs, or use another property.
-    - Class names must not exist in kivy's Factory (``Screen``, ``ActionButton``, ``Spinner`` …): the first one registered wins silently.
-    - Widgets made by kv get their rule after ``__init__``; reach for ``self.ids`` in ``on_kv_post``.
-    - Rounded shapes through ``Surface`` or ``rounded()``; what has a ``fill`` property cannot have a method of that name.
-    - Heights in dp clip at font scale 1.3: use ``minimum_height`` or ``max(dp(48), lines.height + S8)``.
+Pitfalls
+    - Never name a property ``x`` and an event ``on_x``: kivy takes the event for the handler of the property.
+    - A kv binding of a base rule stays active beside the one that overrides it: depend on the same properties, or use another property.
+    - Class names must not exist in kivy's Factory (``Screen``, ``ActionButton``, ``Spinner`` …): the one registered first is used.
+    - Widgets built by kv get their rule after ``__init__``; use ``self.ids`` in ``on_kv_post``.
+    - Draw rounded shapes with ``Surface`` or ``rounded()``.
+    - Fixed heights in dp cut texts off at font scale 1.3: use ``minimum_height`` or ``max(dp(48), lines.height + S8)``.
 """
 from pathlib import Path
 
@@ -82,7 +83,7 @@ def load_kv(*names: str) -> None:
 
 def load() -> None:
     """Register all widgets and load their kv; once per process, before the first screen."""
-    from app.widgets import (  # noqa: F401  (kivy's Factory learns the classes)
+    from app.widgets import (  # noqa: F401  (registers the classes in kivy's Factory)
         buttons,
         chart,
         charts,

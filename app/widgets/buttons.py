@@ -1,4 +1,4 @@
-"""What the operator presses: command button, icon button, chips, segments, switch."""
+"""Buttons: command button, icon button, chips, segments, switch."""
 from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -10,7 +10,7 @@ STYLES = ("filled", "tonal", "outlined", "plain", "danger", "onsolid")
 
 
 class Styled:
-    """``style`` and ``disabled`` -> back, front, edge. ``onsolid`` stands on a block of its ``tone``."""
+    """Mixin that sets the colours back, front and edge from ``style`` and ``disabled``. ``onsolid``: on a solid block of its ``tone``."""
     style = OptionProperty("outlined", options=STYLES)
     back = late_color(CLEAR)
     front = late_color((0, 0, 0, 1))
@@ -27,7 +27,7 @@ class Styled:
         if self.disabled:
             quiet = self.style in ("outlined", "plain", "danger")
             self.back = CLEAR if quiet else tk.neutral_bg
-            faint = (*tk.disabled[:3], .45) if tk.strong else tk.line      # a strong line would say that it can be pressed
+            faint = (*tk.disabled[:3], .45) if tk.strong else tk.line      # a strong line would look as if it could be pressed
             self.front, self.edge = tk.disabled, CLEAR if self.style == "plain" else faint
             return
         self.back, self.front, self.edge = {
@@ -39,18 +39,17 @@ class Styled:
             "onsolid": (tk.surface, tk.ink if tk.theme == "dark" else getattr(tk, self.tone), self._edge_on_solid()),
         }[self.style]
 
-
     def _edge_on_solid(self):
-        """3:1 against the ground where the button's own fill is not: white on amber, dark on a dark red."""
+        """A border with a contrast of 3:1 to the block, where the button's fill has less: white on amber, dark on dark red."""
         if tk.theme == "dark":
             return tk.ink
         return tk.amber_ink if self.tone == "attention" else tk.surface
 
 
 class CommandButton(Styled, TonedTap):
-    """Word and icon. ``stacked``: icon above the word; ``large``: 20 sp. The word wraps rather than leave the button.
+    """A button with text and icon. ``stacked``: icon above the text; ``large``: 20 sp. A text that is too long wraps.
 
-    ``busy`` swallows presses and, once it lasts 300 ms, turns the icon into a working ring. For a button as wide as its word say
+    While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon. For a button as wide as its text use
     ``size_hint_x: None`` and ``width: self.natural_width``.
     """
     icon = StringProperty()
@@ -58,7 +57,7 @@ class CommandButton(Styled, TonedTap):
     stacked = BooleanProperty(False)
     large = BooleanProperty(False)
     busy = BooleanProperty(False)
-    working = BooleanProperty(False)     # busy for long enough to show it
+    working = BooleanProperty(False)     # busy for 300 ms: the spinner is shown
     natural_width = NumericProperty(0)
 
     def __init__(self, **kwargs):
@@ -82,13 +81,13 @@ class CommandButton(Styled, TonedTap):
 
 
 class IconButton(Styled, TonedTap):
-    """An icon alone, only where it needs no word (close, back, search, menu)."""
+    """A button with an icon only, where that needs no text (close, back, search, menu)."""
     icon = StringProperty()
     style = OptionProperty("plain", options=STYLES)
 
 
 class ChoiceChip(Tap):
-    """A word that can be chosen; ``icon`` before it, ``trailing`` icon behind it."""
+    """A text that can be selected; ``icon`` before it, ``trailing`` icon after it."""
     text = StringProperty()
     icon = StringProperty()
     trailing = StringProperty()
@@ -100,14 +99,15 @@ class Segment(Tap):
     key = ObjectProperty(None, allownone=True)
     text = StringProperty()
     selected = BooleanProperty(False)
-    tight = BooleanProperty(False)       # smaller words, closer to the edge
-    word_width = NumericProperty(0)      # as wide as it would be in full size
+    tight = BooleanProperty(False)       # smaller text, closer to the edge
+    word_width = NumericProperty(0)      # its width in full size
 
 
 class Toggle(Tap):
     """On or off; the tick says "on" without colour. A tap fires ``on_switch(wanted)``.
 
-    It flips itself, unless ``controlled``: then it goes on showing ``active`` until that changes, as where a service must agree first.
+    A tap changes ``active``, unless it is ``controlled``: then it shows ``active`` until that is set, where a service has to accept the
+    change first.
     """
     active = BooleanProperty(False)
     controlled = BooleanProperty(False)
@@ -125,9 +125,9 @@ class Toggle(Tap):
 
 
 class Segments(BoxLayout):
-    """A row of segments of which one is chosen: ``options`` = [(key, word), …]. ``selected`` is the key; a tap fires ``on_choose(key)``.
+    """A row of segments of which one is selected: ``options`` = [(key, label), …]. ``selected`` is the key; a tap fires ``on_choose(key)``.
 
-    Where the words don't fit beside each other they get smaller.
+    Labels that don't fit beside each other get smaller.
     """
     options = ListProperty()
     selected = ObjectProperty(None, allownone=True)
@@ -147,8 +147,8 @@ class Segments(BoxLayout):
 
     def _build(self, *_):
         self.clear_widgets()
-        for key, word in self.options:
-            segment = Segment(text=word)
+        for key, label in self.options:
+            segment = Segment(text=label)
             segment.key = key
             segment.bind(on_release=self._tapped, word_width=self._fit)
             self.add_widget(segment)

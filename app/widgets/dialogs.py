@@ -1,4 +1,4 @@
-"""Dialogs on kivy's ModalView: Esc and Android's back close the topmost one, and a closed dialog is freed (KivyMD's can do neither).
+"""Dialogs on kivy's ModalView: Esc and Android's back button close the topmost one, and a closed dialog is freed (not so with KivyMD's).
 
 A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the content scrolls when the window is low:
 
@@ -30,15 +30,15 @@ ESCAPE = 27                              # also Android's back button
 
 
 class Overlay(ModalView):
-    """A modal view that Esc closes even where a tap beside it does not (``auto_dismiss`` False, as forms have it)."""
-    dims = BooleanProperty(True)             # what lies behind it
+    """A modal view that Esc closes even if a tap beside it doesn't (``auto_dismiss`` False, as in forms)."""
+    dims = BooleanProperty(True)             # darkens what is behind it
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.fbind("pos", self._on_whole_pixels)
 
     def _on_whole_pixels(self, *_):
-        """Half a pixel beside the grid, where a centred odd height would put it, text is soft and lines are of two greys."""
+        """Keep off half pixels, where centring an odd height would put it: text and lines would be blurred."""
         if self.pos != [round(self.x), round(self.y)]:
             self.pos = round(self.x), round(self.y)
 
@@ -50,11 +50,11 @@ class Overlay(ModalView):
 
 
 class DialogActions(SeenBox):
-    """The buttons at the foot of a dialog: their words share the width; the main one stands right."""
+    """The buttons at the bottom of a dialog; they share the width, the main one is on the right."""
 
 
 class Dialog(Overlay):
-    """Title, content, buttons. As high as ``body_height`` asks for, as far as the window goes."""
+    """Title, content, buttons. As high as ``body_height`` needs, at most as high as the window."""
     title = StringProperty()
     panel_width = NumericProperty("560dp")
     body_height = NumericProperty(0)
@@ -72,7 +72,7 @@ class Dialog(Overlay):
 
 
 class FormDialog(Dialog):
-    """A dialog whose content is one column that scrolls when there is no room."""
+    """A dialog whose content is one column that scrolls when there isn't enough room."""
 
     def add_content(self, widget, *args, **kwargs):
         target = self.ids.page if "page" in self.ids else self.ids.content
@@ -80,7 +80,7 @@ class FormDialog(Dialog):
 
 
 class ConfirmDialog(FormDialog):
-    """A question about something that cannot be taken back: ``on_confirmed``, or ``on_declined`` for every other way out."""
+    """A question about something that can't be undone: ``on_confirmed``, or ``on_declined`` however else it is closed."""
     text = StringProperty()
     confirm = StringProperty()
     decline = StringProperty()
@@ -117,7 +117,7 @@ class ChoiceDialog(Dialog):
     multiple = BooleanProperty(False)
     query = StringProperty()
     hint = StringProperty()              # of the search field
-    nothing = StringProperty()           # said when the search finds nothing
+    nothing = StringProperty()           # shown when the search finds nothing
     confirm = StringProperty()
     decline = StringProperty()
     search_from = NumericProperty(8)     # options
@@ -174,7 +174,7 @@ class MenuRow(Row, TonedTap):
 
 
 class Menu(Overlay):
-    """Commands that hang on a widget: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``."""
+    """Commands beside a widget: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``."""
     items = ListProperty()
     anchor = ObjectProperty(None, allownone=True)
 
@@ -190,7 +190,7 @@ class Menu(Overlay):
         self.open(**kwargs)
 
     def _align_center(self, *_):
-        """ModalView calls this whenever it would centre itself."""
+        """ModalView calls this whenever it would centre itself: stay at the anchor instead."""
         if not self._is_open or self.anchor is None:
             return
         edge = dp(8)

@@ -1,4 +1,4 @@
-"""What is only looked at: cards, badges, tiles, facts, empty states. Texts come ready from the view models."""
+"""Widgets that only show something: cards, badges, tiles, facts, empty states. Their texts come from the view models."""
 from kivy.properties import (
     BooleanProperty,
     ListProperty,
@@ -12,23 +12,23 @@ from app.widgets.surfaces import Surface, Toned, TonedSurface
 
 
 class SectionCard(Surface):
-    """A card; subclasses find their view model in ``vm``."""
+    """A card; ``vm`` is its view model."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class CardHead(BoxLayout):
-    """Title of a card and a quiet note at its right; ``least`` high."""
+    """Title of a card and a note at its right; at least ``least`` high."""
     title = StringProperty()
     note = StringProperty()
     least = NumericProperty("40dp")
 
 
 class Tile(Surface):
-    """A quiet block inside a card."""
+    """A block inside a card."""
 
 
 class StatusBadge(TonedSurface):
-    """Icon, word and colour of a state; ``loud`` only for a fault that needs a person now."""
+    """Icon, text and colour of a state; ``loud`` only for a fault that needs a person now."""
     icon = StringProperty()
     text = StringProperty()
     loud = BooleanProperty(False)
@@ -42,7 +42,8 @@ class Disc(TonedSurface):
 
 
 class ValueTile(TonedSurface):
-    """A live value with its age: a stale one turns grey and its note says since when. ``level`` 0..1 draws a bar, -1 none."""
+    """A live value with its age: a stale one is grey and its note says since when. ``level`` 0..1 draws a bar, ``mark`` 0..1 a limit on it;
+    -1: none."""
     icon = StringProperty()
     label = StringProperty()
     value = StringProperty("–")
@@ -55,7 +56,7 @@ class ValueTile(TonedSurface):
 
 
 class KpiCard(Surface):
-    """A figure (markup: units small), how many rows it rests on, and its history as a small line."""
+    """A KPI (with markup: the unit is smaller), a note of the number of runs it is calculated from, and its history as a small chart."""
     label = StringProperty()
     value = StringProperty()
     note = StringProperty()
@@ -68,7 +69,7 @@ def with_unit(value: str, unit: str) -> str:
 
 
 class EmptyState(BoxLayout):
-    """Says what is missing and offers the way: ``on_release`` when the button is pressed. Without ``action`` there is no button."""
+    """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button."""
     icon = StringProperty()
     title = StringProperty()
     text = StringProperty()
@@ -89,13 +90,13 @@ class Fact(Toned, BoxLayout):
 
 
 class Notice(TonedSurface):
-    """A block of one tone with icon, sentence and further words: the result of a test, a warning in a form."""
+    """A block of one tone with icon, sentence and details: the result of a test, a warning in a form."""
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()
 
 
 class LegendItem(BoxLayout):
-    """A swatch drawn like what it explains, and its word."""
+    """An entry of a chart's legend: a swatch and its label."""
     text = StringProperty()
     kind = StringProperty("planned")

@@ -1,5 +1,4 @@
-"""Where fields tell that they are typed into. ``dock`` is the one of this process, for the fields' sake: kv builds them, and they know
-nobody."""
+"""Which text input has the focus, for the on-screen keyboard. ``dock`` is global: fields are built by kv and have no other reference."""
 from kivy.event import EventDispatcher
 from kivy.properties import ObjectProperty
 

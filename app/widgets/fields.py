@@ -1,6 +1,6 @@
-"""Fields of forms. All have a label, a help line and a ``problem``: one sentence that turns the frame red and takes the help's place.
+"""Fields of forms. All have a label, a help line and a ``problem``: one sentence that replaces the help and turns the frame red.
 
-Built on kivy's TextInput: KivyMD's text field draws its 12 sp label and helper outside its own box, over the neighbours.
+Built on kivy's TextInput: KivyMD's text field draws its 12 sp label and helper outside its own bounds, over other widgets.
 """
 from kivy.clock import Clock
 from kivy.properties import (
@@ -22,7 +22,7 @@ KINDS = {"text": ("text", None), "int": ("number", "int"), "decimal": ("number",
 
 
 class FieldInput(TextInput):
-    """The line that is typed into; ``max_length`` > 0 stops further characters."""
+    """The text input of a field; ``max_length`` > 0 limits the number of characters."""
     max_length = NumericProperty(0)
 
     def on_focus(self, _field, focused):
@@ -36,7 +36,7 @@ class FieldInput(TextInput):
 
 
 class FieldFrame(Surface):
-    """The frame around what is typed or shown: 1 px, accent when focused, red with a problem."""
+    """The frame around a text input or a value: 1 px, accent when focused, red with a problem."""
     focused = BooleanProperty(False)
     faulty = BooleanProperty(False)
 
@@ -49,9 +49,9 @@ class FieldBase(BoxLayout):
 
 
 class FormField(FieldBase):
-    """A text to type. ``on_commit(text)`` comes with Enter or when the field is left, only if the text has changed since.
+    """A text field. ``on_commit(text)`` fires on Enter or when the field is left, if the text has changed.
 
-    ``kind``: text, int, decimal, url. ``password`` hides what is typed; the eye shows it while wanted.
+    ``kind``: text, int, decimal, url. ``password`` hides the text; the eye button shows it.
     """
     text = StringProperty()
     hint = StringProperty()
@@ -74,13 +74,13 @@ class FormField(FieldBase):
         self.input_type, self.input_filter = KINDS[self.kind]
 
     def on_commit(self, text):
-        """The text has changed and typing is over."""
+        """The text was changed and the field was left."""
 
     def on_enter(self):
-        """Enter was pressed; ``on_commit`` came first if there was a change."""
+        """Enter was pressed; ``on_commit`` fired before it if there was a change."""
 
     def show(self, text: str) -> None:
-        """Put ``text`` in without it counting as typed."""
+        """Set the text without ``on_commit``."""
         self.text = self._committed = text
 
     def commit(self):
@@ -100,7 +100,7 @@ class FormField(FieldBase):
 
 
 class SearchField(SeenBox):
-    """One line that filters a list while it is typed; bind ``text``. The cross empties it."""
+    """A text field that filters a list while typing; bind ``text``. The cross clears it."""
     text = StringProperty()
     hint = StringProperty()
     focus = BooleanProperty(False)
@@ -158,10 +158,10 @@ class RepeatButton(CommandButton):
 
 
 class StepField(FieldBase):
-    """A whole number between ``minimum`` and ``maximum``: minus, typed value, plus. ``on_commit(value)`` when it has changed.
+    """A whole number between ``minimum`` and ``maximum``: minus button, text field, plus button. ``on_commit(value)`` when it has changed.
 
-    ``help`` should say the range: it turns red while something outside it is typed, and nothing is committed then.
-    With ``optional`` an empty field means None. Steps go to multiples of ``step``.
+    ``help`` should say the range: it turns red while the text is outside of it, and nothing is committed then.
+    With ``optional`` an empty field means None. The buttons go to multiples of ``step``.
     """
     value = ObjectProperty(None, allownone=True)
     minimum = NumericProperty(0)
@@ -170,7 +170,7 @@ class StepField(FieldBase):
     unit = StringProperty()
     hint = StringProperty("–")
     optional = BooleanProperty(False)
-    outside = BooleanProperty(False)     # what is typed is not a number of the range
+    outside = BooleanProperty(False)     # the text is not a number of the range
     text = StringProperty()
     focus = BooleanProperty(False)
 
@@ -181,14 +181,14 @@ class StepField(FieldBase):
         self.fbind("value", self._show)
         self.fbind("focus", self._focus_changed)
         for name in ("text", "minimum", "maximum", "optional"):
-            self.fbind(name, self._judge)
+            self.fbind(name, self._validate)
         self._show()
 
     def on_commit(self, value):
-        """A new valid value stands."""
+        """The value was changed to another valid one."""
 
     def _number(self) -> int | None:
-        """What is typed; ValueError when it cannot stand."""
+        """The number in the field, None if it is empty and ``optional``. Raises ValueError if it is no number of the range."""
         if not self.text.strip() and self.optional:
             return None
         number = int(self.text)
@@ -196,7 +196,7 @@ class StepField(FieldBase):
             raise ValueError(number)
         return number
 
-    def _judge(self, *_):
+    def _validate(self, *_):
         try:
             self._number()
             self.outside = False
@@ -205,14 +205,14 @@ class StepField(FieldBase):
 
     def _show(self, *_):
         self.text = "" if self.value is None else str(int(self.value))
-        self._judge()
+        self._validate()
 
     def _focus_changed(self, *_):
         if not self.focus:
             self.commit()
 
     def commit(self):
-        """Take what is typed; what cannot stand stays red."""
+        """Take over the number in the field; one outside the range stays red."""
         if self.outside:
             return
         number = self._number()
@@ -221,7 +221,7 @@ class StepField(FieldBase):
             self.dispatch("on_commit", number)
 
     def nudge(self, direction: int):
-        """One step up (1) or down (-1), within the range; from nothing to its nearer end."""
+        """One step up (1) or down (-1), within the range; from an empty field to the minimum or maximum."""
         step = int(self.step) or 1
         try:
             number = self._number()

@@ -1,9 +1,9 @@
-"""A finger on the screen. What would move the things under it waits until it has left: no tap ends on something else, or nowhere."""
+"""Whether a finger is on the screen: what would move widgets under it waits until it has left, so that a tap ends where it began."""
 from kivy.base import EventLoop
 from kivy.clock import Clock
 
-LONGEST = 2.0                            # s; who rests a hand on the screen must not keep an alarm away
-ASKED = "first asked about"              # key of touch.ud; kivy's own times of a touch are the wall clock's
+LONGEST = 2.0                            # s: a hand that rests on the screen must not suppress an alarm
+ASKED = "first asked about"              # key of touch.ud; kivy's own times of a touch are wall clock times
 
 
 def is_down() -> bool:

@@ -1,4 +1,4 @@
-"""The frame that is always there: top bar, banner when needed, body, bottom navigation. Built once; screens change in its ``body``."""
+"""The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
 from kivy.properties import BooleanProperty, ListProperty, OptionProperty, StringProperty
 
 from app.widgets.surfaces import Surface, Tap, TonedSurface
@@ -6,10 +6,10 @@ from app.widgets.tokens import TONES
 
 
 class TopBar(TonedSurface):
-    """Name of the screen, date and time, the bell, and the selected robot with its connection; a tap on it fires ``on_pick_robot``, one on
-    the bell ``on_list_alarms``.
+    """Name of the screen, date and time, the bell, and the selected robot with its connection; a tap on the robot fires
+    ``on_pick_robot``, one on the bell ``on_list_alarms``.
 
-    The date stays out where it finds no room (``narrow``); long names of robots wrap.
+    Without enough room (``narrow``) the date is left out; long names of robots wrap.
     """
     title = StringProperty()
     date = StringProperty()
@@ -31,7 +31,8 @@ class TopBar(TonedSurface):
 
 
 class AlarmBanner(TonedSurface):
-    """The most serious alarm or hold in one sentence, since when, how many others, and the way to where it is solved (``on_solve``)."""
+    """The most serious alarm or hold in one sentence, since when, how many others there are, and a button that leads to its solution
+    (``on_solve``)."""
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()
@@ -44,11 +45,11 @@ class AlarmBanner(TonedSurface):
         """The button was pressed."""
 
     def on_list_alarms(self):
-        """The count of the others was tapped."""
+        """The number of other alarms was tapped."""
 
 
 class NavItem(Tap):
-    """One destination; its icon is filled when it is the present one."""
+    """One screen; the icon of the present one is filled."""
     name = StringProperty()
     icon = StringProperty()
     icon_selected = StringProperty()
@@ -57,7 +58,7 @@ class NavItem(Tap):
 
 
 class NavBar(Surface):
-    """``items`` = [(name, word, icon, icon when selected), …]; a tap fires ``on_go(name)``, also on the present one."""
+    """``items`` = [(name, label, icon, icon when selected), …]; a tap fires ``on_go(name)``, even on the present one."""
     items = ListProperty()
     current = StringProperty()
 
@@ -70,12 +71,12 @@ class NavBar(Surface):
         self._build()
 
     def on_go(self, name):
-        """A destination was tapped."""
+        """A screen was tapped."""
 
     def _build(self, *_):
         self.clear_widgets()
-        for name, word, icon, icon_selected in self.items:
-            item = NavItem(name=name, text=word, icon=icon, icon_selected=icon_selected)
+        for name, label, icon, icon_selected in self.items:
+            item = NavItem(name=name, text=label, icon=icon, icon_selected=icon_selected)
             item.bind(on_release=self._tapped)
             self.add_widget(item)
         self._mark()
@@ -89,7 +90,7 @@ class NavBar(Surface):
 
 
 class Frame(Surface):
-    """The window's content. What is added to it goes into the body. An empty ``alarm`` takes the banner away."""
+    """The window's content. Widgets added to it go into the body. With an empty ``alarm`` there is no banner."""
     title = StringProperty()
     date = StringProperty()
     clock = StringProperty()
@@ -111,7 +112,7 @@ class Frame(Surface):
     __events__ = ("on_go", "on_pick_robot", "on_solve", "on_list_alarms")
 
     def on_go(self, name):
-        """A destination of the navigation bar was tapped."""
+        """A screen of the navigation bar was tapped."""
 
     def on_pick_robot(self):
         """The robot in the top bar was tapped."""
@@ -120,7 +121,7 @@ class Frame(Surface):
         """The button of the banner was pressed."""
 
     def on_list_alarms(self):
-        """The bell, or the count of other alarms, was tapped."""
+        """The bell, or the number of other alarms, was tapped."""
 
     def add_widget(self, widget, *args, **kwargs):
         body = self.ids.get("body")

@@ -1,7 +1,7 @@
-"""A keyboard on the screen, for tablets that have none: letters with å ä ö, signs, and a number pad for number fields.
+"""An on-screen keyboard, for tablets without a keyboard: letters with å ä ö, signs, and a number pad for number fields.
 
-Not kivy's VKeyboard: that one is drawn from pictures of its own, follows no theme, has neither keys for gloves nor a pad for numbers, and
-moves the whole window by itself.
+Not kivy's VKeyboard: that one uses images of its own, ignores the theme, has neither large keys nor a number pad, and moves the whole
+window.
 """
 from kivy.clock import Clock
 from kivy.core.window import Window
@@ -24,7 +24,7 @@ PAGES = {
     "numbers": ([*"123", BACKSPACE], [*"456", "-"], [*"789", "."], ["0", DONE]),
 }
 PAD_WIDTH = 480                          # dp, of the number pad
-REPEATS = (.5, .1)                       # s: until a held backspace repeats, and how often then
+REPEATS = (.5, .1)                       # s before a held backspace repeats, and between repetitions
 CLEARANCE = 16                           # dp between the field and the keyboard
 
 
@@ -41,8 +41,8 @@ class BoardRow(BoxLayout):
 
 
 class DockedKeyboard(Surface):
-    """Stands at the bottom of the window while a field is typed into, if ``wanted()`` says so, and lifts what the field is in above
-    itself."""
+    """At the bottom of the window while a field has the focus and ``wanted()`` is true; moves the screen or dialog up, so that the field
+    stays visible."""
     page = StringProperty()
 
     def __init__(self, wanted, **kwargs):
@@ -50,10 +50,10 @@ class DockedKeyboard(Surface):
         self._wanted = wanted
         self._pages = {}
         self._is_upper = False
-        self._entered = None                 # the field that it was last placed for
-        self._lifted = None                  # (widget, the y it had)
-        self._follow = Clock.create_trigger(self._place, .05)          # another field may take the focus over
-        self._watch = Clock.create_trigger(self._look, .25, interval=True)
+        self._entered = None                 # the field that it was last shown for
+        self._lifted = None                  # (widget, its y before it was moved up)
+        self._follow = Clock.create_trigger(self._place, .05)          # another field may get the focus
+        self._watch = Clock.create_trigger(self._check_field, .25, interval=True)
         self._repeat = Clock.create_trigger(self._repeat_backspace, REPEATS[0])
         super().__init__(**kwargs)
 
@@ -74,12 +74,12 @@ class DockedKeyboard(Surface):
             self._hide()
             return
         if field is not self._entered and field.input_type == "number":
-            field.cursor = field.get_cursor_from_index(len(field.text))      # a number is corrected from its end
+            field.cursor = field.get_cursor_from_index(len(field.text))      # numbers are edited from the end
         self._entered = field
         self._show_page("numbers" if field.input_type == "number" else "letters" if self.page in ("", "numbers") else self.page)
         self._put_down()
         if self.parent is not None:
-            Window.remove_widget(self)       # over whatever has opened since
+            Window.remove_widget(self)       # on top of what was opened since
         self.size_hint = None, None
         row = self._pages[self.page][0].height
         self.pos, self.size = (0, 0), (Window.width, len(self._pages[self.page]) * (row + self.spacing) - self.spacing + 2 * dp(8))
@@ -87,8 +87,8 @@ class DockedKeyboard(Surface):
         self._lift(field)
         self._watch()
 
-    def _look(self, _dt):
-        """A dialog that closes doesn't take the focus from its fields."""
+    def _check_field(self, _dt):
+        """Hide when the field is gone: a dialog that closes doesn't take the focus from its fields."""
         widget = dock.field
         while widget is not None and widget.parent is not None and widget.parent is not widget:
             if widget.parent is Window:
@@ -108,7 +108,7 @@ class DockedKeyboard(Surface):
             Window.remove_widget(self)
 
     def _lift(self, field) -> None:
-        """So far that the field stands above the keyboard, with what is said below it where there is room."""
+        """Move up the screen or dialog of the field, so far that the field is above the keyboard."""
         top = field
         while top.parent is not None and top.parent is not Window and top.parent is not top:
             top = top.parent
@@ -153,7 +153,7 @@ class DockedKeyboard(Surface):
 
     # ------------------------------------------------------------------ keys
     def on_touch_down(self, touch):
-        """Kivy takes the focus from a field when another place is touched, unless the touch is said to be none of its business."""
+        """Keep the focus in the field: kivy removes it when something else is touched, unless the touch is in ``ignored_touch``."""
         if not self.collide_point(*touch.pos):
             return False
         FocusBehavior.ignored_touch.append(touch)
@@ -200,7 +200,7 @@ class DockedKeyboard(Surface):
 
 
 def side_margin(width: float, page: str) -> float:
-    """px left and right of the keys: a number pad stays as wide as a hand."""
+    """Margin left and right of the keys in px: a number pad has a fixed width."""
     return max(dp(8), (width - dp(PAD_WIDTH)) / 2) if page == "numbers" else dp(8)
 
 

@@ -1,8 +1,8 @@
-"""Lists: rows that keep their identity while data changes, that scroll for more, and that rest on whole rows.
+"""Lists whose rows keep their identity while the data change, that scroll, and that come to rest on whole rows.
 
-Each row of ``data`` is a frozen dataclass whose fields are properties of the row class (a dict of them does too) and, for lists that
-change, ``key``: what the row stands for. A row a
-finger is on never becomes another run because the list moved: views belong to keys, and a recycled view forgets its press.
+Each row of ``data`` is a frozen dataclass whose fields are properties of the row class (a dict of them works too) and, for lists that
+change, a ``key`` that identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to
+a key, and a view that is reused for another row ignores an earlier press.
 """
 from kivy.animation import Animation
 from kivy.clock import Clock
@@ -22,20 +22,20 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.scrollview import ScrollView
 
-MEANT = "row the finger came down on"    # key of touch.ud
+PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
 
 
 class Row:
     """Mixin of row classes. ``act("cancel")`` tells the list, which fires ``on_action(key, "cancel")``; ``host`` is that list.
 
-    A scroll view passes a short tap on only when the finger has left. If the list has moved until then, the tap was meant for another
-    row than the one that now lies there, and is dropped.
+    A scroll view forwards a short tap only after the finger has left. If the list has moved by then, another row is under the touch than
+    the one that was tapped, and the tap is dropped.
     """
     key = ObjectProperty(None, allownone=True)
     host = ObjectProperty(None, allownone=True)
 
     def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos) and touch.ud.get(MEANT, self.key) != self.key:
+        if self.collide_point(*touch.pos) and touch.ud.get(PRESSED_ROW, self.key) != self.key:
             return True
         return super().on_touch_down(touch)
 
@@ -44,7 +44,7 @@ class Row:
             self.host.dispatch("on_action", self.key, action, *values)
 
     def take(self, data) -> None:
-        """Show ``data``; what earlier data set and this one leaves out goes back to its default."""
+        """Show ``data``; properties that earlier data had set and this one lacks return to their defaults."""
         values = values_of(data)
         for name in getattr(self, "_taken", set()) - values.keys():
             setattr(self, name, self.property(name).defaultvalue)
@@ -59,9 +59,9 @@ def values_of(row) -> dict:
 
 
 class Rows(BoxLayout):
-    """One ``viewclass`` per dict of ``data``, all of them, in a box. For few rows; ``ScrollRows`` scrolls them.
+    """One ``viewclass`` per row of ``data`` in a box, for few rows; ``ScrollRows`` scrolls them.
 
-    ``sight`` (left, bottom, right, top) is the part of it that is seen; rows outside it exist, but are not drawn. None: all is seen.
+    ``sight`` (left, bottom, right, top) is the visible part; rows outside it exist, but are not drawn. None: all of it is visible.
     """
     viewclass = StringProperty()
     data = ListProperty()
@@ -73,18 +73,18 @@ class Rows(BoxLayout):
     def __init__(self, **kwargs):
         self._views = {}
         self._unseen = set()                 # views that are not drawn
-        self._look = Clock.create_trigger(self._draw_seen, -1)
+        self._redraw = Clock.create_trigger(self._draw_seen, -1)
         super().__init__(**kwargs)
         self.fbind("data", self._build)
         self.fbind("viewclass", self._rebuild)
-        self.fbind("sight", self._look)
+        self.fbind("sight", self._redraw)
         self._build()
 
     def on_action(self, key, action, *values):
         """A row was used."""
 
     def on_rows(self):
-        """Rows came, went or moved."""
+        """Rows were added, removed or moved."""
 
     def _rebuild(self, *_):
         self.clear_widgets()
@@ -119,7 +119,7 @@ class Rows(BoxLayout):
         self._draw_seen()
 
     def _draw_seen(self, *_):
-        """What lies outside of what is seen would cost as much to draw as what lies inside."""
+        """Draw only the visible rows: the others would cost as much."""
         if self.sight is None:
             return
         left, bottom, right, top = self.sight
@@ -134,19 +134,19 @@ class Rows(BoxLayout):
 
 
 class CalmScroll(ScrollView):
-    """A scroll view that stops at its ends, and whose thin bar shows that there is more."""
+    """A scroll view that doesn't overshoot, with a thin bar that shows that there is more."""
 
     def __init__(self, **kwargs):
         kwargs.setdefault("effect_cls", ScrollEffect)
         super().__init__(**kwargs)
 
     def on_touch_down(self, touch):
-        if MEANT not in touch.ud and self.collide_point(*touch.pos):
+        if PRESSED_ROW not in touch.ud and self.collide_point(*touch.pos):
             place = self.to_window(*touch.pos)
             row = next((widget for widget in self.walk(restrict=True)
                         if isinstance(widget, Row) and widget.collide_point(*widget.parent.to_widget(*place))), None)
             if row is not None:
-                touch.ud[MEANT] = row.key
+                touch.ud[PRESSED_ROW] = row.key
         return super().on_touch_down(touch)
 
 
@@ -167,10 +167,10 @@ class ScrollPage(CalmScroll):
 
 
 class ScrollRows(FloatLayout):
-    """``Rows`` that scroll and rest on whole rows, for up to some dozens. ``empty_text`` stands where there is nothing.
+    """``Rows`` that scroll and come to rest on whole rows, for up to some dozens. ``empty_text`` is shown while there are none.
 
     ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width while they fit; when
-    they don't, an arrow at each end turns the page, for gloves.
+    they don't, an arrow at each end scrolls by a page, which is easier with gloves.
     """
     viewclass = StringProperty()
     data = ListProperty()
@@ -206,12 +206,12 @@ class ScrollRows(FloatLayout):
             self.ids.scroll.scroll_to(view, padding=0, animate=False)
 
     def in_sight(self, scroll_x, scroll_y, scroll, rows) -> tuple[float, float, float, float]:
-        """The part of the rows, whose size is ``rows``, that is seen in a scroll view of size ``scroll``."""
+        """The part of the rows, whose size is ``rows``, that is visible in a scroll view of size ``scroll``."""
         left, bottom = scroll_x * max(0, rows[0] - scroll[0]), scroll_y * max(0, rows[1] - scroll[1])
         return left, bottom, left + scroll[0], bottom + scroll[1]
 
     def turn(self, direction: int) -> None:
-        """Show the next (1) or the previous (-1) part of a strip; a row that was cut at the edge comes whole."""
+        """Show the next (1) or the previous (-1) part of a strip, including the row that was cut off at the edge."""
         scroll, rows = self.ids.scroll, self.ids.rows
         hidden = rows.width - scroll.width
         if hidden > 0:
@@ -219,7 +219,7 @@ class ScrollRows(FloatLayout):
             Animation(scroll_x=min(1., max(0., scroll.scroll_x + direction * step)), d=.2, t="out_quad").start(scroll)
 
     def _fit_whole(self, *_):
-        """The view is as high as the whole rows that fit from the top; a row too high for the place alone is the exception."""
+        """Make the view as high as the whole rows that fit, unless the first row alone is higher than the widget."""
         if not self.whole or self.direction == "x":
             self.view_height = self.height
             return
@@ -258,7 +258,7 @@ class ScrollRows(FloatLayout):
 
 
 class RecycledRow(Row):
-    """Mixin of row classes of ``LongList``. A view that became another row between press and release does nothing."""
+    """Mixin of row classes of ``LongList``. A view that was reused for another row between press and release does nothing."""
 
     def __init__(self, **kwargs):
         self._pressed_key = None

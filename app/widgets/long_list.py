@@ -1,11 +1,11 @@
-"""A list of thousands of rows of which only the visible ones exist.
+"""A list of thousands of rows of which only the visible ones exist as widgets.
 
-Not kivy's RecycleView: that one hands its views out anew whenever a height changes, so rows that take their own height (a reason on two
-lines, an opened story) never come to rest in it, and a pressed row may become another. Here views belong to keys, heights are remembered
-per key, and what is read stays where it is when rows are added above.
+Not kivy's RecycleView: that one reassigns its views whenever a height changes, so that rows which set their own height (a reason on two
+lines, an opened row) never settle, and a pressed view may become another row. Here views belong to keys, heights are remembered per key,
+and the visible rows stay in place when rows are added above.
 
-A frame of scrolling costs the rows that come into sight, whatever the length of the list: each view sits on a seat that is moved in its
-place, so that nothing in it is laid out anew, and where rows are is reckoned only when a height is learned.
+A frame of scrolling costs only the rows that become visible, whatever the length of the list: each view is inside a ``Seat`` that is moved
+without a new layout of its content, and positions are calculated only when the height of a row changes.
 """
 from bisect import bisect_right
 from itertools import accumulate
@@ -20,7 +20,7 @@ from app.widgets.lists import CalmScroll, Row, values_of
 
 
 class Seat(RelativeLayout):
-    """Where a view is: its own origin, as large as the view."""
+    """Holds a view and is moved in its stead; as large as the view."""
 
     def __init__(self, view, **kwargs):
         self.view = view
@@ -34,16 +34,16 @@ class Seat(RelativeLayout):
 
 
 class LongList(CalmScroll):
-    """``data`` = dicts of the row class's properties, each with its ``key``; row classes mix in ``RecycledRow`` and take their own height.
+    """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``RecycledRow`` and set their own height.
 
-    ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows come into sight (load the next page).
+    ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows become visible (load the next page).
     """
     viewclass = StringProperty()
     data = ListProperty()
     spacing = NumericProperty("8dp")
-    row_height = NumericProperty("64dp")     # a guess for rows that were never seen
+    row_height = NumericProperty("64dp")     # assumed for rows that were never visible
     empty_text = StringProperty()
-    content_height = NumericProperty(0)      # of all rows, as far as they were seen; guessed for the others
+    content_height = NumericProperty(0)      # of all rows; ``row_height`` for those that were never visible
 
     __events__ = ("on_action", "on_end")
 
@@ -52,10 +52,10 @@ class LongList(CalmScroll):
         self._places: dict = {}              # of keys in the list
         self._tops: list[float] = [0.]       # of each row, from the top of the content; the last is the whole height
         self._heights: dict = {}
-        self._reckoned = False               # whether the tops are those of the heights that are known
+        self._is_calculated = False               # whether the tops are calculated from the present heights
         self._live: dict[object, Seat] = {}
         self._spare: list[Seat] = []
-        self._anchor: tuple | None = None    # (key of the first row in sight, px of it above the edge); None: at the top
+        self._anchor: tuple | None = None    # (key of the first visible row, px of it above the edge); None: at the top
         self._width = 0
         self._moving = False
         self._resting = True
@@ -68,7 +68,7 @@ class LongList(CalmScroll):
         for name in ("size", "empty_text"):
             self.fbind(name, self._arrange)
         for name in ("spacing", "row_height"):
-            self.fbind(name, self._reckon_anew)
+            self.fbind(name, self._recalculate)
         self.fbind("data", self._changed)
         self.fbind("viewclass", self._start_over)
         self.fbind("scroll_y", self._scrolled)
@@ -81,7 +81,7 @@ class LongList(CalmScroll):
         """The end of the rows is near."""
 
     def show(self, key) -> None:
-        """Scroll until the row of ``key`` stands at the top, as far as the list goes."""
+        """Scroll until the row of ``key`` is at the top, as far as the list goes."""
         if key in self._places:
             self._anchor = key, 0.
             self._arrange()
@@ -100,16 +100,16 @@ class LongList(CalmScroll):
         for key, seat in self._live.items():
             if key in self._places:
                 seat.view.take(self.data[self._places[key]])
-        self._reckon_anew()
+        self._recalculate()
 
     def _start_over(self, *_):
         for seat in self._live.values():
             self._content.remove_widget(seat)
         self._live, self._spare, self._heights = {}, [], {}
-        self._reckon_anew()
+        self._recalculate()
 
-    def _reckon_anew(self, *_):
-        self._reckoned = False
+    def _recalculate(self, *_):
+        self._is_calculated = False
         self._arrange()
 
     def _scrolled(self, *_):
@@ -123,7 +123,7 @@ class LongList(CalmScroll):
             self._arrange()
 
     def _come_to_rest(self, _dt):
-        """Nothing has moved for a moment: the edges of the list take whole rows."""
+        """Nothing has moved for a moment: align the upper edge with a whole row."""
         self._resting = True
         if self._anchor is not None:
             key, hidden = self._anchor
@@ -147,14 +147,14 @@ class LongList(CalmScroll):
         if self.width != self._width:            # other line breaks, other heights
             self._width = self.width
             self._heights.clear()
-            self._reckoned = False
-        if not self._reckoned:
+            self._is_calculated = False
+        if not self._is_calculated:
             known, guess, spacing = self._heights, self.row_height, self.spacing
             self._tops = list(accumulate((known.get(key, guess) + spacing for key in self._keys), initial=0.))
-            self._moving = True              # kivy keeps scroll_y within another height: nobody scrolls here
+            self._moving = True              # kivy adjusts scroll_y to the new height: that is no scrolling by the user
             self._content.height = max(0, self._tops[-1] - (spacing if self._keys else 0))
             self._moving = False
-            self._reckoned = True
+            self._is_calculated = True
         above = self._hold_place()
         first = max(0, bisect_right(self._tops, above) - 1)
         last = min(len(self._keys), bisect_right(self._tops, above + self.height))
@@ -165,7 +165,7 @@ class LongList(CalmScroll):
             self.dispatch("on_end")
 
     def _hold_place(self) -> float:
-        """Keep the row at the upper edge there; returns how many px of content lie above it."""
+        """Keep the anchor row in place; returns the px of content above the upper edge."""
         hidden = max(0., self._content.height - self.height)
         above = 0.
         if self._anchor is not None and self._anchor[0] in self._places:
@@ -177,7 +177,7 @@ class LongList(CalmScroll):
         return above
 
     def _populate(self, shown: range, aside):
-        """Views for the rows ``shown``. The row ``aside`` would be cut in two: it stands out of sight, but goes on being measured."""
+        """Create or reuse views for the rows ``shown``. The row ``aside`` would be cut off: it is moved out of view, but still measured."""
         wanted = {self._keys[n]: n for n in shown}
         self._spare += [self._live.pop(key) for key in [key for key in self._live if key not in wanted]]
         for key, n in wanted.items():
@@ -192,7 +192,7 @@ class LongList(CalmScroll):
             seat.pos = 2 * self.width if key == aside else 0, self._content.height - self._tops[n] - view.height
             if self._heights.get(key) != view.height:
                 self._heights[key] = view.height
-                self._reckon_anew()
+                self._recalculate()
         for seat in self._spare:
             if seat.parent is not None:
                 self._content.remove_widget(seat)

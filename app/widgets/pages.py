@@ -1,8 +1,7 @@
-"""Pages that scroll only where they must, and leave the finger to the lists in them.
+"""Pages that scroll only if their content doesn't fit, with lists in them that scroll too.
 
-kivy's scroll views (2.3.1) do not nest: the outer one keeps the end of a tap to itself, so nothing inside the inner one is ever
-pressed. Here
-a touch belongs to one of them: to the list or page under the finger, else to the page around it.
+kivy's scroll views (2.3.1) can't be nested: the outer one consumes the end of a tap, so that nothing inside the inner one is ever pressed.
+Here each touch belongs to one of them: to the list or page under the finger, else to the page around it.
 """
 from kivy.uix.scrollview import ScrollView
 
@@ -12,35 +11,35 @@ SCROLL_EVENTS = ("on_scroll_start", "on_scroll_move", "on_scroll_stop")
 
 
 class LowPage(CalmScroll):
-    """A page with lists in it. While ``do_scroll_y`` is False because everything fits, it is as if it were not there."""
+    """A page with lists in it. While ``do_scroll_y`` is False because everything fits, it forwards all touches."""
 
     def on_touch_down(self, touch):
         if not self.collide_point(*touch.pos):
             return super().on_touch_down(touch)
         if not (self.do_scroll_x or self.do_scroll_y):
             return self._pass(touch)
-        if self._is_anothers(touch):
+        if self._is_for_inner(touch):
             is_wheel = "button" in touch.profile and touch.button.startswith("scroll")
-            return self._pass(touch) or (is_wheel and super().on_touch_down(touch))     # the list is at its end
+            return self._pass(touch) or (is_wheel and super().on_touch_down(touch))     # the list has reached its end
         return super().on_touch_down(touch)
 
     def _pass(self, touch) -> bool:
-        """To what lies in it, as any widget does."""
+        """Forward the touch to the children, as any widget does."""
         touch.push()
         touch.apply_transform_2d(self.to_local)
         taken = super(ScrollView, self).on_touch_down(touch)
         touch.pop()
         return taken
 
-    def _is_anothers(self, touch) -> bool:
-        """Whether a list, or a page that scrolls, lies under the finger."""
+    def _is_for_inner(self, touch) -> bool:
+        """Whether a list, or a page that scrolls, is under the finger."""
         place = self.to_window(*touch.pos)
         return any(inner is not self and isinstance(inner, ScrollView) and not (isinstance(inner, LowPage) and inner.is_still)
                    and inner.collide_point(*inner.parent.to_widget(*place)) for inner in self.walk(restrict=True))
 
     def dispatch_children(self, event_type, *args, **kwargs):
-        """kivy asks the scroll views inside about every touch, in coordinates that are wrong below a RelativeLayout. Here that is settled
-        when the finger comes down."""
+        """Don't forward scroll events: kivy would do so for every touch, with wrong coordinates below a RelativeLayout. Who gets a touch is
+        decided in ``on_touch_down``."""
         if event_type in SCROLL_EVENTS:
             return False
         return super().dispatch_children(event_type, *args, **kwargs)
@@ -52,4 +51,4 @@ class LowPage(CalmScroll):
 
 
 class LowColumn(LowPage, ScrollPage):
-    """A ScrollPage that can lie in a LowPage."""
+    """A ScrollPage that can be inside a LowPage."""

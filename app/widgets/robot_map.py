@@ -23,10 +23,10 @@ from app.widgets.tokens import tk
 class RobotMap(Chart):
     """Coordinates are fractions of the map, origin bottom left; ``heading`` in degrees, 0 = right, anticlockwise.
 
-    The ground is a ``texture``, as opaque as there are walls (the theme colours it), or drawn from ``walls`` and ``racks`` =
-    [(x, y, width, height)]. ``places`` = [(x, y, name)], shown as far as they neither touch each other nor the robot; ``path`` = points
-    still to drive, its last the goal; ``at`` empty = position unknown; ``name`` of the map stands in a corner. The map keeps its
-    proportions (``aspect`` = height / width); where room is short it is cut around the robot.
+    The background is a ``texture`` whose alpha shows the walls (the theme colours it), or drawn from ``walls`` and ``racks`` =
+    [(x, y, width, height)]. ``places`` = [(x, y, name)], shown unless they overlap each other or the robot; ``path`` = points
+    still to drive, the last one is the goal; ``at`` empty = position unknown; ``name`` of the map is in a corner. The map keeps its
+    proportions (``aspect`` = height / width); without enough room it is cropped around the robot.
     """
     tone = StringProperty("accent")
     at = ListProperty()
@@ -58,7 +58,7 @@ class RobotMap(Chart):
         self.box(*self.pos, *self.size, tk.map_wall, dp(12), ring=2)
 
     def _place_map(self):
-        """Fill the width or the height, whichever leaves nothing empty, and keep the robot in sight, and the goal where both can be."""
+        """Fill the widget, with the robot visible, and the goal as well if both fit."""
         self._wide = max(self.width, self.height / self.aspect)
         self._high = self._wide * self.aspect
         x, y = self.at or (.5, .5)
@@ -68,7 +68,7 @@ class RobotMap(Chart):
 
     @staticmethod
     def _shift(room, length, at, goal):
-        """Where a map of ``length`` begins in ``room``: around the middle of both points, the robot at least its halo from the edge."""
+        """Offset of a map of ``length`` in ``room``: centred between both points, with the robot's circle inside the edge."""
         least = max(0, room / 2 - dp(26))
         middle = length * at + min(least, max(-least, length * (goal - at) / 2))
         return min(0, max(room - length, room / 2 - middle))
@@ -86,7 +86,7 @@ class RobotMap(Chart):
                 self.box(*self._point(x, y), max(least, self._wide * w), max(least, self._high * h), colour, corner)
 
     def _names(self):
-        """Of the map and of places, each on a plate of floor; one that would touch another, the robot or the goal is left out."""
+        """Labels of the map and of places; one that would overlap another, the robot or the goal is left out."""
         taken = [self._around(*self._point(*point), dp(17)) for point in (self.at, *self.path[-1:]) if point]
         corner = None
         if self.name and (width := self.width_of(self.name)) < self.width - dp(24):
@@ -132,7 +132,7 @@ class RobotMap(Chart):
             SmoothLine(points=[*a, *b], width=dp(.5))
 
     def _goal(self, points):
-        """Dots at equal steps along the whole path, so that corners do not break the rhythm, and a pin at its end."""
+        """Dots at equal distances along the whole path, and a pin at its end."""
         step, next_dot, gone = dp(9), dp(22), 0.
         for (x1, y1), (x2, y2) in pairwise(points):
             length = hypot(x2 - x1, y2 - y1)
@@ -143,11 +143,11 @@ class RobotMap(Chart):
             gone += length
         x, y = points[-1]
         if not (self.x < x < self.right and self.y < y < self.top - dp(26)):
-            return                                                # half a pin would say nothing
+            return                                                # the pin would be cut off
         self.box(x - dp(3), y - dp(3), dp(6), dp(6), tk.accent, dp(3))
         self.icon("map-marker", x, y + dp(11), tk.accent, 26)
 
 
 def _touch(a, b):
-    """Whether two areas (left, bottom, right, top) have a point in common."""
+    """Whether two areas (left, bottom, right, top) overlap."""
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

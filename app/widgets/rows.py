@@ -1,6 +1,6 @@
-"""Row classes: what a robot, a queue item, a plan, a run, a schedule look like in a list.
+"""Row classes: robots, queue items, planned starts, runs, schedules, sections and options in a list.
 
-``key`` says what the row stands for; the list fires ``on_action(key, action, *values)``. Actions: RobotChip "choose", QueueRow "cancel",
+``key`` identifies the row; the list fires ``on_action(key, action, *values)``. Actions: RobotChip "choose", QueueRow "cancel",
 PlanRow and DoneRow none, ScheduleRow "switch" (with the wanted state), "edit", "menu" (with the button to hang the menu on), LogRow
 "open", SectionRow "choose", OptionRow "choose".
 """
@@ -36,7 +36,7 @@ class RobotChip(Row, TonedTap):
 
 
 class QueueRow(Row, BoxLayout):
-    """An item of the robot's queue; ``cancellable`` False takes the cross away."""
+    """An item of the robot's queue; without ``cancellable`` it has no cross."""
     icon = StringProperty()
     number = StringProperty()
     tone = StringProperty("neutral")
@@ -52,14 +52,14 @@ class QueueRow(Row, BoxLayout):
 
 
 class PlanRow(Row, BoxLayout):
-    """A planned start: time, mission, and where and how soon."""
+    """A planned start: time, mission, and in the note how soon."""
     time = StringProperty()
     mission = StringProperty()
     note = StringProperty()
 
 
 class DoneRow(Row, Toned, BoxLayout):
-    """An ended run with its reason line; only an ``abnormal`` one is coloured."""
+    """A run that is over, with its reason; only an ``abnormal`` one is coloured."""
     icon = StringProperty()
     mission = StringProperty()
     when = StringProperty()
@@ -68,7 +68,7 @@ class DoneRow(Row, Toned, BoxLayout):
 
 
 class NextStart(Row, BoxLayout):
-    """One of the next instants of a schedule; ``icon`` marks one with a warning."""
+    """One of the next starts of a schedule; ``icon`` marks one with a warning."""
     day = StringProperty()
     time = StringProperty()
     icon = StringProperty()
@@ -76,7 +76,8 @@ class NextStart(Row, BoxLayout):
 
 
 class ScheduleRow(Row, Toned, BoxLayout):
-    """A schedule: switch, what and when, next and last; the words open it, the dots its menu. The switch shows what the data say."""
+    """A schedule: switch, mission and rule, next and last start; a tap on the texts opens it, one on the dots its menu. The switch shows
+    ``on`` until the data change."""
     on = BooleanProperty(True)
     mission = StringProperty()
     rule = StringProperty()
@@ -87,7 +88,7 @@ class ScheduleRow(Row, Toned, BoxLayout):
 
 
 class StoryStep(Row, Toned, BoxLayout):
-    """One step of a run's story; ``last`` ends the line."""
+    """One step of a run's history; ``last`` ends the line that connects the steps."""
     label = StringProperty()
     time = StringProperty()
     note = StringProperty()
@@ -95,7 +96,7 @@ class StoryStep(Row, Toned, BoxLayout):
 
 
 class LogRow(RecycledRow, TonedTap):
-    """A run in the log. Tapped ("open") it shows its story: ``steps`` (data of StoryStep) and the robot's ``message``."""
+    """A run in the log. A tap ("open") shows its history: ``steps`` (values of StoryStep) and the robot's ``message``."""
     icon = StringProperty()
     outcome = StringProperty()
     mission = StringProperty()
@@ -107,14 +108,14 @@ class LogRow(RecycledRow, TonedTap):
     opened = BooleanProperty(False)
     steps = ListProperty()
     message = StringProperty()
-    narrow = BooleanProperty(False)      # portrait: robot and trigger go under the reason
+    narrow = BooleanProperty(False)      # portrait: robot and trigger are below the reason
 
     def on_release(self):
         self.act("open")
 
 
 class SectionRow(Row, TonedTap):
-    """A section of Settings with its present value, so that often no tap is needed. Without ``icon`` it shows the robot glyph."""
+    """A section of Settings with its present value. Without ``icon`` it shows the robot glyph."""
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()

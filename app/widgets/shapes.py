@@ -1,5 +1,6 @@
-"""Smooth rounded shapes. They are nine-patch textures made here, so corners are smooth on every GL driver: kivy's
-RoundedRectangle is jagged without multisampling, and kiosk drivers often have none.
+"""Rounded shapes with smooth corners on every GL driver: nine-patch textures that are calculated here.
+
+Kivy's RoundedRectangle is jagged without multisampling, which GL drivers of kiosks often lack.
 """
 from functools import lru_cache
 from math import hypot
@@ -21,7 +22,7 @@ def alpha_texture(width: int, height: int, coverage) -> Texture:
 
 @lru_cache(maxsize=256)
 def patch(radius: tuple[int, int, int, int], ring: int = 0) -> tuple[Texture, int]:
-    """Coverage of a rounded rectangle, or of its border ``ring`` px wide, and the width of its stretch-free edge.
+    """Texture of a rounded rectangle, or of its border ``ring`` px wide, and the width in px of the edge that must not be stretched.
 
     ``radius`` are the corner radii in px: top-left, top-right, bottom-right, bottom-left.
     """

@@ -1,11 +1,11 @@
-"""A place in a layout that holds one part or none. A part that is not wanted does not exist: a hidden one would still take touches."""
+"""A place in a layout that holds one widget or none. One that isn't shown doesn't exist: a hidden one would still take touches."""
 from kivy.factory import Factory
 from kivy.properties import ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 
 class PartSlot(BoxLayout):
-    """Holds a widget of the class ``part``, made with ``card`` as its ``card``; empty: nothing. As high as what it holds."""
+    """Holds a widget of the class named ``part``, built with ``card=card``; nothing if ``part`` is empty. As high as the widget."""
     part = StringProperty()
     card = ObjectProperty(None, allownone=True)
 

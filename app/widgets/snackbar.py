@@ -1,4 +1,5 @@
-"""Snackbars: what was done, in one line, with at most one button (Undo). Several stand above each other, so no undo is lost to the next."""
+"""Snackbars: short messages about what was done, with at most one button (Undo). Several are shown at once, so that a new one never
+hides an undo."""
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ UNDO_SECONDS = 8.
 
 @dataclass
 class Message:
-    """A text for ``seconds``; ``on_action`` runs when the button is pressed, ``on_end`` when the time is over without it."""
+    """A text that is shown for ``seconds``; ``on_action`` runs when the button is pressed, ``on_end`` if it wasn't."""
     text: str
     icon: str = ""
     action: str = ""
@@ -40,14 +41,14 @@ class Snackbar(Surface):
 
 
 class SnackbarStack(BoxLayout):
-    """Where the snackbars stand: bottom centre, over everything, above the navigation bar."""
+    """Holds the snackbars: bottom centre, on top of everything, above the navigation bar."""
 
     def on_touch_down(self, touch):
         return any(child.collide_point(*touch.pos) and child.dispatch("on_touch_down", touch) for child in self.children)
 
 
 class Snackbars:
-    """The one queue of messages: at most three at once, the others wait. Call it on the UI thread."""
+    """The queue of messages: three are shown at once, the others wait. Call it on the UI thread."""
 
     def __init__(self) -> None:
         self._waiting: deque[Message] = deque()
@@ -55,11 +56,11 @@ class Snackbars:
         self.stack: SnackbarStack | None = None
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS) -> None:
-        """Say that something was done."""
+        """Show a message."""
         self.post(Message(text, icon=icon, seconds=seconds))
 
     def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None) -> None:
-        """Say that something was taken away and offer ``undo`` under ``word`` for 8 s; ``ended`` runs when nobody wanted it."""
+        """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``; ``ended`` runs if it wasn't pressed."""
         self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=UNDO_SECONDS))
 
     def post(self, message: Message) -> None:
@@ -67,7 +68,7 @@ class Snackbars:
         self._show_next()
 
     def clear(self) -> None:
-        """End all at once, also the waiting ones; nobody pressed anything."""
+        """Close all messages, waiting ones as well, as if their time were over."""
         while self._waiting:
             self._end(self._waiting.popleft())
         for bar in list(self._shown):
@@ -86,7 +87,7 @@ class Snackbars:
     def _place(self) -> SnackbarStack:
         if self.stack is None:
             self.stack = SnackbarStack()
-        Window.remove_widget(self.stack)        # again on top of whatever has been opened since
+        Window.remove_widget(self.stack)        # on top of what was opened since
         Window.add_widget(self.stack)
         return self.stack
 
@@ -114,7 +115,7 @@ class Snackbars:
 
     @property
     def texts(self) -> list[str]:
-        """What can be read now, oldest first."""
+        """The texts on screen, oldest first."""
         return [message.text for message, _timer in self._shown.values()]
 
 

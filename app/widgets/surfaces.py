@@ -1,4 +1,4 @@
-"""Surfaces: a box with a background, the same that can be pressed, and the tone that colours both."""
+"""Surfaces: a box with a background, one that can be pressed, and tones that colour both."""
 from kivy.clock import Clock
 from kivy.graphics import Color
 from kivy.properties import ColorProperty, NumericProperty, OptionProperty, VariableListProperty
@@ -12,7 +12,8 @@ CLEAR = (0, 0, 0, 0)
 
 
 class Toned:
-    """``tone`` -> fg, tint, tint_ink, solid, solid_ink; follows the theme. Classes that add colours override ``retone``."""
+    """Mixin: sets the colours fg, tint, tint_ink, solid and solid_ink from ``tone`` and the theme. Classes with further colours override
+    ``retone``."""
     tone = OptionProperty("neutral", options=TONES)
     fg = late_color((0, 0, 0, 1))
     tint = late_color(CLEAR)
@@ -36,8 +37,8 @@ class Toned:
 
 
 class OnlySeen:
-    """A widget that takes no touch while nobody sees it, nor hands one to what it holds. Kivy's do: layouts hand touches on wherever
-    their children lie, and disabled widgets keep those on them."""
+    """Mixin that ignores touches while the widget is invisible, for its children as well. In kivy, layouts forward touches to invisible
+    children, and disabled widgets consume those on them."""
 
     @property
     def is_seen(self):
@@ -48,11 +49,11 @@ class OnlySeen:
 
 
 class SeenBox(OnlySeen, BoxLayout):
-    """A box whose content comes and goes with its opacity."""
+    """A box that takes touches only while it is visible."""
 
 
 class Surface(OnlySeen, BoxLayout):
-    """A box with a filled, bordered, rounded background; ``veil`` lies over the fill (what is pressed looks pressed)."""
+    """A box with a filled, bordered, rounded background; ``veil`` is drawn over the fill (the pressed state)."""
     fill = ColorProperty(CLEAR)
     veil = ColorProperty(CLEAR)
     line = ColorProperty(CLEAR)
@@ -83,7 +84,7 @@ class Surface(OnlySeen, BoxLayout):
 
 
 class Tap(ButtonBehavior, Surface):
-    """A surface that can be pressed: ``on_press``, ``on_release``. It answers in the frame of the touch with Material's state layer."""
+    """A surface that can be pressed: ``on_press``, ``on_release``. It shows the press at once, with Material's state layer."""
     min_state_time = NumericProperty(.12)     # a quick tap stays visible
 
     def __init__(self, **kwargs):
@@ -93,7 +94,7 @@ class Tap(ButtonBehavior, Surface):
         self._veil()
 
     def on_touch_down(self, touch):
-        return self.is_seen and super().on_touch_down(touch)      # before the button looks
+        return self.is_seen and super().on_touch_down(touch)      # before ButtonBehavior handles it
 
     def _veil(self, *_):
         self.veil = (*tk.ink[:3], .22 if tk.strong else .12) if self.state == "down" else CLEAR

@@ -7,10 +7,10 @@ from kivymd.icon_definitions import md_icons
 
 
 class Txt(Label):
-    """One text, never cut to "…".
+    """A label whose text is never shortened to "…".
 
-    ``fit`` False: takes the width it is given and wraps. True: is as wide as its text, and wraps only beyond ``max_width`` (0 = never).
-    Either way it is as high as its lines, whatever the font scale.
+    ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, and wraps only beyond ``max_width``
+    (0: never). Either way it is as high as its lines, whatever the font scale.
     """
     fit = BooleanProperty(False)
     max_width = NumericProperty(0)
@@ -38,7 +38,7 @@ class Txt(Label):
         self._resize()
 
     def _wrap(self, *_):
-        """Until the layout has given room for a word or so, the text counts as one line: a list must not jump through heights."""
+        """One line until the layout has set a usable width: else rows of lists would pass through wrong heights."""
         if not self.fit:
             self.text_size = (self.width if self.width > dp(24) else None), None
             self._resize()
@@ -51,7 +51,7 @@ class Txt(Label):
 
 
 class Ico(Label):
-    """One Material Design icon by name; an unknown name raises ``KeyError``: it must not become a blank."""
+    """One Material Design icon by name; an unknown name raises ``KeyError`` instead of showing nothing."""
     icon = StringProperty("")
 
     def on_icon(self, *_):
@@ -59,4 +59,4 @@ class Ico(Label):
 
 
 class Lines(BoxLayout):
-    """Texts under each other, as high as they are, centred in their row."""
+    """Texts below each other, as high as their sum, vertically centred in a row."""

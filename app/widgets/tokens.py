@@ -1,8 +1,8 @@
-"""Design tokens: every colour of the app once, and the sizes that follow the glove mode.
+"""Design tokens: all colours of the app, and the sizes that depend on the glove mode.
 
 Colours are properties of ``tk`` so that kv binds to them (``tk.ink``) and a switch repaints live. ``apply_theme`` gives the same
-colours to KivyMD's own widgets. Sizes that never change are constants of tokens.kv. ``tk`` is the one theme of this process, for
-kv's sake; nothing but appearance depends on it.
+colours to KivyMD's own widgets. Sizes that never change are constants of tokens.kv. ``tk`` is global, because kv needs a name for it;
+nothing but the appearance depends on it.
 """
 from collections.abc import Callable
 from weakref import WeakMethod
@@ -86,10 +86,10 @@ TARGETS = {"h_touch": (48, 64), "h_field": (56, 64), "h_action": (64, 120)}
 
 
 def late_color(default) -> ColorProperty:
-    """A colour that tells who reads it at each setting, also when it stays as it was.
+    """A colour property that dispatches whenever it is set, even to the value it has.
 
-    A label of kv has two rules for its ``color``: its class's (``tk.ink``) and its own, where it stands on something dark. Whichever
-    colour was told last wins, so after a switch of the theme white ink that stays white must be told again, behind ``tk.ink``.
+    A label on a dark background has two kv rules for its ``color``: that of its class (``tk.ink``) and its own. The one that was
+    dispatched last wins, so after a switch of the theme a colour that stays the same must be dispatched again, after ``tk.ink``.
     """
     return ColorProperty(default, force_dispatch=True)
 
@@ -98,7 +98,7 @@ Colours = type("Colours", (EventDispatcher,), {name: late_color(light) for name,
 
 
 class Tokens(Colours):
-    """The present appearance. ``use`` switches it; kv that reads a token follows by itself."""
+    """The present appearance. ``use`` switches it; kv rules that read a token are updated."""
     theme = OptionProperty("light", options=THEMES)
     gloves = BooleanProperty(False)
     strong = BooleanProperty(False)      # high contrast: tiles get borders, tints become solid
@@ -113,14 +113,14 @@ class Tokens(Colours):
         self._followers: dict[WeakMethod, None] = {}             # an ordered set
         super().__init__(**kwargs)
         for source, name in ((self, "theme"), (Metrics, "fontscale")):
-            source.fbind(name, self._tell)
+            source.fbind(name, self._notify)
 
-    def follow(self, look_changed: Callable[..., object]) -> None:
-        """Call the method ``look_changed()`` after each switch of the theme or of the size of texts, as long as its widget lives.
+    def follow(self, appearance_changed: Callable[..., object]) -> None:
+        """Call the method ``appearance_changed()`` after each change of the theme or of the text size, as long as its widget lives.
 
-        Kivy's ``bind`` would keep an entry of every widget there ever was until the next switch, which on a wall tablet never comes.
+        Kivy's ``bind`` removes the entries of deleted widgets only at the next change, which on a wall tablet may never come.
         """
-        self._followers[WeakMethod(look_changed, self._forget)] = None
+        self._followers[WeakMethod(appearance_changed, self._forget)] = None
 
     @property
     def followers(self) -> int:
@@ -129,16 +129,16 @@ class Tokens(Colours):
     def _forget(self, dead: WeakMethod) -> None:
         self._followers.pop(dead, None)
 
-    def _tell(self, *_args) -> None:
+    def _notify(self, *_args) -> None:
         for reference in list(self._followers):
-            look_changed = reference()
-            if look_changed is not None:
-                look_changed()
+            appearance_changed = reference()
+            if appearance_changed is not None:
+                appearance_changed()
 
     def use(self, theme: str, gloves: bool | None = None) -> None:
         """Switch to ``theme`` and, unless None, to targets for gloved or bare hands."""
         column = THEMES.index(theme)
-        if theme != self.theme:          # else who chooses colours by the theme would not be told after the colours
+        if theme != self.theme:          # dispatched after the colours for widgets that choose colours by the theme
             for name, values in COLOURS.items():
                 setattr(self, name, values[column])
         self.strong = theme == "contrast"
@@ -148,7 +148,7 @@ class Tokens(Colours):
             for name, sizes in TARGETS.items():
                 setattr(self, name, dp(sizes[gloves]))
             self.gloves = gloves
-        self.theme = theme               # last: widgets that choose colours themselves listen to this one
+        self.theme = theme               # last: widgets that choose colours themselves are bound to it
 
 
 tk = Tokens()

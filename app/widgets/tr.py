@@ -1,4 +1,4 @@
-"""``tr``: the translator as kv sees it. ``text: tr._("Save")`` follows a switch of the language and is let go with its widget."""
+"""``tr``: the translator for kv. ``text: tr._("Save")`` follows a change of the language and is unbound with its widget."""
 from kivy.lang import Observable
 
 from app.i18n import Translator, translator
@@ -7,7 +7,7 @@ _WATCHED = ("_", "n_", "p_")
 
 
 class KvTranslator(Observable):
-    """Tells kv's bindings when the language changes. Kivy unbinds by the uid that ``fbind`` returns, so each needs its own."""
+    """Notifies kv's bindings when the language changes. Kivy unbinds by the uid that ``fbind`` returns, so each binding has its own."""
 
     def __init__(self, source: Translator):
         super().__init__()
@@ -49,7 +49,7 @@ class KvTranslator(Observable):
 
     @property
     def bound(self) -> int:
-        """How many kv expressions follow the language now."""
+        """The number of kv expressions that are bound to the language."""
         return len(self._bound)
 
     def _switched(self) -> None:

@@ -75,7 +75,7 @@ def test_a_word_is_typed_on_it_and_the_field_has_it(app, ui):
 
 def test_number_fields_get_a_number_pad_and_commit_when_done(site, app, ui):
     go(ui, "scheduler")
-    field = ui.find(StepField, heading="Further tries when a robot can't be reached")
+    field = ui.find(StepField, heading="Retries when a robot can't be reached")
     ui.tap(ui.find(FieldInput, field))
     assert not ui.find_all(BoardKey, keyboard(ui), key="q")
     tap_keys(ui, "backspace", "backspace", "7")
