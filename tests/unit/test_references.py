@@ -1,0 +1,31 @@
+"""Code and pages refer only to pages that are in this repository."""
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGE = re.compile(r"(?<![\w/*])[\w./-]*\w\.md\b")
+ELSEWHERE = re.compile(r"\((?:design|contract|reference|kivy-notes)(?:[:,] (?:\"|section|step|[A-Z])|\))|\.\./shared", re.IGNORECASE)
+
+
+def sources() -> Iterator[Path]:
+    for folder, kinds in (("app", "py"), ("mir_sim", "py"), ("tests", "py"), ("kv", "kv"), ("docs", "md"), (".", "md")):
+        yield from sorted((ROOT / folder).rglob(f"*.{kinds}") if folder != "." else ROOT.glob("*.md"))
+    yield ROOT / "main.py"
+
+
+def test_every_page_that_is_named_exists() -> None:
+    missing = []
+    for path in sources():
+        for name in PAGE.findall(path.read_text(encoding="utf-8")):
+            if not any((folder / name).exists() for folder in (ROOT, ROOT / "docs", path.parent)):
+                missing.append(f"{path.relative_to(ROOT)}: {name}")
+    assert missing == []
+
+
+def test_nothing_refers_to_pages_outside_the_repository() -> None:
+    found = [f"{path.relative_to(ROOT)}:{number}: {line.strip()}" for path in sources() if path != Path(__file__)
+             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1) if ELSEWHERE.search(line)]
+    assert found == []
