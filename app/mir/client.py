@@ -27,11 +27,12 @@ from app.domain.robot import (
 from app.mir import parameters as mission_parameters
 from app.mir import parse
 from app.mir.address import Address
+from app.mir.connections import Timeouts
 from app.mir.credentials import Token
 from app.mir.errors import Busy, NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
 from app.mir.mission_queue import NOT_OFFERED, QueueReader
 from app.mir.texts import clean, resolve
-from app.mir.transport import API, HttpTransport, Response, Timeouts, Transport
+from app.mir.transport import API, HttpTransport, Response, Transport
 
 LONGEST_DESCRIPTION = 200   # characters of message and description (reference, section 3)
 LONGEST_ANSWER = 255        # characters of the answer to a prompt (reference, section 2)
@@ -46,7 +47,7 @@ class RobotClient:
                  clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None) -> None:
         self.address = address
         self._token, self._clock, self._timeouts = token, clock, timeouts or Timeouts()
-        self._transport = transport or HttpTransport(address, token, certificate_sha256=certificate_sha256)
+        self._transport = transport or HttpTransport(address, token, certificate_sha256)
         self._queue = QueueReader(self._entries, self.queue_item)
 
     def close(self) -> None:
@@ -203,7 +204,7 @@ class RobotClient:
             return None
 
     def _status(self, answer: Response, elapsed_s: float) -> RobotStatus:
-        software, date = clean(answer.header("Robot-Version"), 40) or None, parse.http_date(answer.header("Date"))
+        software, date = clean(answer.headers.get("Robot-Version", ""), 40) or None, parse.http_date(answer.headers.get("Date", ""))
         return self._read(answer, lambda found: parse.status(found, software=software, date=date, elapsed_s=elapsed_s))
 
     def _read(self, answer: Response, read: Callable[[Any], T]) -> T:
@@ -226,7 +227,7 @@ class RobotClient:
         if status < 200:
             raise Unreadable(address=address, problem=message("status {status}", status=status))
         if status < 400:
-            target = self._token.hide_in(clean(answer.header("Location"), 100)) or "elsewhere"
+            target = self._token.hide_in(clean(answer.headers.get("Location", ""), 100)) or "elsewhere"
             raise NotAMir(code="redirected", address=address, target=target)
         if status in (401, 403):
             raise Unauthorized(status=status, address=address)
