@@ -110,7 +110,7 @@ def test_a_mission_leaves_in_one_piece(serve: Serve, connect: Connect, monkeypat
 
 def test_every_request_says_who_asks_and_what_it_wants(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch,
                                                        tmp_path: Path) -> None:
-    (tmp_path / "netrc").write_text("machine 127.0.0.1 login other password other")      # neither this nor a proxy is heeded
+    (tmp_path / "netrc").write_text("machine 127.0.0.1 login other password other")      # neither this nor a proxy is used
     monkeypatch.setenv("NETRC", str(tmp_path / "netrc"))
     monkeypatch.setenv("HTTP_PROXY", f"http://127.0.0.1:{closed_port()}")
     server = serve(after_request(lambda robot: robot.answer(READY, "200 OK", "Set-Cookie: session=1", "Connection: close")))
@@ -134,6 +134,12 @@ def test_a_search_is_sorted_as_clients_on_robots_ask_for_it(serve: Serve, connec
 def test_what_a_proxy_packs_is_unpacked(serve: Serve, connect: Connect) -> None:
     server = serve(after_request(lambda robot: robot.answer(gzip.compress(READY), "200 OK", "Content-Encoding: gzip")))
     assert connect(server).status().robot_name == "R1"
+
+
+def test_a_broken_header_leaves_nothing_in_the_log(serve: Serve, connect: Connect, caplog: pytest.LogCaptureFixture) -> None:
+    server = serve(after_request(lambda robot: robot.answer(READY, "200 OK", "no header", "Content-Type: multipart/mixed")))
+    assert connect(server).status().robot_name == "R1"
+    assert caplog.records == []
 
 
 def test_ipv6_and_names_work_too(connect: Connect, serve: Serve) -> None:
