@@ -6,6 +6,7 @@ CertificateProblem before the first byte of the request, TimedOut or ConnectionL
 from __future__ import annotations
 
 import errno
+import functools
 import hashlib
 import socket
 import ssl
@@ -30,6 +31,7 @@ MIB = 1024 * 1024
 LONGEST_BODY = 8 * MIB          # unpacked
 _CODES = {errno.ECONNREFUSED: "refused", errno.ETIMEDOUT: "no_answer", errno.EHOSTUNREACH: "no_answer", errno.EHOSTDOWN: "no_answer",
           errno.ENETUNREACH: "no_route", errno.ENETDOWN: "no_route", errno.EADDRNOTAVAIL: "no_route"}
+_of_numbers = functools.lru_cache(1024)(socket.getaddrinfo)      # an IP address never means another one
 _lookups: dict[tuple[str, int], Future[list[Any]]] = {}          # the last one of each name
 
 
@@ -53,7 +55,7 @@ def resolve(host: str, port: int, seconds: float) -> list[Any]:
             found.set_exception(error)
 
     if is_ip(host):
-        return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        return _of_numbers(host, port, type=socket.SOCK_STREAM)
     lookup = _lookups.get((host, port))
     if lookup is None or lookup.done():
         lookup = _lookups[host, port] = Future()

@@ -69,18 +69,18 @@ class _Adapter(HTTPAdapter):
 
 
 class HttpTransport:
-    """Reads share a kept-alive connection; everything else gets one of its own, as a kept-alive one may just be closing."""
+    """Reads keep their connection open; everything else gets a fresh one, as the robot may just be closing an open one."""
 
     def __init__(self, address: Address, token: Token, certificate_sha256: str | None = None) -> None:
         self._address, self._adapter = address, _Adapter()
-        self._tls: dict[str, Any] = {}
+        kind, tls = RobotConnection, dict[str, Any]()
         if address.is_secure:
             pin = normalise_fingerprint(certificate_sha256) if certificate_sha256 else None
-            self._tls = {"ssl_context": tls_context(is_pinned=pin is not None), "assert_fingerprint": pin}
+            kind, tls = TlsConnection, {"ssl_context": tls_context(is_pinned=pin is not None), "assert_fingerprint": pin}
+        self._reading, self._writing = kind(address.host, address.port, **tls), kind(address.host, address.port, **tls)
         self._headers = {
             "Host": address.netloc, "Accept": "application/json", "Accept-Encoding": "identity", "Accept-Language": "en_US",
             "Content-Type": "application/json", "User-Agent": "AMR-Scheduler", **({"Authorization": token.header} if token else {})}
-        self._reading = self._connection()
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
         request, headers = PreparedRequest(), {"Connection": "keep-alive"}
@@ -90,7 +90,7 @@ class HttpTransport:
             body = b"" if json is None else json_module.dumps(json, allow_nan=False).encode("ascii")
             request.body, headers = body or None, {"Connection": "close", "Content-Length": str(len(body))}
         request.headers = cast(Any, self._headers | headers)         # whose names need no other case
-        connection = self._reading if method == "GET" else self._connection()
+        connection = self._reading if method == "GET" else self._writing
         connection.begin(timeout)
         try:
             return self._send(request, connection)
@@ -100,16 +100,13 @@ class HttpTransport:
     def close(self) -> None:
         self._reading.close()
 
-    def _connection(self) -> RobotConnection:
-        return (TlsConnection if self._tls else RobotConnection)(self._address.host, self._address.port, **self._tls)
-
     def _send(self, request: PreparedRequest, connection: RobotConnection) -> Response:
         try:
             return self._once(request, connection)
         except ConnectionLost:
-            if connection.is_new or connection.received:
+            if request.method != "GET" or connection.is_new or connection.received:
                 raise
-        return self._once(request, connection)       # only of a kept-alive connection, so a read: the robot had closed it
+        return self._once(request, connection)       # a read: the robot had closed the kept-alive connection
 
     def _once(self, request: PreparedRequest, connection: RobotConnection) -> Response:
         self._adapter.connection, body, keeps = connection, bytearray(), False
@@ -125,5 +122,5 @@ class HttpTransport:
             # Not chained: the originals carry the request with its token.
             raise (ConnectionLost() if connection.is_at_end else Unreadable(problem=message("it doesn't keep to HTTP"))) from None
         finally:
-            if not keeps:                    # what is left of the answer must not be taken for that of the next request
+            if not keeps:                    # or what is left of the answer may be taken for that of the next request
                 connection.close()
