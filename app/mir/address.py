@@ -1,6 +1,7 @@
 """Where a robot answers: checked and normalised once, when it is entered."""
 from __future__ import annotations
 
+import functools
 import ipaddress
 import re
 from dataclasses import dataclass
@@ -94,6 +95,11 @@ def _host(text: str) -> str:
     if len(host) > 253 or not all(_LABEL.fullmatch(label) for label in labels):
         raise InvalidAddress("{host} is not a host name or IP address", host=host[:80])
     return host
+
+
+@functools.lru_cache
+def is_ip(host: str) -> bool:
+    return _ip(host) is not None
 
 
 def _ip(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:

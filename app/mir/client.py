@@ -1,7 +1,7 @@
 """One MiR robot over its REST API v2.0.0.
 
-A client is used by one thread at a time: its robot's lane, or one action of the operator. Every call raises RobotError and nothing
-else; what a failed one may have done says ``error.delivery``. Calls that change something are never repeated here.
+A client is used by one thread at a time: its robot's worker, or one action of the operator. Every call raises RobotError and
+nothing else; ``error.delivery`` says what a failed one may have done. Calls that change something are never repeated here.
 """
 from __future__ import annotations
 
@@ -27,14 +27,15 @@ from app.domain.robot import (
 from app.mir import parameters as mission_parameters
 from app.mir import parse
 from app.mir.address import Address
+from app.mir.connections import Timeouts
 from app.mir.credentials import Token
 from app.mir.errors import Busy, NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
 from app.mir.mission_queue import NOT_OFFERED, QueueReader
 from app.mir.texts import clean, resolve
-from app.mir.transport import API, HttpTransport, Response, Timeouts, Transport
+from app.mir.transport import API, HttpTransport, Response, Transport
 
-LONGEST_DESCRIPTION = 200   # characters of message and description (reference, section 3)
-LONGEST_ANSWER = 255        # characters of the answer to a prompt (reference, section 2)
+LONGEST_DESCRIPTION = 200   # characters of message and description (MiR's REST definition 3.5.4)
+LONGEST_ANSWER = 255        # characters of the answer to a prompt (the same)
 
 T = TypeVar("T")
 
@@ -46,7 +47,7 @@ class RobotClient:
                  clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None) -> None:
         self.address = address
         self._token, self._clock, self._timeouts = token, clock, timeouts or Timeouts()
-        self._transport = transport or HttpTransport(address, token, certificate_sha256=certificate_sha256)
+        self._transport = transport or HttpTransport(address, token, certificate_sha256)
         self._queue = QueueReader(self._entries, self.queue_item)
 
     def close(self) -> None:
@@ -69,7 +70,7 @@ class RobotClient:
         return self._status(answer, self._clock() - began)
 
     def identify(self) -> Identity:
-        """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where it is told."""
+        """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where known."""
         status = self.status()
         try:
             user = self._get("/users/me", lambda found: clean(parse.single(found, message("the user")).get("name"), 80))
@@ -79,7 +80,7 @@ class RobotClient:
         return Identity(status, user, status.software or self._software())
 
     def _software(self) -> str | None:
-        """From software 3.x on; older robots tell it in a header, if at all."""
+        """From software 3.x on; older robots give it in a header, if at all."""
         try:
             return self._get("/software/system_status",
                              lambda found: parse.text_or_none(parse.single(found, message("the system status")).get("application_version")))
@@ -165,7 +166,7 @@ class RobotClient:
         return self._put_status({"state_id": int(state)})
 
     def clear_error(self) -> RobotStatus | None:
-        """Clear resettable errors. The robot then stands in Pause and does not move; going on is ``set_state(READY)``."""
+        """Clear resettable errors. The robot is in Pause then and does not move; ``set_state(READY)`` makes it go on."""
         return self._put_status({"clear_error": True})
 
     def answer_prompt(self, guid: str, answer: str) -> RobotStatus | None:
@@ -203,7 +204,7 @@ class RobotClient:
             return None
 
     def _status(self, answer: Response, elapsed_s: float) -> RobotStatus:
-        software, date = clean(answer.header("Robot-Version"), 40) or None, parse.http_date(answer.header("Date"))
+        software, date = clean(answer.headers.get("Robot-Version", ""), 40) or None, parse.http_date(answer.headers.get("Date", ""))
         return self._read(answer, lambda found: parse.status(found, software=software, date=date, elapsed_s=elapsed_s))
 
     def _read(self, answer: Response, read: Callable[[Any], T]) -> T:
@@ -226,7 +227,7 @@ class RobotClient:
         if status < 200:
             raise Unreadable(address=address, problem=message("status {status}", status=status))
         if status < 400:
-            target = self._token.hide_in(clean(answer.header("Location"), 100)) or "elsewhere"
+            target = self._token.hide_in(clean(answer.headers.get("Location", ""), 100)) or "elsewhere"
             raise NotAMir(code="redirected", address=address, target=target)
         if status in (401, 403):
             raise Unauthorized(status=status, address=address)

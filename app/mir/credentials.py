@@ -10,7 +10,7 @@ import re
 
 from app.domain.models import InvalidInput
 
-# Published by MiR; clients send the user name in either spelling (reference, section 1).
+# Printed in MiR's manuals; clients on robots send the user names in either spelling.
 _PUBLISHED = (("distributor", "distributor"), ("Distributor", "distributor"), ("admin", "admin"), ("Admin", "admin"))
 
 

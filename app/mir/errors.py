@@ -151,7 +151,7 @@ class Rejected(Refusal):
 
 
 class Busy(Refusal):
-    """503: while docking or while its REST API restarts (reference, section 1). It may have taken the request all the same."""
+    """503: while docking or while its REST API restarts (seen by clients on robots). It may have taken the request all the same."""
     code = "busy"
 
     def __init__(self, msgid: str = "", *, status: int = 503, **params: Any) -> None:

@@ -1,8 +1,8 @@
 """Reading a queue whose history may have tens of thousands of items, on robots that know more or less of filters, order and paging.
 
-Most is C in the reference ("Query features"), but it also records that one robot pages its bare list and that lists give short items.
-So nothing is taken for granted: the newest items are never assumed to be in a bare list, order is checked, what is missing is asked for
-one by one, and what can't be read completely within bounds raises instead of passing for all there is.
+MiR's manual describes search, order and paging, and clients on robots use them; but one robot (2.13.1.4) was reported to page its bare
+list too, and recorded lists give short items. So nothing is taken for granted: the newest items are never assumed to be in a bare list,
+order is checked, what is missing is asked for one by one, and what can't be read completely within bounds raises an error.
 """
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.mir import parse
 from app.mir.errors import Refusal, Unreadable
 
 PAGE = 200                  # items asked for at once
-MOST_ITEMS = 5000           # looked through in one call
+MOST_ITEMS = 5000           # read in one call
 MOST_SINGLE_READS = 100     # asked for one by one in one call, where the robot's lists are short
 NOT_OFFERED = (400, 404, 405, 410, 501)      # how a robot may answer a feature that it doesn't have
 
@@ -61,7 +61,7 @@ class QueueReader:
         return self._whole(entries)
 
     def _pages(self, method: str, path: str, body: Any, wanted: Wanted) -> Iterator[parse.Object]:
-        """Each wanted entry once, whether or not the robot heeds filter, order, limit and offset."""
+        """Each wanted entry once, whether or not the robot supports filter, order, limit and offset."""
         seen: set[int] = set()
         for offset in range(0, MOST_ITEMS, PAGE):
             query = {"whitelist": "all", "sort_by": "id,desc", "limit": str(PAGE), "offset": str(offset)}

@@ -1,8 +1,8 @@
 """Which parameters a mission wants when it is queued.
 
-The reference confirms the path /missions/{guid}/definition but not what it holds: MiR's definition file says "the mission as an action
-definition", so its parameters are read like those of /actions/{type}. Where that brings nothing, the mission's actions are looked
-through: a value that is asked for has an ``input_name`` there. Both readings are G.
+MiR's REST definition 3.5.4 has /missions/{guid}/definition, "the mission as an action definition", but not what it holds, so its
+parameters are read like those of /actions/{type}. Where that gives nothing, the mission's actions are searched: a value that is asked for
+has an ``input_name`` there. Both are guesses, not recorded on a robot.
 """
 from __future__ import annotations
 

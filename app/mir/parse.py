@@ -32,7 +32,7 @@ from app.mir.texts import clean, resolve
 LARGEST_INT = 2**63 - 1
 LONGEST_LIST = 1000             # of things inside one object: errors, options, parameters
 LARGEST_MAP = 64_000_000        # pixels
-_NOT_SET = datetime(1970, 1, 1)  # noqa: DTZ001  # how some software writes "not yet" (reference, section 6)
+_NOT_SET = datetime(1970, 1, 1)  # noqa: DTZ001  # how MiR Fleet writes "not set"
 
 Object = dict[str, Any]
 T = TypeVar("T")
@@ -93,7 +93,7 @@ def objects(value: Any, what: Message) -> list[Object]:
 
 
 def single(value: Any, what: Message) -> Object:
-    """One object, which MiR's definition file types as a list in places (reference, section 5)."""
+    """One object, where MiR's REST definition 3.5.4 says a list of them, as for /users/me."""
     return object_(value[0] if isinstance(value, list) and value else value, what)
 
 
@@ -157,7 +157,7 @@ def not_negative(value: Any) -> float | None:
 
 
 def api_url(value: Any) -> str:
-    """``url`` values begin with /v2.0.0, without the /api that a client has to ask for (reference, section 1). "" for anything else."""
+    """``url`` values begin with /v2.0.0 (recorded on robots), without the /api of a request's path. "" for anything else."""
     url = clean(value, 300)
     if url.startswith("/v2.0.0/"):
         return "/api" + url
@@ -305,6 +305,6 @@ def robot_map(value: Any) -> RobotMap:
 
 
 def listed(value: Any, what: Message, read: Callable[[Object], T | None]) -> list[T]:
-    """The entries of a list that can be read; one without an identity is passed over."""
+    """The entries of a list that can be read; one without an identity is skipped."""
     found: Iterable[T | None] = map(read, objects(value, what))
     return [entry for entry in found if entry is not None]

@@ -1,4 +1,4 @@
-"""Texts from robots: foreign matter, cleaned before anybody shows or stores them."""
+"""Texts from robots, cleaned before they are shown or stored."""
 from __future__ import annotations
 
 import json
@@ -26,8 +26,8 @@ def clean(value: Any, limit: int = LONGEST_TEXT) -> str:
 def resolve(value: Any, limit: int = LONGEST_TEXT) -> str:
     """A cleaned text with the robot's template filled in: ``{"message": "Failed to reach '%(name)s'", "args": {"name": "Dock"}}``.
 
-    Such a string stands in mission texts, error descriptions and messages, at times with backslash-escaped quotes (reference, section 2).
-    What is no such template, or a broken one, stays as it is.
+    Recorded on robots with software 2.x in mission texts, error descriptions and messages, at times with backslash-escaped quotes.
+    Any other text, and a broken template, stays as it is.
     """
     if not isinstance(value, str):
         return ""

@@ -1,50 +1,39 @@
-"""How a request travels to a robot. ``Transport`` is the seam: over HTTP in real life, straight into a simulated robot in simulations.
+"""How a request travels to a robot: over HTTP in real life, straight into a simulated robot in simulations (``Transport``).
 
-The rules of the HTTP one come from what clients were measured to do with hostile answers: redirects are never followed (a POST
-would silently become a GET), proxies and .netrc are ignored (.netrc overrides the Authorization header), the whole answer has a deadline
-however slowly it drips, its unpacked length has a limit, and whatever changes something gets a connection of its own (a kept-alive one
-may just be closing).
+HTTP is an adapter of requests without its ``Session``, which adds what is not wanted here: cookies, proxies, .netrc (it overrides the
+Authorization header) and redirects (they make a GET of a POST, and their bodies are read without a limit).
 """
 from __future__ import annotations
 
-import http.client
 import json as json_module
-import zlib
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing
+import logging
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from http.client import HTTPException
+from typing import Any, Protocol, cast
 from urllib.parse import urlencode
+
+from requests import PreparedRequest
+from requests import Response as RequestsResponse
+from requests.adapters import HTTPAdapter
+from urllib3.exceptions import HTTPError
 
 from app.domain.message import message
 from app.mir.address import Address
-from app.mir.connections import Exchange, Resolver, RobotConnection, Tls
-from app.mir.credentials import Token
-from app.mir.errors import ConnectionLost, RobotError, TimedOut, Unreadable
+from app.mir.connections import LONGEST_BODY, RobotConnection, Timeouts, TlsConnection, tls_context, too_long
+from app.mir.credentials import Token, normalise_fingerprint
+from app.mir.errors import ConnectionLost, RobotError, Unreadable
 
 API = "/api/v2.0.0"
-MIB = 1024 * 1024
-LONGEST_BODY = 8 * MIB          # decoded
-
-
-@dataclass(frozen=True)
-class Timeouts:
-    """Seconds: to connect, between two parts of an answer, and for everything together."""
-    connect: float = 3.0
-    read: float = 5.0
-    total: float = 10.0
+logging.getLogger("urllib3").setLevel(logging.ERROR)         # it logs a traceback for each answer with a broken header
 
 
 @dataclass(frozen=True)
 class Response:
-    """A complete answer. Header names are matched without regard to case."""
+    """A complete answer. Names of headers are as MiR's, or matched in any case."""
     status: int
     body: bytes = field(default=b"", repr=False)
     headers: Mapping[str, str] = field(default_factory=dict, repr=False)
-
-    def header(self, name: str) -> str | None:
-        wanted = name.lower()
-        return next((value for key, value in self.headers.items() if key.lower() == wanted), None)
 
 
 class Transport(Protocol):
@@ -60,107 +49,78 @@ class Transport(Protocol):
         """Let go of connections. A later ``send`` opens new ones."""
 
 
+class _Adapter(HTTPAdapter):
+    """Of requests, on one connection of ours and without cookies."""
+    connection: RobotConnection
+
+    def get_connection_with_tls_context(self, *_: Any, **__: Any) -> Any:
+        return self.connection
+
+    def cert_verify(self, *_: Any) -> None:
+        """Done by the connection."""
+
+    def request_url(self, request: PreparedRequest, proxies: Any) -> str:
+        return request.path_url
+
+    def build_response(self, req: PreparedRequest, resp: Any) -> RequestsResponse:
+        response = RequestsResponse()
+        response.request, response.raw, response.status_code, response.headers = req, resp, resp.status, resp.headers
+        return response
+
+
 class HttpTransport:
-    """Over HTTP or HTTPS. Reads share a kept-alive connection; everything else gets a fresh one.
+    """Reads keep their connection open; everything else gets a fresh one, as the robot may just be closing an open one."""
 
-    On the standard library's ``http.client``: of what a session of ``requests`` adds – cookies, proxies, .netrc, redirects, retries –
-    nothing is wanted here, and it takes half of the processor time that sending a mission costs.
-    """
-
-    def __init__(self, address: Address, token: Token, *, certificate_sha256: str | None = None, resolver: Resolver | None = None,
-                 longest_body: int = LONGEST_BODY) -> None:
-        self._address, self._token, self._longest_body = address, token, longest_body
-        self._exchange = Exchange(address, resolver or Resolver(), longest_answer=longest_body + MIB)     # + headers, chunk sizes
-        self._tls = Tls(certificate_sha256) if address.is_secure else None
-        self._reading = RobotConnection(self._exchange, self._tls)
+    def __init__(self, address: Address, token: Token, certificate_sha256: str | None = None) -> None:
+        self._address, self._adapter = address, _Adapter()
+        kind, tls = RobotConnection, dict[str, Any]()
+        if address.is_secure:
+            pin = normalise_fingerprint(certificate_sha256) if certificate_sha256 else None
+            kind, tls = TlsConnection, {"ssl_context": tls_context(is_pinned=pin is not None), "assert_fingerprint": pin}
+        self._reading, self._writing = kind(address.host, address.port, **tls), kind(address.host, address.port, **tls)
         self._headers = {
-            "Accept": "application/json", "Accept-Encoding": "identity", "Accept-Language": "en_US", "Content-Type": "application/json",
-            "User-Agent": "AMR-Scheduler"}
-        if token:
-            self._headers["Authorization"] = token.header
+            "Host": address.netloc, "Accept": "application/json", "Accept-Encoding": "identity", "Accept-Language": "en_US",
+            "Content-Type": "application/json", "User-Agent": "AMR-Scheduler", **({"Authorization": token.header} if token else {})}
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
-        target = API + path + (f"?{urlencode(query, safe=',')}" if query else "")
-        self._exchange.begin(timeout.connect, timeout.read, timeout.total)
-        if method == "GET":
-            return self._get(target, timeout)
-        body = b"" if json is None else json_module.dumps(json, allow_nan=False).encode("ascii")
-        headers = {**self._headers, "Connection": "close", "Content-Length": str(len(body))}
-        with closing(RobotConnection(self._exchange, self._tls)) as connection:
-            return self._once(connection, method, target, headers, timeout, body)
+        request, headers = PreparedRequest(), {"Connection": "keep-alive"}
+        request.method = method
+        request.url = f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else "")
+        if method != "GET":
+            body = b"" if json is None else json_module.dumps(json, allow_nan=False).encode("ascii")
+            request.body, headers = body or None, {"Connection": "close", "Content-Length": str(len(body))}
+        request.headers = cast(Any, self._headers | headers)         # whose names need no other case
+        connection = self._reading if method == "GET" else self._writing
+        connection.begin(timeout)
+        try:
+            return self._send(request, connection)
+        except RobotError as error:
+            raise error.at(self._address.netloc) from None
 
     def close(self) -> None:
         self._reading.close()
 
-    def _get(self, target: str, timeout: Timeouts) -> Response:
-        headers = {**self._headers, "Connection": "keep-alive"}
+    def _send(self, request: PreparedRequest, connection: RobotConnection) -> Response:
         try:
-            return self._once(self._reading, "GET", target, headers, timeout)
+            return self._once(request, connection)
         except ConnectionLost:
-            if not self._exchange.found_connection_dead:
+            if request.method != "GET" or connection.is_new or connection.received:
                 raise
-            self._exchange.begin_again()
-            return self._once(self._reading, "GET", target, headers, timeout)
+        return self._once(request, connection)       # a read: the robot had closed the kept-alive connection
 
-    def _once(self, connection: RobotConnection, method: str, target: str, headers: Mapping[str, str], timeout: Timeouts,
-              body: bytes | None = None) -> Response:
+    def _once(self, request: PreparedRequest, connection: RobotConnection) -> Response:
+        self._adapter.connection, body, keeps = connection, bytearray(), False
         try:
-            connection.request(method, target, body, headers)
-            with connection.getresponse() as answer:
-                return Response(answer.status, self._read(answer), dict(answer.getheaders()))
-        except (http.client.HTTPException, OSError, ValueError, zlib.error) as error:
-            connection.close()
-            # Not chained: the originals print whole requests and would only be noise in a log.
-            raise self._translated(error, timeout) from None
-        except BaseException:
-            connection.close()               # what is left of the answer must not be taken for that of the next request
-            raise
-
-    def _read(self, answer: http.client.HTTPResponse) -> bytes:
-        """The whole body. Raises Unreadable when it is too long, IncompleteRead when it ends early."""
-        unpack = _unpacking(answer.getheader("Content-Encoding"))
-        body = bytearray()
-        while part := answer.read(65536):
-            for piece in unpack(part):
-                body += piece
-                if len(body) > self._longest_body:
-                    raise self._too_long()
-        if answer.length:                    # http.client leaves that to those who read in parts
-            raise http.client.IncompleteRead(bytes(body), answer.length)
-        return bytes(body)
-
-    def _too_long(self) -> Unreadable:
-        return Unreadable(code="too_long", address=self._address.netloc, limit=self._longest_body // MIB)
-
-    def _translated(self, error: Exception, timeout: Timeouts) -> RobotError:
-        """What happened after the connection was made, from what the exchange saw of it."""
-        exchange, address = self._exchange, self._address.netloc
-        if exchange.is_too_long:
-            return self._too_long()
-        if exchange.is_stalled and exchange.is_over:
-            return TimedOut(code="too_slow", address=address, seconds=timeout.total)
-        if exchange.is_stalled:
-            return TimedOut(address=address, seconds=timeout.read)
-        if isinstance(error, OSError | http.client.IncompleteRead):          # RemoteDisconnected is one of the former
-            return ConnectionLost(address=address)
-        return Unreadable(address=address, problem=message("it doesn't keep to HTTP"))
-
-
-def _unpacking(encoding: str | None) -> Callable[[bytes], Iterator[bytes]]:
-    """Nothing packed was asked for; a proxy in between may do it all the same. Pieces stay small, however much is packed into a part.
-
-    Raises ValueError for another encoding than gzip.
-    """
-    match (encoding or "identity").strip().lower():
-        case "identity":
-            return lambda part: iter((part,))
-        case "gzip" | "x-gzip":
-            unpacker = zlib.decompressobj(wbits=zlib.MAX_WBITS | 16)
-        case other:
-            raise ValueError(f"content encoding {other!r}")
-
-    def unpack(part: bytes) -> Iterator[bytes]:
-        while part:
-            yield unpacker.decompress(part, 65536)
-            part = unpacker.unconsumed_tail
-    return unpack
+            answer = self._adapter.send(request, stream=True)
+            for part in answer.iter_content(65536):                  # unpacks no more than that at a time
+                body += part
+                if len(body) > LONGEST_BODY:
+                    raise too_long()
+            keeps = request.method == "GET"
+            return Response(answer.status_code, bytes(body), answer.headers)
+        except (OSError, HTTPException, HTTPError, ValueError):      # those of requests are OSErrors
+            # Not chained: the originals carry the request with its token.
+            raise (ConnectionLost() if connection.is_at_end else Unreadable(problem=message("it doesn't keep to HTTP"))) from None
+        finally:
+            if not keeps:                    # or what is left of the answer may be taken for that of the next request
+                connection.close()

@@ -1,7 +1,7 @@
-"""The network between the app and simulated robots: it drops, delays, duplicates nothing by itself but whatever it is told to, by seed.
+"""The network between the app and simulated robots: it drops and delays requests and answers, determined by a seed.
 
-``Network`` decides what happens to each request; ``SimulatedTransport`` is the transport seam of the client put straight onto a robot's
-pure request handler, so that a request costs microseconds and virtual time.
+``Network`` decides what happens to each request; ``SimulatedTransport`` takes the place of HTTP and calls a simulated robot's request
+handler directly, so that a request takes microseconds of real time and moves only the virtual clock.
 """
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Answers as robots give them, after the recorded ones in the reference (sections 2 and 3), with invented ids."""
+"""Answers shaped after those recorded on robots, with invented ids."""
 from __future__ import annotations
 
 from typing import Any

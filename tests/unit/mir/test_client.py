@@ -1,11 +1,13 @@
 """Each call: what it sends, what it makes of the answer. Without sockets; test_sockets.py has those."""
 import json
 import re
+import traceback
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 import requests
+import urllib3
 from responses import RequestsMock, matchers
 
 from app.domain.robot import MapPosition, MissionInfo, MissionParameter, Pose, QueueState, Register, RobotState
@@ -300,7 +302,7 @@ def test_an_answer_of_the_wrong_shape(robot: RobotClient, responses: RequestsMoc
         found = call(robot)
     except (Unreadable, NotAMir):
         return
-    assert found in ([], [Register(0, None)])         # lists pass over entries without an identity
+    assert found in ([], [Register(0, None)])         # lists skip entries without an identity
 
 
 def test_the_search_is_asked_as_clients_on_robots_do(robot: RobotClient, responses: RequestsMock) -> None:
@@ -309,3 +311,36 @@ def test_the_search_is_asked_as_clients_on_robots_do(robot: RobotClient, respons
                           matchers.json_params_matcher({"filters": [{"fieldname": "state", "operator": "IN",
                                                                      "value": ["Pending", "Executing"]}]})])
     assert [found.id for found in robot.open_items()] == [7]
+
+
+# ---------------------------------------------------------------------- what requests would add
+def test_cookies_are_not_kept(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/status", json=STATUS, headers={"Set-Cookie": "session=1"})
+    robot.status()
+    robot.status()
+    assert "Cookie" not in sent(responses).headers
+
+
+@pytest.mark.parametrize("status", [413, 429, 503])
+def test_an_answer_that_asks_for_a_retry_gets_none(robot: RobotClient, responses: RequestsMock, status: int) -> None:
+    for method in (responses.get, responses.put):
+        method(f"{API}/status", status=status, headers={"Retry-After": "0"})
+    for call in (robot.status, robot.clear_error):
+        with pytest.raises(RobotError):
+            call()
+    assert len(responses.calls) == 2
+
+
+RAISED = [requests.ConnectionError, requests.ReadTimeout, requests.exceptions.ChunkedEncodingError, requests.exceptions.InvalidHeader,
+          requests.exceptions.ContentDecodingError, urllib3.exceptions.HTTPError, ValueError, ConnectionResetError]
+
+
+@pytest.mark.parametrize("kind", RAISED)
+def test_whatever_requests_raises_leaves_the_outcome_unknown_and_shows_no_secret(robot: RobotClient, responses: RequestsMock,
+                                                                                 kind: type[Exception]) -> None:
+    responses.post(f"{API}/mission_queue", body=kind(f"header {TOKEN.header}"))
+    with pytest.raises(Unreadable) as failed:
+        robot.enqueue(MISSION)
+    assert failed.value.delivery is Delivery.UNKNOWN
+    assert TOKEN.header not in "".join(traceback.format_exception(failed.value))
+    assert len(responses.calls) == 1

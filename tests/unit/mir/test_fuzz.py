@@ -16,7 +16,7 @@ from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import Delivery, RobotError
-from app.mir.transport import HttpTransport, Response, Timeouts
+from app.mir.transport import Response, Timeouts
 from tests.unit.mir.answers import STATUS, item
 from tests.unit.mir.servers import Conversation, Server
 
@@ -165,7 +165,7 @@ def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> Non
     def says(answer: bytes) -> None:
         nonlocal raw
         raw = answer
-        robot = RobotClient(address, TOKEN, transport=HttpTransport(address, TOKEN), timeouts=patient)
+        robot = RobotClient(address, TOKEN, timeouts=patient)
         for call in (lambda: robot.enqueue("g"), robot.status):
             before = len(server.requests)
             with contextlib.suppress(RobotError):
