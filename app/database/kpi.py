@@ -247,15 +247,6 @@ class KpiRepository:
         name: str = max((tuple(row) for row in found if row), default=("", ""))[1]
         return name
 
-    # ------------------------------------------------------------------ what was seen
-    def observed(self, c: sqlite3.Connection, first_day: str, last_day: str,
-                 robot_ids: Sequence[int] | None) -> dict[tuple[int, str], float]:
-        """Seconds by (robot, activity) over these days, both included."""
-        robots, values = self._of_robots(Span(robot_ids=robot_ids))
-        rows = c.execute(f"""SELECT robot_id, activity, sum(seconds) FROM observed WHERE day BETWEEN ? AND ? {robots}
-                             GROUP BY robot_id, activity""", (first_day, last_day, *values))
-        return {(row[0], row[1]): row[2] for row in rows}
-
     @staticmethod
     def _of_robots(span: Span) -> tuple[str, list[int]]:
         if span.robot_ids is None:

@@ -6,11 +6,12 @@ from __future__ import annotations
 
 import os
 import time
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
+from datetime import time as time_of_day
 from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
-from zoneinfo import available_timezones
+from zoneinfo import ZoneInfo, available_timezones
 
 
 class Clock(Protocol):
@@ -37,6 +38,12 @@ class SystemClock:
 
     def sleep(self, seconds: float) -> None:
         time.sleep(seconds)
+
+
+def midnight(day: date, zone: ZoneInfo) -> datetime:
+    """The instant, in UTC, at which a local day begins; where a clock change skips its midnight, the instant of the change."""
+    local = datetime.combine(day, time_of_day(), zone)
+    return min(local.astimezone(UTC), local.replace(fold=1).astimezone(UTC))
 
 
 @lru_cache(maxsize=1)

@@ -5,11 +5,14 @@ import random
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime, time, timedelta
+from itertools import groupby
 from zoneinfo import ZoneInfo
 
 from app.container import Container
+from app.database.activities import ActivityRepository
 from app.domain import rules
+from app.domain.activity import ActivitySpan
 from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger
 from app.failures import BadInput
 
@@ -67,10 +70,11 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
             history += _history(schedule, rule, robot, mission, settings, now, rng)
     container.catalogue.save_schedule(_live_schedule(saved[-1], by_name[LIVE], settings, now))
     container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
-    container.db.write(lambda w: container.repositories.executions.add_many(w, sorted(history, key=lambda e: e.planned_at)))
-    for robot in saved:
-        seen = _observed(robot, history, settings, now)
-        container.db.write(lambda w, robot=robot, seen=seen: container.repositories.observed.add_many(w, robot.id, seen))  # type: ignore[misc]
+    history.sort(key=lambda row: row.planned_at)
+    container.db.write(lambda w: container.repositories.executions.add_many(w, history))
+    for number, robot in enumerate(saved):
+        seen = _seen([row for row in history if row.robot_id == robot.id], settings, now, timedelta(minutes=75 + 5 * number))
+        container.db.write(lambda w, robot=robot, seen=seen: ActivityRepository().save(w, robot.id, seen))  # type: ignore[misc]
     container.catalogue.change_settings(history_limit=None, selected_robot_id=saved[0].id)
 
 
@@ -131,15 +135,14 @@ def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Exec
     return replace(ran, state=State.COMPLETED, duration_s=took, ended_at=started + timedelta(seconds=took))
 
 
-def _observed(robot: Robot, history: Sequence[Execution], settings: Settings, now: datetime) -> dict[tuple[str, str], float]:
-    """Time seen per day and activity that goes with the history."""
+def _seen(runs: Sequence[Execution], settings: Settings, now: datetime, charging: timedelta) -> Iterator[ActivitySpan]:
+    """What a robot was seen doing on each day with runs, from 4:30 to 22:00: first it charged, then it ran or was idle."""
     zone = ZoneInfo(settings.timezone)
-    seen: dict[tuple[str, str], float] = {}
-    for row in history:
-        if row.robot_id == robot.id and row.duration_s:
-            day = row.planned_at.astimezone(zone).date().isoformat()
-            seen[day, "executing"] = seen.get((day, "executing"), 0.0) + row.duration_s
-    for day in {day for day, _ in seen}:
-        seen[day, "charging"] = 5400.0 + 600.0 * (robot.id % 3)
-        seen[day, "idle"] = 16 * 3600.0 - seen[day, "executing"] - seen[day, "charging"]
-    return seen
+    for day, of_day in groupby(runs, key=lambda row: row.planned_at.astimezone(zone).date()):
+        at, closes = (datetime.combine(day, moment, zone).astimezone(UTC) for moment in (time(4, 30), time(22)))
+        yield ActivitySpan("charging", at, at := at + charging)
+        for row in of_day:
+            if row.started_at and row.ended_at and row.ended_at > at:
+                yield ActivitySpan("idle", at, started := max(at, row.started_at))
+                yield ActivitySpan("executing", started, at := row.ended_at)
+        yield ActivitySpan("idle", at, max(at, min(closes, now)))

@@ -10,9 +10,9 @@ from zoneinfo import ZoneInfo
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
-from app.domain.clock import Clock
+from app.domain.clock import Clock, midnight
 from app.domain.models import Alarm, Execution, Settings
-from app.services.history.kpi import Adherence, Delays, KpiFilter, Kpis, ThesisKpis, midnight
+from app.services.history.kpi import Adherence, Delays, KpiFilter, Kpis, ThesisKpis
 from app.services.history.pareto import Cause
 from app.services.history.robot_states import RobotStates, RobotTimeline
 

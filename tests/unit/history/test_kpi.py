@@ -36,6 +36,7 @@ def test_the_five_of_the_thesis(world):
         world.row(state, hours, duration_s=seconds)
     world.row(State.COMPLETED, 25, robot_id=2, robot="Aino", duration_s=1000.0)
     world.row(State.EXECUTING, 25)
+    world.clock.advance(4 * 86400)
     world.observe(1, "2026-11-23", executing=400.0, idle=3200.0, offline=9000.0)
     world.observe(2, "2026-11-24", executing=900.0)
     kpis = world.kpis.thesis()

@@ -14,6 +14,7 @@ from functools import lru_cache
 from itertools import islice
 from zoneinfo import ZoneInfo
 
+from app.domain.clock import midnight
 from app.domain.models import Between, InvalidInput, Schedule
 from app.services.planning.recurrence.dates import DAY, LAST_DAY, dates, fits
 from app.services.planning.recurrence.rule import Frequency, Recurrence
@@ -98,11 +99,6 @@ class _Rule:
         instant = to_utc(nominal, self.zone)
         return Occurrence(instant, nominal, instant.astimezone(self.zone).replace(tzinfo=None, fold=0) != nominal)
 
-    def _earliest_from(self, day: date) -> datetime:
-        """No wall-clock time on or after that day comes before this instant."""
-        midnight = datetime.combine(day, time(), self.zone)
-        return min(midnight.astimezone(UTC), midnight.replace(fold=1).astimezone(UTC))
-
     # ------------------------------------------------------------------ daily and longer
     @property
     def times_of_day(self) -> list[time]:
@@ -116,7 +112,7 @@ class _Rule:
         waiting: list[Occurrence] = []
         for day in dates(self.recurrence, start.date(), first, last_day):
             if waiting:
-                earliest = self._earliest_from(day)
+                earliest = midnight(day, self.zone)
                 while waiting and waiting[0].instant < earliest:
                     yield heapq.heappop(waiting)
             if calendar is None or calendar.is_working_day(day):
@@ -183,7 +179,7 @@ class _Rule:
             number += 1
             if not self._day_fits(local.date(), calendar):
                 yield None
-                number = max(number, -((start - self._earliest_from(local.date() + DAY)) // step))
+                number = max(number, -((start - midnight(local.date() + DAY, self.zone)) // step))
             elif hours and local.hour not in hours:
                 yield None
                 number = max(number, -((start - (instant + HOUR - local.minute * MINUTE)) // step))
