@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import random
-import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, time, timedelta
@@ -13,7 +12,7 @@ from app.container import Container
 from app.database.activities import ActivityRepository
 from app.domain import rules
 from app.domain.activity import ActivitySpan
-from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger
+from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State
 from app.failures import BadInput
 
 USER, PASSWORD = "distributor", "distributor"          # the simulator's
@@ -59,7 +58,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
         return
     saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
     by_name = {name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES)) for name, guid in missions.items()}
-    settings = container.settings()
+    settings, install_id = container.settings(), container.db.write(container.repositories.settings.install_id)
     now = container.clock.now()
     history: list[Execution] = []
     rng = random.Random(20)
@@ -67,7 +66,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
         for rule in its_rules:
             mission = by_name[rule.mission]
             schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
-            history += _history(schedule, rule, robot, mission, settings, now, rng)
+            history += _history(schedule, rule, robot, mission, settings, install_id, now, rng)
     container.catalogue.save_schedule(_live_schedule(saved[-1], by_name[LIVE], settings, now))
     container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
     history.sort(key=lambda row: row.planned_at)
@@ -104,15 +103,10 @@ def _instants(rule: _Rule, settings: Settings, now: datetime) -> Iterator[dateti
                 yield instant
 
 
-def _history(schedule: Schedule, rule: _Rule, robot: Robot, mission: Mission, settings: Settings, now: datetime,
-             rng: random.Random) -> Iterator[Execution]:
+def _history(schedule: Schedule, rule: _Rule, robot: Robot, mission: Mission, settings: Settings, install_id: str,
+             now: datetime, rng: random.Random) -> Iterator[Execution]:
     for number, planned_at in enumerate(_instants(rule, settings, now)):
-        row = Execution(
-            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
-            mission=mission.name, mission_guid=mission.guid, planned_at=planned_at, created_at=planned_at,
-            closes_at=rules.closes_at(planned_at, None, settings),
-            token=str(uuid.UUID(int=rng.getrandbits(128), version=4)), timezone=schedule.timezone)
-        yield _ended(row, rule, number, rng)
+        yield _ended(rules.scheduled(schedule, robot, mission, settings, install_id, planned_at, planned_at), rule, number, rng)
 
 
 def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Execution:
@@ -120,7 +114,7 @@ def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Exec
     luck = rng.random()
     if luck < .03:
         reason = Reason(ReasonCode.BATTERY_LOW, {"battery": rng.randint(8, 28), "minimum": 30, "until": row.closes_at.isoformat()})
-        return replace(row, state=State.SKIPPED, reason=reason, ended_at=row.closes_at)
+        return rules.ended(row, reason, row.closes_at)
     wait, took = rng.expovariate(1 / 20), max(30.0, rng.gauss(rule.minutes, rule.minutes * .12) * 60)
     submitted = row.planned_at + timedelta(seconds=rng.uniform(.1, .6))
     started = submitted + timedelta(seconds=wait)
@@ -128,10 +122,9 @@ def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Exec
                   queue_id=12_000 + number, queue_floor=11_999 + number)
     if luck < .06:
         reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": f"Failed to reach goal position 'Dock {rng.randint(1, 4)}'"})
-        return replace(ran, state=State.FAILED, reason=reason, duration_s=took / 3, ended_at=started + timedelta(seconds=took / 3))
+        return replace(rules.ended(ran, reason, started + timedelta(seconds=took / 3)), duration_s=took / 3)
     if luck < .075:
-        reason = Reason(ReasonCode.USER_CANCELLED)
-        return replace(ran, state=State.CANCELLED, reason=reason, duration_s=took / 2, ended_at=started + timedelta(seconds=took / 2))
+        return replace(rules.ended(ran, Reason(ReasonCode.USER_CANCELLED), started + timedelta(seconds=took / 2)), duration_s=took / 2)
     return replace(ran, state=State.COMPLETED, duration_s=took, ended_at=started + timedelta(seconds=took))
 
 

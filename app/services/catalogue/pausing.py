@@ -18,7 +18,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Execution, InvalidInput, Reason, ReasonCode, Schedule, Trigger
+from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
 from app.services.live.changes import Changes, Topic
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import working_calendar
@@ -70,22 +70,12 @@ class Pausing:
         schedule = self._the_schedule(c, schedule_id)
         if not schedule.enabled or schedule.next_at is None:
             raise InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)
-        settings = self._settings.load(c)
-        now = self._clock.now()
-        self._executions.add_once(c, self._row(c, schedule, schedule.next_at, now))
-        following = next_occurrence(schedule, max(now, schedule.next_at), working_calendar(c, settings))
-        self._schedules.advance(c, schedule.id, following)
-        return schedule.next_at
-
-    def _row(self, c: sqlite3.Connection, schedule: Schedule, at: datetime, now: datetime) -> Execution:
-        settings = self._settings.load(c)
+        settings, now = self._settings.load(c), self._clock.now()
         robot, mission = self._robots.get(c, schedule.robot_id), self._missions.get(c, schedule.mission_id)
         if robot is None or mission is None:             # foreign keys see to it that they are there
             raise InvalidInput("schedule", "there is no such schedule any more")
-        reason = Reason(ReasonCode.HOLD)
-        return Execution(
-            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
-            mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
-            minimum_battery_percent=rules.minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=at,
-            closes_at=rules.closes_at(at, schedule.start_window_minutes, settings), created_at=now, ended_at=now,
-            token=rules.token_of(self._settings.install_id(c), schedule.id, at), state=reason.state, reason=reason)
+        row = rules.scheduled(schedule, robot, mission, settings, self._settings.install_id(c), schedule.next_at, now)
+        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
+        following = next_occurrence(schedule, max(now, schedule.next_at), working_calendar(c, settings))
+        self._schedules.advance(c, schedule.id, following)
+        return schedule.next_at

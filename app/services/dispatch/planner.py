@@ -17,7 +17,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
+from app.domain.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
 from app.services.dispatch.dispatcher import Ready
 from app.services.dispatch.ledger import Ledger
 from app.services.live.alarms import Alarms
@@ -207,14 +207,9 @@ class _RowMaker:
     site: PlanningContext
 
     def waiting(self, planned_at: datetime, late: bool = False) -> Execution:
-        schedule, settings, now = self.schedule, self.site.settings, self.site.now
-        row = Execution(
-            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=self.robot.id, robot=self.robot.name,
-            mission=self.mission.name, mission_guid=self.mission.guid, parameters=schedule.parameters, priority=schedule.priority,
-            minimum_battery_percent=rules.minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,
-            closes_at=rules.closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
-            token=rules.token_of(self.site.install_id, schedule.id, planned_at))
-        return replace(row, wait=Wait.LATE_START, hold_until=now + rules.LATE_START_HOLD) if late else row
+        site = self.site
+        row = rules.scheduled(self.schedule, self.robot, self.mission, site.settings, site.install_id, planned_at, site.now)
+        return replace(row, wait=Wait.LATE_START, hold_until=site.now + rules.LATE_START_HOLD) if late else row
 
     def submitting(self, planned_at: datetime, ready: Ready) -> Execution:
         row = self.waiting(planned_at)
@@ -223,7 +218,7 @@ class _RowMaker:
         return replace(row, state=State.SUBMITTING, attempts=1, queue_floor=ready.queue_floor)
 
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
-        return replace(self.waiting(planned_at), state=reason.state, reason=reason, ended_at=self.site.now)
+        return rules.ended(self.waiting(planned_at), reason, self.site.now)
 
     def paused(self, planned_at: datetime) -> Execution:
         until = self.schedule.paused_until
@@ -233,15 +228,3 @@ class _RowMaker:
         code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
         times = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap else {}
         return self.ended(planned_at, Reason(code, times))
-
-
-def one_off(trigger: Trigger, robot: Robot, mission: Mission, settings: Settings, now: datetime, token: str, *,
-            parameters: dict[str, object] | None = None, queue_floor: int | None = None) -> Execution:
-    """The row of a manual or idle execution: due now, within the general start window."""
-    minimum = rules.minimum_battery(None, settings) if trigger is Trigger.IDLE else None     # Run now has no constraint
-    return Execution(
-        trigger=trigger, robot_id=robot.id, robot=robot.name, mission=mission.name, mission_guid=mission.guid, parameters=parameters or {},
-        minimum_battery_percent=minimum, timezone=settings.timezone, planned_at=now, closes_at=rules.closes_at(now, None, settings),
-        created_at=now, token=token, queue_floor=queue_floor, state=State.WAITING)
-
-

@@ -19,6 +19,7 @@ from app.database.connection import Database
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
+from app.domain import rules
 from app.domain.activity import SpanRecorder, activity_of
 from app.domain.clock import Clock
 from app.domain.message import Message, message, message_of, render
@@ -30,7 +31,6 @@ from app.services.dispatch.dispatcher import Dispatcher, Ready, WrongRobot
 from app.services.dispatch.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
 from app.services.dispatch.intents import Intents
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.planner import one_off
 from app.services.dispatch.tracker import Tracker, is_ours
 from app.services.live.alarms import Alarms
 from app.services.live.gaps import Downtime
@@ -336,7 +336,8 @@ class RobotWorker:
         if not idle_mission_is_due(rule, situation, settings, self._s.calendar(), now):
             return
         if mission := self._s.missions.get(db, rule.mission_id):
-            self._s.ledger.add(one_off(Trigger.IDLE, self.robot, mission, settings, now, str(uuid.uuid4()), queue_floor=self._highest))
+            token = str(uuid.uuid4())
+            self._s.ledger.add(rules.one_off(Trigger.IDLE, self.robot, mission, settings, now, token, queue_floor=self._highest))
 
     def _numbers_began_anew(self, last: Execution, highest: int) -> bool:
         """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that number tells nothing."""

@@ -14,6 +14,7 @@ from typing import Any
 from app.database.connection import Database
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
+from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
 from app.domain.robot import Identity, MissionInfo, RobotState
@@ -22,7 +23,6 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, RobotError
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.planner import one_off
 from app.services.dispatch.poll_loop import PollLoop
 
 log = logging.getLogger(__name__)
@@ -43,7 +43,7 @@ class Operator:
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
         token = token or str(uuid.uuid4())
-        row = one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token, parameters=dict(parameters or {}))
+        row = rules.one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token, parameters=parameters)
         execution = self._ledger.add(row) or self._ledger.by_token(token)
         if execution is None:
             raise LookupError(token)
