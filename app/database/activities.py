@@ -75,7 +75,7 @@ class ActivityRepository:
 
     @staticmethod
     def _last_summed(c: sqlite3.Connection, robot_id: int) -> date | None:
-        """The last day that has sums; of the days after it, spans tell."""
+        """The last day that has sums; later days have spans."""
         text = c.execute("SELECT max(day) FROM activity_days WHERE robot_id = ?", (robot_id,)).fetchone()[0]
         return date.fromisoformat(text) if text else None
 

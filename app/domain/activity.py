@@ -12,7 +12,7 @@ from app.domain.clock import midnight
 from app.domain.robot import RobotState, RobotStatus
 
 ACTIVITIES = ("executing", "charging", "idle", "paused", "error", "offline")
-NO_DATA = "no_data"                      # nobody looked: told when reading, never stored
+NO_DATA = "no_data"                      # the robot was not polled: worked out when reading, never stored
 CLOCK_STEP_S = 5.0                       # the wall clock differs from the monotonic one by more: it was set, or the tablet slept
 
 
@@ -28,7 +28,7 @@ class ActivitySpan(NamedTuple):
 
 
 def activity_of(status: RobotStatus) -> str:
-    """One of ``ACTIVITIES``. Charging is told by the mission text or the state Docked, as hardware clients do (reference, section 2: R)."""
+    """One of ``ACTIVITIES``. A robot charges when its state is Docked or its mission text says so."""
     if status.state is RobotState.DOCKED or status.mission_text.startswith("Charging"):
         return "charging"
     match status.state:
@@ -42,8 +42,8 @@ def activity_of(status: RobotStatus) -> str:
 
 
 class SpanRecorder:
-    """Turns looks at one robot into spans. The time since the last look belongs to what is seen now, as it does in the observed time; a gap
-    that is too long, and a wall clock that was set, leave a hole."""
+    """Turns polls of one robot into spans. The time since the last poll counts for what the present one finds; a gap that is too long, and
+    a wall clock that was set, leave a hole."""
 
     def __init__(self) -> None:
         self._span: ActivitySpan | None = None

@@ -1,4 +1,4 @@
-"""Time as the services see it.
+"""The clock that services use, and time zones.
 
 Everything that knows the time takes a ``Clock``, so a year of operation runs in seconds under a virtual one.
 """
@@ -48,13 +48,13 @@ def midnight(day: date, zone: ZoneInfo) -> datetime:
 
 @lru_cache(maxsize=1)
 def zone_names() -> frozenset[str]:
-    """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files. Systems list some files
-    with them that are none (zic(8)): this machine's own zone, whatever it is, and one that says that none was set."""
+    """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files. Systems list
+    some files among them that are no zones (zic(8)): a copy of the machine's own zone, and a placeholder for "not set"."""
     return frozenset(available_timezones() - {"localtime", "posixrules", "Factory"})
 
 
 def local_timezone_name() -> str:
-    """IANA name of the tablet's zone; ``UTC`` where the system does not tell."""
+    """IANA name of the tablet's zone; ``UTC`` where the system does not say."""
     names = zone_names()
     if (name := os.environ.get("TZ", "").lstrip(":")) in names:
         return name

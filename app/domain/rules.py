@@ -29,11 +29,11 @@ def minimum_battery(schedule: Schedule | None, settings: Settings) -> float | No
 
 
 def token_of(install_id: str, schedule_id: int, planned_at: datetime) -> str:
-    """The identity of an occurrence on the robot. Deterministic, so that even a restored backup mints the same one."""
+    """The identity of an occurrence on the robot. Deterministic, so that even a restored backup makes the same one."""
     return str(uuid.uuid5(_namespace(install_id), f"{schedule_id}|{planned_at.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"))
 
 
-_namespace = cache(uuid.UUID)         # parsed once: there is one of them
+_namespace = cache(uuid.UUID)         # an app has one install id, which is parsed once
 
 
 # ---------------------------------------------------------------------- the rows of new executions

@@ -1,8 +1,8 @@
 """Robots, missions, schedules and settings: every change of them, from screens and from files, goes through here.
 
 Each change is checked whole before anything is written, made in one transaction together with what follows from it (waiting executions of a
-changed schedule are cancelled, next occurrences computed anew), and told to whoever listens after the commit. What can't be taken is raised
-as InvalidInput.
+changed schedule are cancelled, next occurrences computed anew), and published after the commit. Invalid values are raised as
+InvalidInput.
 """
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ AT_ONCE = 500                # schedules per transaction, so that a burst never 
 
 @dataclass
 class DueBatch:
-    """What one look at the plan brought."""
+    """What one reading of the plan found due."""
     robot_ids: set[int] = field(default_factory=set)      # with something that waits to be sent
     touched: set[int] = field(default_factory=set)        # with something new in the ledger
     skipped: list[Execution] = field(default_factory=list)
@@ -42,7 +42,7 @@ class DueBatch:
     intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
 
     def note(self, added: Iterable[Execution]) -> None:
-        """These stand in the ledger now."""
+        """These are in the ledger now."""
         for row in added:
             match row.state:
                 case State.SKIPPED:
@@ -74,13 +74,13 @@ class Planner:
 
     def insert_due(self) -> DueBatch:
         """Make a row of every occurrence up to now, and of what falls due in a moment where nothing stands in its way: its worker waits for
-        the instant. Costs one indexed look when nothing is due."""
+        the instant. Costs one index lookup when nothing is due."""
         fallen = DueBatch()
         due = self.next_due()
         is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
         while is_more:
             is_more = self._db.write(lambda c: self._take_due(c, fallen))
-            for intent in rules.in_dispatch_order(fallen.intents):       # before anybody hears of it and looks
+            for intent in rules.in_dispatch_order(fallen.intents):       # before listeners are notified and read
                 self._hand_over(intent)
             fallen.intents.clear()
         if fallen.missed or fallen.skipped:
@@ -122,15 +122,15 @@ class Planner:
         robot_ids = {schedule.robot_id for schedule in schedules}
         no_overlap = [schedule.id for schedule in schedules if schedule.overlap is Overlap.SKIP]
         return PlanningContext(
-            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.those(c, robot_ids),
-            self._missions.those(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
+            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids),
+            self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
             self._executions.open_of_schedules(c, no_overlap))
 
     def _take(self, schedule: Schedule, site: PlanningContext, fallen: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
         and something stands in the way of a start, which only then can be judged."""
         robot, mission = site.robots.get(schedule.robot_id), site.missions.get(schedule.mission_id)
-        if robot is None or mission is None:               # foreign keys don't let that happen
+        if robot is None or mission is None:               # foreign keys prevent that
             return _Taken([], None)
         make = _RowMaker(schedule, robot, mission, site)
         (*earlier, latest), following = _instants(schedule, site.now, site.calendar)

@@ -40,10 +40,10 @@ from app.services.planning.working_days import WorkingCalendar
 
 log = logging.getLogger(__name__)
 
-LIVE_EVERY = 2.0                # s between status reads while somebody looks or something of ours runs
+LIVE_EVERY = 2.0                # s between status reads while it is on screen or something of ours runs
 GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
-PREPARES_WITHIN = 0.4           # s in which all robots that are told of something due soon are read, one after the other
-SLOW_ANSWER = 2.0               # s; slower is told, but it is an answer
+PREPARES_WITHIN = 0.4           # s over which the status reads before something due soon are spread
+SLOW_ANSWER = 2.0               # s; a slower answer counts, and is shown as slow
 SAVE_SPANS_EVERY = 60.0         # s between writes of what the robot is seen doing
 PRUNE_EVERY = 200               # such writes, between dropping what is too old
 
@@ -340,7 +340,7 @@ class RobotWorker:
             self._s.ledger.add(rules.one_off(Trigger.IDLE, self.robot, mission, settings, now, token, queue_floor=self._highest))
 
     def _numbers_began_anew(self, last: Execution, highest: int) -> bool:
-        """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that number tells nothing."""
+        """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that number means nothing."""
         if last.state.is_open or last.queue_id is None or highest >= last.queue_id:
             return False
         try:
@@ -352,7 +352,7 @@ class RobotWorker:
 
     # ------------------------------------------------------------------ what it is seen doing
     def _observe(self, activity: str) -> None:
-        """The time since the last look belongs to what was seen then and now; a gap longer than 3 polls to nothing."""
+        """Records what the robot does; a gap longer than 3 polls leaves a hole."""
         mono, now, settings = self._s.clock.monotonic(), self._s.clock.now(), self._s.settings()
         longest_gap = STALE_POLLS * max(settings.poll_interval_seconds, LIVE_EVERY)
         self._spans.saw(activity, now, mono, longest_gap)

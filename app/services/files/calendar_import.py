@@ -60,7 +60,7 @@ class Imported:
 
 
 class CalendarFiles(DataFiles):
-    """Calendars that people bring along."""
+    """Imports calendar files."""
 
     def newest_calendar(self) -> Path | None:
         """The .ics file that was put into ``directory`` last: most likely the one to import."""

@@ -1,6 +1,6 @@
 """iCalendar text (RFC 5545): the events of a file, by the library icalendar, and content lines to be written.
 
-A file that somebody brings along may be hostile: the library needs 10 s and hundreds of MiB for 5 MiB of text, and never comes back from a
+A file to import may be hostile: the library needs 10 s and hundreds of MiB for 5 MiB of text, and never comes back from a
 time zone that changes every second. What is given to it is therefore limited first.
 """
 from __future__ import annotations

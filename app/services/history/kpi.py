@@ -1,7 +1,7 @@
 """Key performance indicators, computed when shown and never stored, each with the number of executions that it rests on.
 
-The thesis's five (its sections 4.4 and 5.6) and, beyond them, adherence and start delays (design: "KPIs"). A period is [start, end) of the
-instant at which an execution ended; days are local days of settings.timezone, of 23, 24 or 25 hours.
+Success rate, mean duration, total duration per robot, missions per day and utilisation, plus adherence and start delays. A period is
+[start, end) of the instant at which an execution ended; days are local days of settings.timezone, of 23, 24 or 25 hours.
 """
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class ThesisKpis:
     """The five, over all robots of the filter; ``robots`` has the third and the fifth for each, in order of name."""
     completed: int
     failed: int
-    cancelled: int                       # apart: a person's decision is no failure
+    cancelled: int                       # counted apart: a person's decision is no failure
     timed: int                           # completed ones whose duration is known
     completed_s: float                   # their durations together
     recorded_days: int                   # local days on which at least one recorded execution ended

@@ -1,4 +1,4 @@
-"""What happened: the ledger's rows as screens page through them."""
+"""The history: the ledger's rows, page by page."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -53,6 +53,6 @@ class History:
         return self._executions.usual(self._db.read(), robot_id, mission_guid)
 
     def expected(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
-        """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: nobody knows."""
+        """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: not known."""
         c = self._db.read()
         return expected(self._executions.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id))

@@ -1,7 +1,7 @@
-"""On which days work is done: the weekly rule of the settings, and what takes precedence over it.
+"""Working days: the weekly rule of the settings, and the exceptions that take precedence over it.
 
 Exceptions beat the weekly rule: own days, and below them the public holidays of the chosen country. Of two own exceptions on one day the
-shorter one holds, then the newer one, so that one Saturday of work can stand inside a closed summer.
+shorter one holds, then the newer one, so that a working Saturday can be inside closed summer weeks.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DAY = timedelta(days=1)
 
 
 class Ground(StrEnum):
-    """What says whether a day is a working day."""
+    """What decides whether a day is a working day."""
     WEEK = "week"
     HOLIDAY = "holiday"
     OWN = "own"
@@ -41,7 +41,7 @@ class WorkingCalendar:
         self._weekdays = frozenset(WEEKDAYS.index(name) for name in settings.working_days)
         self._national = (settings.holiday_country, settings.holiday_subdivision)
         self._language = settings.language
-        # what comes later takes the place of what came before
+        # later ones replace earlier ones
         self.exceptions: Sequence[DayException] = sorted(exceptions, key=lambda e: (e.first_day - e.last_day, e.id))
         self._years: dict[int, dict[date, DayLook]] = {}
 
@@ -55,11 +55,11 @@ class WorkingCalendar:
         return day.weekday() in self._weekdays if found is None else found.is_working
 
     def look(self, day: date) -> DayLook:
-        """Whether work is done on it, and the name of the exception that says so."""
+        """Whether it is a working day, and the name of the exception that decides it."""
         return self._of_year(day.year).get(day) or DayLook(day.weekday() in self._weekdays)
 
     def exceptional(self, first: date, last: date) -> Iterator[tuple[date, DayLook]]:
-        """The days from first to last, both included, for which an exception says something, in order."""
+        """The days from first to last, both included, that have an exception, in order."""
         for year in range(first.year, last.year + 1):
             yield from ((day, look) for day, look in sorted(self._of_year(year).items(), key=lambda item: item[0]) if first <= day <= last)
 
@@ -107,5 +107,5 @@ def _in_year(day: date, year: int) -> date | None:
 
 
 def working_calendar(c: sqlite3.Connection, settings: Settings) -> WorkingCalendar:
-    """The calendar as it is stored now."""
+    """The calendar as stored at present."""
     return WorkingCalendar(settings, CalendarRepository().all(c))
