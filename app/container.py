@@ -141,7 +141,7 @@ class Container:
 
     def _read_holidays(self) -> None:
         """Load the large library they come from before something is due."""
-        self.calendar().look(self.clock.now().date())
+        self.calendar().day_status(self.clock.now().date())
 
     def first_start(self) -> None:
         """A fresh database takes the tablet's own time zone, and its identity before the first backup can be made."""

@@ -31,7 +31,7 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 LOOKS_BACK = 30              # days, for low batteries
 SAME_TIME = 60               # minutes around a time of day that count as the same
 STARTS = 5
-MOST_PASSED_OVER = 2000      # starts that are searched for it
+MOST_SEARCHED = 2000      # starts that are searched for it
 
 
 class ConcernCode(StrEnum):
@@ -95,7 +95,7 @@ class Forecasts:
             concerns.append(Concern(ConcernCode.NO_START))
         elif draft.recurrence is not None and draft.respect_working_days and not calendar.is_working_day(draft.start.date()):
             concerns.append(Concern(ConcernCode.DAY_OFF, details={
-                "day": draft.start.date(), "name": calendar.look(draft.start.date()).name}))
+                "day": draft.start.date(), "name": calendar.day_status(draft.start.date()).name}))
         if passed_over := tuple(_closed_days(draft, starts, self._clock.now(), calendar)):
             concerns.append(Concern(ConcernCode.PASSED_OVER, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
@@ -145,13 +145,13 @@ def _closed_days(draft: Schedule, starts: tuple[Occurrence, ...], now: datetime,
     if draft.recurrence is None or not draft.respect_working_days or not starts or not calendar.has_exceptions:
         return
     last = None
-    for occurrence in islice(occurrences(replace(draft, respect_working_days=False), now, calendar), MOST_PASSED_OVER):
+    for occurrence in islice(occurrences(replace(draft, respect_working_days=False), now, calendar), MOST_SEARCHED):
         day = occurrence.nominal.date()
         if occurrence.instant >= starts[-1].instant:
             return
-        if day not in (last, draft.start.date()) and (look := calendar.look(day)).name and not look.is_working:
+        if day not in (last, draft.start.date()) and (status := calendar.day_status(day)).name and not status.is_working:
             last = day
-            yield day, look.name
+            yield day, status.name
 
 
 def _is_missing(mission: Mission, robot_id: int, known: Mapping[str, str] | None) -> bool:

@@ -241,12 +241,12 @@ def one_time_on_working_day(given: Schedule, calendar: WorkingCalendar) -> None:
     if given.recurrence is not None or not given.respect_working_days:
         return
     day = given.start.date()
-    look = calendar.look(day)
-    if look.is_working:
+    status = calendar.day_status(day)
+    if status.is_working:
         return
-    if look.name:
+    if status.name:
         raise InvalidInput("start", "{day} is no working day: {name}; choose another day or do not respect working days",
-                           day=f"{day:%Y-%m-%d}", name=look.name)
+                           day=f"{day:%Y-%m-%d}", name=status.name)
     raise InvalidInput("start", "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
                        day=f"{day:%Y-%m-%d}", weekday=_WEEKDAY_NAMES[day.weekday()])
 

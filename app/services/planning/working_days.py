@@ -26,7 +26,7 @@ class Ground(StrEnum):
 
 
 @dataclass(frozen=True)
-class DayLook:
+class DayStatus:
     """One day. ``name`` is that of the exception; empty where the weekly rule holds."""
     is_working: bool
     name: str = ""
@@ -43,7 +43,7 @@ class WorkingCalendar:
         self._language = settings.language
         # later ones replace earlier ones
         self.exceptions: Sequence[DayException] = sorted(exceptions, key=lambda e: (e.first_day - e.last_day, e.id))
-        self._years: dict[int, dict[date, DayLook]] = {}
+        self._years: dict[int, dict[date, DayStatus]] = {}
 
     @property
     def has_exceptions(self) -> bool:
@@ -54,23 +54,23 @@ class WorkingCalendar:
         found = self._of_year(day.year).get(day) if self.has_exceptions else None
         return day.weekday() in self._weekdays if found is None else found.is_working
 
-    def look(self, day: date) -> DayLook:
+    def day_status(self, day: date) -> DayStatus:
         """Whether it is a working day, and the name of the exception that decides it."""
-        return self._of_year(day.year).get(day) or DayLook(day.weekday() in self._weekdays)
+        return self._of_year(day.year).get(day) or DayStatus(day.weekday() in self._weekdays)
 
-    def exceptional(self, first: date, last: date) -> Iterator[tuple[date, DayLook]]:
+    def exceptional(self, first: date, last: date) -> Iterator[tuple[date, DayStatus]]:
         """The days from first to last, both included, that have an exception, in order."""
         for year in range(first.year, last.year + 1):
-            yield from ((day, look) for day, look in sorted(self._of_year(year).items(), key=lambda item: item[0]) if first <= day <= last)
+            yield from ((day, status) for day, status in sorted(self._of_year(year).items()) if first <= day <= last)
 
-    def _of_year(self, year: int) -> dict[date, DayLook]:
+    def _of_year(self, year: int) -> dict[date, DayStatus]:
         days = self._years.get(year)
         if days is None:
-            days = {day: DayLook(False, name, Ground.HOLIDAY)
+            days = {day: DayStatus(False, name, Ground.HOLIDAY)
                     for day, name in public_holidays.of_year(*self._national, year, self._language).items()}
             for exception in self.exceptions:
-                look = DayLook(exception.is_working, exception.name, Ground.OWN, exception.id)
-                days.update((day, look) for day in days_of(exception, year))
+                status = DayStatus(exception.is_working, exception.name, Ground.OWN, exception.id)
+                days.update((day, status) for day in days_of(exception, year))
             self._years[year] = days
         return days
 
