@@ -285,10 +285,6 @@ class Settings:
     def poll_interval(self) -> timedelta:
         return timedelta(seconds=self.poll_interval_seconds)
 
-    @property
-    def quiet_time(self) -> timedelta:
-        return timedelta(seconds=self.unknown_outcome_quiet_seconds)
-
     def is_working_day(self, day: date) -> bool:
         return WEEKDAYS[day.weekday()] in self.working_days
 

@@ -48,10 +48,6 @@ class History:
         """Seconds; median of the last completed runs, None when there is none."""
         return self._executions.usual_duration(self._db.read(), robot_id, mission_guid)
 
-    def usual(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
-        """Of the last completed runs; None when there is none."""
-        return self._executions.usual(self._db.read(), robot_id, mission_guid)
-
     def expected(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: not known."""
         c = self._db.read()
