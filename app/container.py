@@ -13,7 +13,6 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
-from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
@@ -67,13 +66,12 @@ class Repositories:
     settings: SettingsRepository
     alarms: AlarmRepository
     holds: HoldRepository
-    observed: ObservedRepository
     calendar: CalendarRepository
 
     @classmethod
     def build(cls) -> Repositories:
         return cls(RobotRepository(), MissionRepository(), ScheduleRepository(), ExecutionRepository(), SettingsRepository(),
-                   AlarmRepository(), HoldRepository(), ObservedRepository(), CalendarRepository())
+                   AlarmRepository(), HoldRepository(), CalendarRepository())
 
 
 class Container:
@@ -143,7 +141,7 @@ class Container:
 
     def _read_holidays(self) -> None:
         """Load the large library they come from before something is due."""
-        self.calendar().look(self.clock.now().date())
+        self.calendar().day_status(self.clock.now().date())
 
     def first_start(self) -> None:
         """A fresh database takes the tablet's own time zone, and its identity before the first backup can be made."""
@@ -160,7 +158,7 @@ class Container:
         r = self.repositories
         return RobotWorker(robot, self.make_client(robot), WorkerServices(
             self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
-            r.observed, self.settings, self.calendar, r.settings.restored_at(self.db.read())))
+            self.settings, self.calendar, r.settings.restored_at(self.db.read())))
 
     def close(self) -> None:
         self.loop.stop()

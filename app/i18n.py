@@ -1,8 +1,8 @@
 """The language of the texts: gettext catalogues, switched while the app runs, without kivy.
 
-Python says ``_("Save")`` and ``ngettext("{n} robot", "{n} robots", n).format(n=n)``; kv says ``tr._("Save")`` (app/widgets/tr.py).
+Python uses ``_("Save")`` and ``ngettext("{n} robot", "{n} robots", n).format(n=n)``; kv uses ``tr._("Save")`` (app/widgets/tr.py).
 The texts in the code are the English ones. Other languages are ``locale/<language>/LC_MESSAGES/amr.po``; they are compiled in memory
-when chosen, so that no second, older truth lies beside them. ``python -m tests.catalogues`` extracts and checks them.
+when chosen, so that no outdated compiled file can lie beside them. ``python -m tests.catalogues`` extracts and checks them.
 """
 from __future__ import annotations
 
@@ -97,13 +97,13 @@ def translation(language: str, directory: Path = LOCALE_DIR) -> gettext.NullTran
 
 
 def languages(directory: Path = LOCALE_DIR) -> list[str]:
-    """Languages the app can speak, English first."""
+    """Languages there are texts in, English first."""
     found = {path.parents[1].name for suffix in ("po", "mo") for path in directory.glob(f"*/LC_MESSAGES/{DOMAIN}.{suffix}")}
     return [SOURCE_LANGUAGE, *sorted(found - {SOURCE_LANGUAGE})]
 
 
 class Translator:
-    """The present language and those who must know when it changes."""
+    """The present language, and callbacks for when it changes."""
 
     def __init__(self) -> None:
         self.language = SOURCE_LANGUAGE
@@ -111,7 +111,7 @@ class Translator:
         self._observers: list[Callable[[], object]] = []
 
     def use(self, language: str, directory: Path = LOCALE_DIR) -> None:
-        """Speak ``language`` from now on; on the UI thread, as observers redraw."""
+        """Switch to ``language``; call it on the UI thread, as observers redraw."""
         self._texts = translation(language, directory)
         self.language = language
         for observer in list(self._observers):
@@ -133,7 +133,7 @@ class Translator:
         return self._texts.pgettext(context, message)
 
 
-translator = Translator()                # the one language of this process, as ``tk`` is its one theme
+translator = Translator()                # a process has one language
 _ = translator.gettext
 ngettext = translator.ngettext
 pgettext = translator.pgettext

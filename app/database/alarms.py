@@ -1,4 +1,4 @@
-"""Alarms: one standing line per code and key, counted when it happens again."""
+"""Alarms: one open row per code and key, counted when it happens again."""
 from __future__ import annotations
 
 import sqlite3
@@ -12,8 +12,8 @@ _STANDING = "(cleared_at IS NULL OR acknowledged_at IS NULL)"
 
 class AlarmRepository:
     def raise_once(self, c: sqlite3.Connection, alarm: Alarm) -> bool:
-        """Whether it is new. The standing line of the same code and key is counted up when the thing happened again: an event (one that
-        comes already cleared) always, a condition only when it had gone; while it lasts, just its details are kept up to date."""
+        """Returns whether it is new. An open alarm of the same code and key is counted up when it happened again: an event (which is
+        cleared from the start) always, a condition only when it had cleared; while a condition lasts, only its details are updated."""
         row = c.execute(f"SELECT id, cleared_at, details FROM alarms WHERE code = ? AND key = ? AND {_STANDING}",
                         (alarm.code, alarm.key)).fetchone()
         details, last_at = to_json(alarm.details), to_text(alarm.last_at or alarm.raised_at)
@@ -33,28 +33,28 @@ class AlarmRepository:
 
     @staticmethod
     def _shelf_of_the_last(c: sqlite3.Connection, alarm: Alarm, now: str) -> str | None:
-        """Shelved is what the alarm is about, not one line of it: until then it stays out of the way although it was over in between."""
+        """Shelving applies to the code and key, not to one row: it lasts even if the alarm was cleared in between."""
         row = c.execute("SELECT shelved_until FROM alarms WHERE code = ? AND key = ? ORDER BY id DESC LIMIT 1",
                         (alarm.code, alarm.key)).fetchone()
         until: str | None = row["shelved_until"] if row is not None else None
         return until if until is not None and until > now else None
 
     def clear(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
-        """The cause is gone. Whether there was something to clear."""
+        """Note that the cause is gone. Returns whether there was something to clear."""
         return c.execute("UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",
                          (to_text(now), code, key)).rowcount > 0
 
     def acknowledge(self, c: sqlite3.Connection, alarm_id: int, now: datetime, note: str = "") -> None:
-        """Somebody has seen it; the first time counts."""
+        """Note that a person has seen it; only the first time counts."""
         c.execute("UPDATE alarms SET acknowledged_at = ?, note = ? WHERE id = ? AND acknowledged_at IS NULL",
                   (to_text(now), note, alarm_id))
 
     def shelve(self, c: sqlite3.Connection, alarm_id: int, until: datetime | None) -> None:
-        """Out of the way until then; None takes that back."""
+        """Hide it until then; None ends that."""
         c.execute("UPDATE alarms SET shelved_until = ? WHERE id = ?", (to_optional_text(until), alarm_id))
 
     def active(self, c: sqlite3.Connection, code: str, key: str) -> Alarm | None:
-        """The one whose cause lasts."""
+        """The one whose cause persists."""
         row = c.execute("SELECT * FROM alarms WHERE code = ? AND key = ? AND cleared_at IS NULL", (code, key)).fetchone()
         return row and _alarm(row)
 

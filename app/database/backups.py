@@ -19,13 +19,13 @@ from app.domain.models import Settings
 
 BACKUPS = "backups"          # the directory, in the data directory
 KEPT = 7                     # daily ones
-SEQUENCE_GAP = 1000          # ids passed over at a restore: what was made after the backup must not be taken for something new
+SEQUENCE_GAP = 1000          # ids skipped at a restore: what was made after the backup must not be taken for something new
 
 
 def daily_backup(path: Path, now: datetime) -> Path | None:
     """Today's backup (by UTC) unless there is one already, and the oldest beyond seven dropped. Raises DatabaseUnavailable.
 
-    Reads through a connection of its own, so it may run on any thread and holds up nobody.
+    Reads through a connection of its own, so it may run on any thread and delays nobody.
     """
     directory = path.parent / BACKUPS
     target = directory / f"daily-{now:%Y-%m-%d}.db"
@@ -93,10 +93,10 @@ def settings_in(backup: Path) -> Settings:
 
 
 def restore(backup: Path, path: Path, now: datetime) -> Path | None:
-    """Put a backup in the place of the database; the caller holds the instance lock and no connection.
+    """Replace the database by a backup; the caller holds the instance lock and no connection.
 
-    What stood there is kept aside and its new name returned. The installation's id comes back with the backup, so that the same occurrences
-    get the same tokens. Raises DatabaseRefused when the backup can't be used; then nothing was changed.
+    The replaced file is kept under a new name, which is returned. The installation's id comes back with the backup, so that the same
+    occurrences get the same tokens. Raises DatabaseRefused when the backup can't be used; then nothing was changed.
     """
     path = path.absolute()
     if problem := problem_of(backup):
@@ -119,7 +119,7 @@ def restore(backup: Path, path: Path, now: datetime) -> Path | None:
 
 
 def _note_restore(file: Path, now: datetime) -> None:
-    """Leave word of the restore, and begin numbering beyond everything that was made since the backup."""
+    """Record the restore, and continue ids beyond everything that was made since the backup."""
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as connection:
         connection.execute("PRAGMA journal_mode = DELETE")
         connection.execute("PRAGMA synchronous = FULL")

@@ -1,6 +1,6 @@
 """The database of one data directory: opened, checked and migrated; one writer, a read-only connection per thread.
 
-Journal settings that lose no committed row at a power cut (WAL with synchronous=FULL), and readers that never write (design: "Poll loop").
+Journal settings that lose no committed row at a power cut (WAL with synchronous=FULL), and readers that never write.
 """
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class Database:
 
 
 class _Reader:
-    """Closes its connection when its thread ends or the database is let go."""
+    """Closes its connection when its thread ends or the database is no longer referenced."""
 
     def __init__(self, connection: sqlite3.Connection) -> None:
         self.connection = connection
@@ -139,8 +139,8 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
 
 
 def _is_at_rest(path: Path) -> bool:
-    """Whether it lies where nothing can be written and all of it is in the one file: then SQLite has to be told that it needs no files
-    beside it (sqlite.org/wal.html, "Read-Only Databases"). Where an app has been killed they are there already."""
+    """Whether it is in a read-only place and complete in its one file: then SQLite has to be told that it needs no files beside it
+    (sqlite.org/wal.html, "Read-Only Databases"). Where an app has been killed they are there already."""
     return (not os.access(path.parent, os.W_OK) and not files.beside_of(path, "-shm").exists()
             and files.size_of(files.beside_of(path, "-wal")) == 0)
 
@@ -200,7 +200,7 @@ def _has_backups(path: Path) -> bool:
 
 
 def _is_lost(path: Path) -> bool:
-    """Whether a database that once was here is not any more: an empty one must not take its place."""
+    """Whether a database that was here is missing: an empty one must not replace it."""
     return files.size_of(path) == 0 and (_has_backups(path) or files.size_of(files.beside_of(path, "-wal")) > 0)
 
 
@@ -210,13 +210,13 @@ def _keep_aside(path: Path, problem: Message, clock: Clock) -> DatabaseDamaged:
 
 
 def _refuse_marked(path: Path, clock: Clock) -> None:
-    """A damage that was found before still stands, unless a backup has been put in the place of the file."""
+    """Damage that was found earlier persists until a backup has replaced the file."""
     if not files.is_marked_damaged(path):
         return
     if not path.exists():
         raise DatabaseDamaged(path, message("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
     if not files.is_aside(path):
         raise _keep_aside(path, message("found at an earlier start"), clock)
-    files.clear_mark(path)                    # a restore was cut off after its last step but one
+    files.clear_mark(path)                    # a restore was interrupted before its last step
 
 

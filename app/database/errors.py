@@ -9,7 +9,7 @@ from app.domain.message import Message, message, render
 
 
 class DatabaseError(Exception):
-    """Base of all below; ``text`` is one English sentence for people, ``told`` what it is made of."""
+    """Base of all below; ``text`` is one English sentence for people, ``message`` the same without a language."""
 
     def __init__(self, msgid: str, **params: object) -> None:
         self.message = message(msgid, **params)
@@ -31,7 +31,7 @@ class DatabaseRefused(DatabaseError):
 class DatabaseDamaged(DatabaseError):
     """The file is not a readable database any more. Nothing is scheduled until a backup is restored.
 
-    ``path`` is where the database belongs, ``kept_as`` where the damaged file stands now (None: it was left in place, or there is none),
+    ``path`` is where the database belongs, ``kept_as`` where the damaged file is now (None: it was left in place, or there is none),
     ``backup`` the newest good backup (None: there is none).
     """
 
@@ -66,7 +66,7 @@ def primary_code(error: BaseException) -> int:
 
 
 def translated(error: BaseException, path: Path) -> BaseException:
-    """The same error in our words where it is one of the storage; anything else (a broken constraint, a bug) as it is."""
+    """The matching DatabaseError for a failure of the storage; anything else (a broken constraint, a bug) unchanged."""
     code = primary_code(error)
     if code in _DAMAGE:
         return DatabaseDamaged(path, str(error))

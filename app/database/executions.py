@@ -17,9 +17,9 @@ from app.domain.models import OPEN_STATES, DurationEstimate, Execution, Reason, 
 _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
-_USUAL_OF = 20               # newest completed runs that tell the usual duration
+_USUAL_OF = 20               # newest completed runs that the usual duration is computed from
 _ADDED_AT_ONCE = 100         # rows in one statement
-PRUNED_AT_ONCE = 100         # of each kind, so that what falls due never waits long for the writer
+PRUNED_AT_ONCE = 100         # of each kind, so that due executions never wait long for the writer
 
 _INSTANTS = ("hold_until", "planned_at", "closes_at", "created_at", "submitted_at", "started_at", "ended_at")
 _OBJECTS = ("parameters", "wait_details")
@@ -30,7 +30,7 @@ _COLUMNS = (*_PLAIN, "reason_code", "reason_details")
 
 @dataclass(frozen=True)
 class ExecutionFilter:
-    """Which executions somebody wants to see; None or an empty text: whatever it is."""
+    """Which executions are wanted; None or an empty text: any."""
     robot_ids: Sequence[int] | None = None
     mission: str | None = None           # its name
     states: Sequence[State] | None = None
@@ -42,7 +42,7 @@ class ExecutionFilter:
 
 @dataclass(frozen=True)
 class PageKey:
-    """Where a page ends: the next one begins behind it, whatever was added or dropped in the meantime."""
+    """Where a page ends: the next one begins behind it, whatever was added or deleted in the meantime."""
     planned_at: datetime
     id: int
 
@@ -52,7 +52,7 @@ class PageKey:
 
 
 class Unsent(NamedTuple):
-    """What tells whether an execution that no robot has yet wants something now."""
+    """What decides whether an execution that no robot has yet is to be handled now."""
     id: int
     state: State
     closes_at: datetime
@@ -88,14 +88,14 @@ class ExecutionRepository:
         return added
 
     def add_many(self, c: sqlite3.Connection, executions: Iterable[Execution]) -> int:
-        """Thousands at once, those in the ledger already passed over; returns how many were new."""
+        """Thousands at once, skipping those in the ledger already; returns how many were new."""
         return max(0, c.executemany(f"{_INSERT} ON CONFLICT DO NOTHING", map(_row_of, executions)).rowcount)
 
     def change(self, c: sqlite3.Connection, execution_id: int, expected: Sequence[State], **columns: Any) -> Execution | None:
-        """Change columns of a row that still stands in one of the expected states.
+        """Change columns of a row that is still in one of the expected states.
 
-        Returns the row after the change, or None when it had moved on: then nothing was changed. Values are those of ``Execution``
-        (``reason`` sets or, with None, clears code and details).
+        Returns the row after the change, or None when its state was another one: then nothing was changed. Values are those of
+        ``Execution`` (``reason`` sets or, with None, clears code and details).
         """
         values = _stored(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
@@ -112,7 +112,7 @@ class ExecutionRepository:
         return self._end_waiting(c, "robot_id", robot_id, reason, now)
 
     def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> int:
-        """End everything open of a robot that nobody will ask any more; returns how many."""
+        """End everything open of a robot that is being removed; returns how many."""
         return self._end(c, f"robot_id = ? AND {_OPEN}", robot_id, reason, now)
 
     def _end_waiting(self, c: sqlite3.Connection, column: str, value: int, reason: Reason, now: datetime) -> int:
@@ -132,8 +132,8 @@ class ExecutionRepository:
         return Surplus(max(0, ran - history_limit), max(0, not_ran - history_limit))
 
     def drop_oldest(self, c: sqlite3.Connection, surplus: Surplus) -> Surplus:
-        """Drop the oldest of that many ended rows of each kind, 100 at most; returns how many are left to drop. Open rows are never
-        dropped."""
+        """Delete the oldest of that many ended rows of each kind, 100 at most; returns how many are left to delete. Open rows are never
+        deleted."""
         return Surplus(*(number - self._drop_oldest(c, kind, number) for kind, number in zip((_RUN, _NOT_RUN), surplus, strict=True)))
 
     @staticmethod
@@ -161,8 +161,8 @@ class ExecutionRepository:
                              WHERE robot_id = ? AND {_OPEN} AND state IN ('waiting', 'submitting')""", (robot_id,))
         return [Unsent(id_, State(state), to_instant(closes_at), cancel_code is not None) for id_, state, closes_at, cancel_code in rows]
 
-    def still(self, c: sqlite3.Connection, ids: Sequence[int], states: Sequence[State]) -> list[Execution]:
-        """Those of these rows that stand in one of the states, in no order."""
+    def in_states(self, c: sqlite3.Connection, ids: Sequence[int], states: Sequence[State]) -> list[Execution]:
+        """Those of these rows that are in one of the states, in no order."""
         if not ids:
             return []
         return self._list(c, f"WHERE id IN ({placeholders(ids)}) AND state IN ({placeholders(states)})", *ids, *states)
@@ -314,7 +314,7 @@ _plain_values = attrgetter(*_PLAIN)
 
 
 def _stored(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Columns and what stands in them, of fields and their values."""
+    """Columns and their stored values, of fields and their values."""
     stored: dict[str, Any] = {}
     for name, value in values.items():
         if name == "reason":

@@ -55,7 +55,7 @@ def size_of(path: Path) -> int:
 
 
 def sync_directory(path: Path) -> None:
-    """Make renames in it last through a power cut."""
+    """Make renames in it survive a power cut."""
     if os.name != "posix":
         return
     handle = os.open(path, os.O_RDONLY)
@@ -104,9 +104,9 @@ _NOTHING = "-"
 
 
 def put_aside(path: Path, label: str, now: datetime) -> Path | None:
-    """``set_aside`` under a mark, so that later starts refuse too: an empty database is never put in the place of a damaged one.
+    """``set_aside`` under a mark, so that later starts refuse too: a damaged database is never replaced by an empty one.
 
-    The mark stands before the rename and is empty until it is done, so that a crash in between can be told from a restore.
+    The mark exists before the rename and is empty until that is done, so that a crash in between can be distinguished from a restore.
     """
     _write_mark(path, "")
     kept = set_aside(path, label, now)
@@ -126,7 +126,7 @@ def is_marked_damaged(path: Path) -> bool:
 
 
 def is_aside(path: Path) -> bool:
-    """Whether the rename under the mark was done: a database that stands in its place by now was restored."""
+    """Whether the rename under the mark was done: a database that is there again was restored."""
     return bool(_mark(path).read_text(encoding="utf-8").strip())
 
 

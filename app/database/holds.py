@@ -1,4 +1,4 @@
-"""Holds of all robots or of one, as the operator set them; they outlive a restart."""
+"""Holds of all robots or of one, as the operator set them; they survive a restart."""
 from __future__ import annotations
 
 import sqlite3
@@ -20,7 +20,7 @@ class StoredHold:
 
 class HoldRepository:
     def all(self, c: sqlite3.Connection) -> list[StoredHold]:
-        """Oldest first, those that are over included."""
+        """Oldest first, expired ones included."""
         return [StoredHold(to_instant(row["started_at"]), row["reason"], to_optional_instant(row["until"]), row["robot_id"], row["id"])
                 for row in c.execute("SELECT * FROM holds ORDER BY id")]
 

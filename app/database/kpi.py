@@ -97,7 +97,7 @@ class KpiRepository:
 
     @staticmethod
     def robots(c: sqlite3.Connection) -> list[int]:
-        """Robots with history, removed ones too: leaps over the index instead of reading it."""
+        """Robots with history, removed ones too. Skips through the index instead of reading all of it."""
         return [row[0] for row in c.execute("""
             WITH RECURSIVE found (id) AS (
                 SELECT min(robot_id) FROM executions WHERE ended_at IS NOT NULL
@@ -179,7 +179,7 @@ class KpiRepository:
             ORDER BY ended_at DESC LIMIT ?""", (span.start, span.end, *values, limit))]
 
     def failures(self, c: sqlite3.Connection, span: Span) -> list[tuple[str | None, str | None, int]]:
-        """(reason code, the robot's own words, number) of everything that failed, whatever had triggered it."""
+        """(reason code, the robot's message, number) of everything that failed, whatever had triggered it."""
         robots = self._robots_of(c, span)
         return [tuple(row) for row in c.execute(f"""
             SELECT reason_code, json_extract(reason_details, '$.message'), count(*) FROM executions INDEXED BY executions_by_robot
@@ -212,7 +212,7 @@ class KpiRepository:
 
     @staticmethod
     def _guids(c: sqlite3.Connection, robot_id: int) -> list[str]:
-        """Missions that a robot ever completed, by leaps like ``robots``."""
+        """Missions that a robot ever completed, by skips like ``robots``."""
         return [row[0] for row in c.execute("""
             WITH RECURSIVE found (guid) AS (
                 SELECT min(mission_guid) FROM executions WHERE state = 'completed' AND robot_id = :robot
@@ -246,15 +246,6 @@ class KpiRepository:
                            (robot, guid)).fetchone() for robot in robots]
         name: str = max((tuple(row) for row in found if row), default=("", ""))[1]
         return name
-
-    # ------------------------------------------------------------------ what was seen
-    def observed(self, c: sqlite3.Connection, first_day: str, last_day: str,
-                 robot_ids: Sequence[int] | None) -> dict[tuple[int, str], float]:
-        """Seconds by (robot, activity) over these days, both included."""
-        robots, values = self._of_robots(Span(robot_ids=robot_ids))
-        rows = c.execute(f"""SELECT robot_id, activity, sum(seconds) FROM observed WHERE day BETWEEN ? AND ? {robots}
-                             GROUP BY robot_id, activity""", (first_day, last_day, *values))
-        return {(row[0], row[1]): row[2] for row in rows}
 
     @staticmethod
     def _of_robots(span: Span) -> tuple[str, list[int]]:

@@ -18,12 +18,12 @@ class MissionRepository:
         row = c.execute("SELECT * FROM missions WHERE id = ?", (mission_id,)).fetchone()
         return row and _mission(row)
 
-    def those(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Mission]:
-        """By id."""
+    def by_ids(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Mission]:
+        """Those with these ids, by id."""
         return {row["id"]: _mission(row) for row in c.execute(f"SELECT * FROM missions WHERE id IN ({placeholders(ids)})", (*ids,))}
 
     def by_name(self, c: sqlite3.Connection, name: str, robot_id: int | None = None) -> Mission | None:
-        """Exactly that one: of the robot, or (None) the one for all robots."""
+        """Only the robot's own one or, for None, only the one for all robots."""
         row = c.execute("SELECT * FROM missions WHERE name = ? AND coalesce(robot_id, 0) = ?", (name, robot_id or 0)).fetchone()
         return row and _mission(row)
 
@@ -32,7 +32,7 @@ class MissionRepository:
         return self.by_name(c, name, robot_id) or self.by_name(c, name)
 
     def with_guid(self, c: sqlite3.Connection, guid: str, robot_id: int) -> Mission | None:
-        """What a guid stands for on that robot: of several the robot's own, then one whose duration is typed."""
+        """The mission with that guid on that robot: of several the robot's own, then one whose duration is typed."""
         row = c.execute("""SELECT * FROM missions WHERE guid = ? AND (robot_id = ? OR robot_id IS NULL)
                            ORDER BY robot_id IS NULL, usual_minutes IS NULL, name LIMIT 1""", (guid, robot_id)).fetchone()
         return row and _mission(row)

@@ -23,8 +23,8 @@ class RobotRepository:
         row = c.execute(f"{_SELECT} WHERE r.id = ?", (robot_id,)).fetchone()
         return row and _robot(row)
 
-    def those(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Robot]:
-        """By id."""
+    def by_ids(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Robot]:
+        """Those with these ids, by id."""
         return {row["id"]: _robot(row) for row in c.execute(f"{_SELECT} WHERE r.id IN ({placeholders(ids)})", (*ids,))}
 
     def by_name(self, c: sqlite3.Connection, name: str) -> Robot | None:
@@ -46,7 +46,7 @@ class RobotRepository:
         self._put_idle(c, robot)
 
     def note_identity(self, c: sqlite3.Connection, robot_id: int, **found: str) -> None:
-        """What the machine said of itself: serial_number, model, software."""
+        """Store what the machine reports of itself: serial_number, model, software."""
         if unknown := found.keys() - set(_IDENTITY):
             raise ValueError(f"not part of a robot's identity: {sorted(unknown)}")
         for name, value in found.items():

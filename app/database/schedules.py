@@ -36,7 +36,7 @@ class ScheduleRepository:
         return self._list(c, "WHERE mission_id = ? ORDER BY name", mission_id)
 
     def due(self, c: sqlite3.Connection, now: datetime, limit: int = -1) -> list[Schedule]:
-        """Switched-on ones whose next occurrence has come, earliest first, all or so many; one look into an index when there is none."""
+        """Switched-on ones whose next occurrence has come, earliest first, all or so many; costs one index lookup when there is none."""
         return self._list(c, "WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at, id LIMIT ?", to_text(now), limit)
 
     def next_due(self, c: sqlite3.Connection, robot_id: int | None = None) -> datetime | None:

@@ -228,4 +228,13 @@ WHEN OLD.ended_at IS NOT NULL OR NEW.ended_at IS NOT NULL BEGIN
 END;
 """
 
-MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS)
+_ACTIVITY_DAYS = """
+-- What was observed per day was counted apart from the spans. It stays for the days before them and for the one with the first of them,
+-- which may have begun in the middle of it (its day in UTC and the next, whatever the zone), but not for today.
+ALTER TABLE observed RENAME TO activity_days;
+DELETE FROM activity_days WHERE day > (
+    SELECT min(date(min(started_at), '+1 day'), date(max(ended_at), '-2 days')) FROM activity_spans
+    WHERE activity_spans.robot_id = activity_days.robot_id);
+"""
+
+MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS)

@@ -60,6 +60,6 @@ class SettingsRepository:
         self.put(c, "heartbeat", to_text(now))
 
     def restored_at(self, c: sqlite3.Connection) -> datetime | None:
-        """When a backup was last put in place: what was planned before may have run although the ledger does not know."""
+        """When a backup was last restored: what was planned before may have run although the ledger does not know."""
         text = self.get(c, "restored_at")
         return None if text is None else to_instant(text)

@@ -1,4 +1,4 @@
-"""How Python values stand in columns: instants as UTC text of fixed width (text order is time order), mappings as JSON."""
+"""How Python values are stored in columns: instants as UTC text of fixed width (text order is time order), mappings as JSON."""
 from __future__ import annotations
 
 import json
@@ -31,7 +31,7 @@ def to_json(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON does not know: read-only mappings become objects, instants and the rest their text."""
+    """For ``json.dumps``, of types that JSON does not have: read-only mappings become objects, instants and the rest their text."""
     if isinstance(value, Mapping):
         return dict(value)
     if isinstance(value, datetime):

@@ -1,8 +1,8 @@
 """The one connection that writes, and the thread that owns it.
 
 Several threads writing or checkpointing one WAL database can lose pages on SQLite before 3.51.3, so exactly one does both
-(https://sqlite.org/wal.html, "WAL-reset bug"). Works that wait together share one transaction, each inside its own savepoint: a burst costs
-one flush of the disk instead of one per work. Who is patient waits a moment for company.
+(https://sqlite.org/wal.html, "WAL-reset bug"). Work items that wait at the same time share one transaction, each inside its own savepoint:
+a burst costs one flush of the disk instead of one per item. A patient item waits a few ms for others to share with.
 """
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class _WritingConnection:
             if self._transactions >= WRITE_BACK_EVERY:
                 self._transactions = 0
                 self.connection.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
-        except sqlite3.Error:                 # no room to write back: the WAL keeps everything until there is
+        except sqlite3.Error:                 # no space to write back: the WAL keeps everything until there is
             log.warning("The write-ahead log of %s can't be written back yet", self._path, exc_info=True)
 
     def checkpoint(self) -> bool:
@@ -199,7 +199,7 @@ class ThreadedWriter:
             self._refuse_the_rest()
 
     def _refuse_the_rest(self) -> None:
-        """Nobody waits for ever, should this thread have come to an end nobody asked for."""
+        """Should this thread end unexpectedly, no caller waits for ever."""
         with self._closing:
             self._closed = True
             while not self._tasks.empty():
@@ -207,7 +207,7 @@ class ThreadedWriter:
                     task[1].set_exception(DatabaseUnavailable("{path} is closed", path=self._path))
 
     def _next_tasks(self) -> list[_Task]:
-        """Wait for one and take along what else waits; empty at the end."""
+        """Wait for one, and take what else is waiting; empty at the end."""
         task = self._tasks.get()
         tasks: list[_Task] = []
         held_until = time.monotonic() + PATIENCE

@@ -1,19 +1,22 @@
 """What a robot is doing, in the few words that utilisation counts, and the spans of time for which it was seen doing it."""
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import date, datetime, timedelta
+from itertools import zip_longest
+from operator import itemgetter
+from typing import NamedTuple
+from zoneinfo import ZoneInfo
 
+from app.domain.clock import midnight
 from app.domain.robot import RobotState, RobotStatus
 
 ACTIVITIES = ("executing", "charging", "idle", "paused", "error", "offline")
-NO_DATA = "no_data"                      # nobody looked: told when reading, never stored
+NO_DATA = "no_data"                      # the robot was not polled: worked out when reading, never stored
 CLOCK_STEP_S = 5.0                       # the wall clock differs from the monotonic one by more: it was set, or the tablet slept
 
 
-@dataclass(frozen=True)
-class ActivitySpan:
+class ActivitySpan(NamedTuple):
     """One of ``ACTIVITIES``, or NO_DATA, over [start, end)."""
     activity: str
     start: datetime
@@ -25,7 +28,7 @@ class ActivitySpan:
 
 
 def activity_of(status: RobotStatus) -> str:
-    """One of ``ACTIVITIES``. Charging is told by the mission text or the state Docked, as hardware clients do (reference, section 2: R)."""
+    """One of ``ACTIVITIES``. A robot charges when its state is Docked or its mission text says so."""
     if status.state is RobotState.DOCKED or status.mission_text.startswith("Charging"):
         return "charging"
     match status.state:
@@ -39,8 +42,8 @@ def activity_of(status: RobotStatus) -> str:
 
 
 class SpanRecorder:
-    """Turns looks at one robot into spans. The time since the last look belongs to what is seen now, as it does in the observed time; a gap
-    that is too long, and a wall clock that was set, leave a hole."""
+    """Turns polls of one robot into spans. The time since the last poll counts for what the present one finds; a gap that is too long, and
+    a wall clock that was set, leave a hole."""
 
     def __init__(self) -> None:
         self._span: ActivitySpan | None = None
@@ -54,13 +57,13 @@ class SpanRecorder:
         follows = span is not None and 0 <= passed <= longest_gap and abs((now - span.end).total_seconds() - passed) <= CLOCK_STEP_S
         self._mono = mono
         if span is not None and follows and span.activity == activity:
-            self._span = replace(span, end=max(now, span.end))
+            self._span = span._replace(end=max(now, span.end))
             return
         if span is not None and span.end > span.start:
             self._done.append(span)
         self._span = ActivitySpan(activity, span.end if span is not None and follows else now, now)
         if follows and now < self._span.start:
-            self._span = replace(self._span, end=self._span.start)
+            self._span = self._span._replace(end=self._span.start)
         self.has_changed = True
 
     def take(self) -> Sequence[ActivitySpan]:
@@ -72,31 +75,59 @@ class SpanRecorder:
 
 # ---------------------------------------------------------------------- reading them
 def without_gaps(stored: Sequence[ActivitySpan], start: datetime, end: datetime) -> list[ActivitySpan]:
-    """[start, end) from edge to edge: NO_DATA where nobody looked, neighbours of the same kind joined.
+    """[start, end) from edge to edge: NO_DATA where nothing was seen, neighbours of the same kind joined.
 
     Where spans overlap (the clock had been set back), the one that began later holds.
     """
     found: list[ActivitySpan] = []
 
-    def put(activity: str, since: datetime, until: datetime) -> None:
-        if until <= since:
+    def put(span: ActivitySpan) -> None:
+        if span.end <= span.start:
             return
-        if found and found[-1].activity == activity:
-            found[-1] = replace(found[-1], end=until)
+        if found and found[-1].activity == span.activity:
+            found[-1] = found[-1]._replace(end=span.end)
         else:
-            found.append(ActivitySpan(activity, since, until))
+            found.append(span)
 
-    ordered = sorted((span for span in stored if span.start < end), key=lambda span: span.start)
     at = start
-    for n, span in enumerate(ordered):
-        until = min(span.end, end, *(ordered[n + 1].start,) if n + 1 < len(ordered) else ())
-        if until <= at:
-            continue
-        put(NO_DATA, at, max(span.start, at))
-        put(span.activity, max(span.start, at), until)
-        at = until
-    put(NO_DATA, at, end)
+    for span in _one_at_a_time(stored, start, end):
+        put(ActivitySpan(NO_DATA, at, span.start))
+        put(span)
+        at = span.end
+    put(ActivitySpan(NO_DATA, at, end))
     return found
+
+
+def _one_at_a_time(stored: Sequence[ActivitySpan], start: datetime, end: datetime) -> Iterator[ActivitySpan]:
+    """What of these spans lies in [start, end), in order, each cut where the next begins."""
+    ordered = sorted(stored, key=itemgetter(1))
+    for span, following in zip_longest(ordered, ordered[1:]):
+        since, until = max(span.start, start), min(span.end, end)
+        if following is not None and following.start < until:
+            until = following.start
+        if since < until:
+            yield ActivitySpan(span.activity, since, until)
+
+
+def seconds_by_day(stored: Sequence[ActivitySpan], start: datetime, end: datetime, zone: ZoneInfo) -> dict[date, dict[str, float]]:
+    """How long each activity was seen in [start, end), by local day; where nothing was seen, there is no day and no activity."""
+    found: dict[date, dict[str, float]] = {}
+    day, day_ends = date.min, start
+    for activity, at, until in _one_at_a_time(stored, start, end):
+        while at < until:
+            if at >= day_ends:
+                day = at.astimezone(zone).date()
+                day_ends = midnight(day + timedelta(days=1), zone)
+                found.setdefault(day, {})
+            part = min(until, day_ends)
+            found[day][activity] = found[day].get(activity, 0.0) + (part - at).total_seconds()
+            at = part
+    return found
+
+
+def seen_seconds(by_activity: Mapping[str, float]) -> float:
+    """Of these, for how long the robot was seen and answered."""
+    return sum(seconds for activity, seconds in by_activity.items() if activity not in (NO_DATA, "offline"))
 
 
 def as_drawn(spans: Sequence[ActivitySpan], columns: int) -> list[ActivitySpan]:
@@ -118,7 +149,7 @@ def as_drawn(spans: Sequence[ActivitySpan], columns: int) -> list[ActivitySpan]:
             shares[span.activity] = shares.get(span.activity, timedelta()) + min(span.end, right) - max(span.start, left)
         activity = "error" if "error" in shares else max(shares, key=lambda name: shares[name])
         if found and found[-1].activity == activity:
-            found[-1] = replace(found[-1], end=right)
+            found[-1] = found[-1]._replace(end=right)
         else:
             found.append(ActivitySpan(activity, left, right))
     return found

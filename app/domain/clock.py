@@ -1,4 +1,4 @@
-"""Time as the services see it.
+"""The clock that services use, and time zones.
 
 Everything that knows the time takes a ``Clock``, so a year of operation runs in seconds under a virtual one.
 """
@@ -6,11 +6,12 @@ from __future__ import annotations
 
 import os
 import time
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
+from datetime import time as time_of_day
 from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
-from zoneinfo import available_timezones
+from zoneinfo import ZoneInfo, available_timezones
 
 
 class Clock(Protocol):
@@ -39,15 +40,21 @@ class SystemClock:
         time.sleep(seconds)
 
 
+def midnight(day: date, zone: ZoneInfo) -> datetime:
+    """The instant, in UTC, at which a local day begins; where a clock change skips its midnight, the instant of the change."""
+    local = datetime.combine(day, time_of_day(), zone)
+    return min(local.astimezone(UTC), local.replace(fold=1).astimezone(UTC))
+
+
 @lru_cache(maxsize=1)
 def zone_names() -> frozenset[str]:
-    """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files. Systems list some files
-    with them that are none (zic(8)): this machine's own zone, whatever it is, and one that says that none was set."""
+    """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files. Systems list
+    some files among them that are no zones (zic(8)): a copy of the machine's own zone, and a placeholder for "not set"."""
     return frozenset(available_timezones() - {"localtime", "posixrules", "Factory"})
 
 
 def local_timezone_name() -> str:
-    """IANA name of the tablet's zone; ``UTC`` where the system does not tell."""
+    """IANA name of the tablet's zone; ``UTC`` where the system does not say."""
     names = zone_names()
     if (name := os.environ.get("TZ", "").lstrip(":")) in names:
         return name

@@ -1,4 +1,4 @@
-"""How far a share of few cases can be trusted."""
+"""Confidence intervals of shares."""
 from __future__ import annotations
 
 from math import sqrt

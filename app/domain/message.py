@@ -13,7 +13,7 @@ Message = str | Mapping[str, Any]
 
 
 class _Params(dict[str, Any]):
-    """Values of a sentence; one that is missing must not hide the sentence behind an error."""
+    """Values of the placeholders; a missing one is left as it is written instead of raising KeyError."""
 
     def __missing__(self, key: str) -> str:
         return "?"
@@ -25,12 +25,12 @@ def message(msgid: str, /, **params: object) -> dict[str, Any]:
 
 
 def message_of(error: BaseException) -> Message:
-    """What an error says; errors of this app have it as ``message``."""
+    """The message of an exception: its ``message`` where it is one of this app's, else its text."""
     own = getattr(error, "message", None)
     return own if is_message(own) else str(error)
 
 
-# The most frequent reasons why a file can't be read or written (strerror of POSIX); any other is shown as the system words it.
+# The most frequent reasons why a file can't be read or written (strerror of POSIX); any other is shown with the system's own text.
 SENTENCES = ("No such file or directory", "Permission denied", "Operation not permitted", "File exists", "Not a directory",
              "Is a directory", "No space left on device", "Disk quota exceeded", "Read-only file system", "Input/output error",
              "File name too long", "Too many open files", "Device or resource busy")

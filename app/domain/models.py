@@ -1,4 +1,4 @@
-"""The words that every layer speaks, as frozen dataclasses and enums (design: "Words", "Execution ledger").
+"""The terms that every layer shares, as frozen dataclasses and enums; docs/architecture.md explains them.
 
 Instants are timezone-aware UTC ``datetime``; a schedule's ``start`` is naive wall-clock time in its own zone. Durations are seconds
 unless a name says otherwise. Identifiers are database keys; names are what people and files use.
@@ -26,7 +26,7 @@ class Trigger(StrEnum):
 
 
 class State(StrEnum):
-    """Where an execution stands; see the ledger's diagram in the design."""
+    """State of an execution; docs/architecture.md has the diagram of its transitions."""
     WAITING = "waiting"
     SUBMITTING = "submitting"
     QUEUED = "queued"
@@ -47,7 +47,7 @@ ENDED_STATES = tuple(state for state in State if state not in OPEN_STATES)
 
 
 class ReasonCode(StrEnum):
-    """Why an execution is not completed: the closed list of the contract."""
+    """Why an execution is not completed: a closed list (docs/interfaces.md)."""
     ROBOT_ABORTED = "robot_aborted"
     RETRY_LIMIT = "retry_limit"
     WINDOW_CLOSED = "window_closed"
@@ -92,7 +92,7 @@ class Reason:
 
 
 class Wait(StrEnum):
-    """What holds a waiting execution just now (told on screen, never an outcome)."""
+    """What a waiting execution waits for at present (shown on screen, never an outcome)."""
     DUE = "due"                          # about to be sent
     RETRY = "retry"                      # the last attempt failed
     BATTERY = "battery"
@@ -179,8 +179,8 @@ class Schedule:
 
 @dataclass(frozen=True)
 class DurationEstimate:
-    """How long a mission takes on a robot, in seconds: the median of the runs lately, what nine of ten stayed under, of how many runs; or
-    what a person typed, which is both and rests on none."""
+    """How long a mission takes on a robot, in seconds: median and 90th percentile of the latest runs; or what a person typed, which is both
+    and rests on no runs."""
     median_s: float
     slow_s: float
     samples_s: tuple[float, ...] = ()         # each of them, shortest first
@@ -191,7 +191,7 @@ class DurationEstimate:
         return len(self.samples_s)
 
     def share_over(self, seconds: float) -> float:
-        """Of the runs, those that took longer; 0 … 1."""
+        """Share of the runs that took longer, 0 … 1."""
         return sum(lasted > seconds for lasted in self.samples_s) / len(self.samples_s) if self.samples_s else 0.0
 
 
@@ -262,7 +262,7 @@ FONT_SCALES = (100, 115, 130)            # %, of the size that texts have by the
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that can be set, with its default (contract: "Configuration file")."""
+    """Everything that can be set, with its default (docs/interfaces.md, "Configuration file")."""
     poll_interval_seconds: int = 30
     retry_limit: int = 10
     minimum_battery_percent: float | None = None
@@ -285,10 +285,6 @@ class Settings:
     def poll_interval(self) -> timedelta:
         return timedelta(seconds=self.poll_interval_seconds)
 
-    @property
-    def quiet_time(self) -> timedelta:
-        return timedelta(seconds=self.unknown_outcome_quiet_seconds)
-
     def is_working_day(self, day: date) -> bool:
         return WEEKDAYS[day.weekday()] in self.working_days
 
@@ -300,7 +296,7 @@ class DayException:
     first_day: date
     last_day: date
     is_working: bool = False
-    yearly: bool = False                 # again in every later year
+    yearly: bool = False                 # repeated in every later year
     source: str = ""                     # the file it came with; empty: entered by hand
     id: int = 0
 
@@ -314,7 +310,7 @@ class Priority(StrEnum):
 
 @dataclass(frozen=True)
 class Alarm:
-    """Something a person should know: one line per (source, key), counted when it repeats (after ISA-18.2)."""
+    """Something a person should know, after ISA-18.2: one alarm per (code, key), counted when it repeats."""
     code: str                            # e.g. "app_was_off", "duplicate_healed"; app.services.live.alarms has the list
     key: str                             # what it is about, e.g. "robot:3"; with code the identity
     priority: Priority
@@ -342,7 +338,7 @@ class InvalidInput(ValueError):
 
     @property
     def message(self) -> Mapping[str, Any]:
-        """What its sentence is made of."""
+        """The message without a language."""
         return message(self.msgid, **self.details)
 
     @property

@@ -1,5 +1,5 @@
-"""What a name may be made of: what can be seen. Characters that hide, turn the direction of writing or mean nothing would make two names
-look alike, and one read as another.
+"""Characters that a name may have: visible ones. Invisible characters and those that change the direction of writing would make two
+different names look alike.
 
 Categories are Unicode's (UAX 44). The joiners of UAX 31, section 2.3, stay where a script writes with them: inside a word of Arabic or
 Indic letters, inside an emoji.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import unicodedata
 
-LONGEST = 80                             # characters (contract: "Ranges")
+LONGEST = 80                             # characters
 
 _UNWANTED = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 _BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")       # letters, marks and a symbol that show nothing
@@ -22,7 +22,7 @@ def normal(text: str) -> str:
 
 
 def unwanted(text: str) -> str:
-    """The first character that can't stand in a name; "" when there is none."""
+    """The first character that can't be part of a name; "" when there is none."""
     return next((character for n, character in enumerate(text) if not _may_stand(text, n)), "")
 
 
@@ -32,7 +32,7 @@ def has_visible(text: str) -> bool:
 
 
 def cleaned(text: str, longest: int = LONGEST) -> str:
-    """A name out of a text of elsewhere, a robot's or a file's: on one line, no longer than a name may be. "" when nothing is left."""
+    """A valid name made of a text from a robot or a file: on one line, cut to the longest a name may be; "" when nothing is left."""
     line = " ".join("".join(" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") else c for c in text).split())
     seen = "".join(c for c in line if c in _JOINERS or not _is_unwanted(c))
     name = normal("".join(c for n, c in enumerate(seen) if _may_stand(seen, n)))[:longest].rstrip().rstrip("".join(_JOINERS))

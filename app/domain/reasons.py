@@ -1,4 +1,4 @@
-"""Why an execution ended as it did, or waits: stored as a code and numbers, told in one sentence (contract: "reason_code").
+"""Why an execution ended as it did, or waits: stored as a code and numbers, shown as one sentence. docs/interfaces.md lists the codes.
 
 Nothing here ever fails: a row of an older version, or one whose details are missing or odd, still gets a sentence.
 """
@@ -81,12 +81,12 @@ _LONGEST = 400                                               # characters of a t
 
 
 def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
-    """One sentence; ``zone`` is the one its times are told in."""
-    return _tell(_TEMPLATES.get(reason.code, (((), str(reason.code)),)), reason.details, zone, translate)
+    """One sentence; ``zone`` is the one its times are given in."""
+    return _filled_in(_TEMPLATES.get(reason.code, (((), str(reason.code)),)), reason.details, zone, translate)
 
 
 def to_store(reason: Reason) -> dict[str, Any]:
-    """As it is kept in the details of something else; ``stored_sentence`` tells it."""
+    """For the details of something else; ``stored_sentence`` makes the sentence of it."""
     return {"code": str(reason.code), "details": dict(reason.details)}
 
 
@@ -100,14 +100,14 @@ def stored_sentence(stored: Mapping[str, Any], zone: tzinfo | str, translate: Tr
 
 
 def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, translate: Translate = lambda text: text) -> str:
-    """What holds an open execution just now, in its own zone unless another is given; empty for one that has ended."""
+    """What an open execution waits for, in its own zone unless another is given; empty for one that has ended."""
     if execution.state is State.WAITING:
         details = {**execution.wait_details, "attempts": execution.attempts, "closes_at": execution.closes_at}
-        return _tell(_WAITS[execution.wait], details, zone or execution.timezone, translate)
+        return _filled_in(_WAITS[execution.wait], details, zone or execution.timezone, translate)
     return translate(_UNDER_WAY[execution.state]) if execution.state in _UNDER_WAY else ""
 
 
-def _tell(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+def _filled_in(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     known = _known(details, known_zone(zone), translate)
     text = next((text for needed, text in templates if known.keys() >= set(needed)), templates[-1][1])
     translated = translate(text)
@@ -118,7 +118,7 @@ def _tell(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinf
 
 
 def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> dict[str, str]:
-    """What can be told, as text. Times have their date with them when they lie on different days, or as ``…_with_date``."""
+    """The details that can be shown, as text. Times have their date with them when they lie on different days, or as ``…_with_date``."""
     instants = _instants(details, zone)
     known = {f"{name}_with_date": writing.day_and_time(instant, translate) for name, instant in instants.items()}
     known |= instants_in_words(details, zone, translate)
@@ -142,7 +142,7 @@ def _instants(details: Mapping[str, Any], zone: tzinfo) -> dict[str, datetime]:
 
 
 def _text(value: object, translate: Translate) -> str:
-    """Numbers as the language writes them, without needless decimals, texts on one line; empty when it says nothing."""
+    """Numbers as the language writes them, without needless decimals, texts on one line; empty when there is nothing to show."""
     if value is None or isinstance(value, bool):
         return ""
     if isinstance(value, float):

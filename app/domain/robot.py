@@ -1,4 +1,4 @@
-"""What a robot says, as frozen values. Everything that is null or missing on some software is Optional (reference, sections 2–4).
+"""What a robot answers, as frozen values. Everything that is null or missing with some software versions is Optional.
 
 Texts are cleaned (no control characters, at most 500 characters) and the robot's templates are resolved in them. Instants of the
 robot are naive times of its own clock, which may be wrong: only differences between instants of one item mean anything.
@@ -84,7 +84,7 @@ class RobotStatus:
 
 
 class QueueState(Enum):
-    """State of a queue item. In the short moment of ``Abort`` nobody can tell yet why: message and times come with Aborted."""
+    """State of a queue item. In the short state ``Abort`` the reason is not known yet: message and times come with ``Aborted``."""
     PENDING = "Pending"
     EXECUTING = "Executing"
     DONE = "Done"
@@ -100,8 +100,8 @@ class QueueItem:
     state: QueueState = QueueState.UNKNOWN
     state_text: str = ""
     mission_id: str | None = None
-    message: str = ""                    # the robot writes here how it went
-    description: str = ""                # our token travels here
+    message: str = ""                    # how it went, written by the robot
+    description: str = ""                # holds our token
     parameters: tuple[Any, ...] = ()
     priority: int | None = None
     ordered: datetime | None = None
@@ -146,10 +146,10 @@ class MissionDetail:
 
 @dataclass(frozen=True)
 class MissionParameter:
-    """Something that must be given when the mission is queued, as ``{"input_name": name, "value": …}``."""
+    """An input that must be given when the mission is queued, as ``{"input_name": name, "value": …}``."""
     name: str
     label: str = ""
-    type: str = ""                       # the robot's word for it, empty when it doesn't say
+    type: str = ""                       # the robot's name of the type, empty when it gives none
     default: Any = None
     minimum: float | None = None
     maximum: float | None = None
@@ -158,7 +158,7 @@ class MissionParameter:
 
 @dataclass(frozen=True)
 class Identity:
-    """Who answers at an address, asked with credentials, so that a wrong password shows."""
+    """Who answers at an address; asked with credentials, so a wrong password is noticed."""
     status: RobotStatus
     user_name: str = ""
     software: str | None = None
@@ -178,7 +178,7 @@ class Identity:
 
 @dataclass(frozen=True)
 class RobotMap:
-    """A map as PNG. ``origin`` is the pose of the picture's lower left corner in the map's frame (ROS convention; G)."""
+    """A map as PNG. ``origin`` is the pose of the picture's lower left corner in the map's frame (ROS convention)."""
     guid: str
     name: str
     png: bytes = field(repr=False)

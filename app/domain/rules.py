@@ -1,13 +1,15 @@
-"""Pure decisions about one waiting execution: what holds it, when it is tried again, and what it ends as. No I/O, no clock."""
+"""Pure decisions about one execution: what it begins with, what holds it, when it is tried again, and what it ends as. No I/O, no clock."""
 from __future__ import annotations
 
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import cache
+from typing import Any
 
 from app.domain.message import Message
-from app.domain.models import Execution, Reason, ReasonCode, Schedule, Settings, Wait
+from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, Trigger, Wait
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
@@ -15,7 +17,7 @@ INTENT_LEAD = timedelta(milliseconds=100)      # before its instant an intent is
 
 
 def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settings) -> datetime:
-    """Until when an execution may be sent: planned + max(window, 1 min) (contract: "Ranges")."""
+    """Until when an execution may be sent: planned + max(window, 1 min)."""
     minutes = settings.start_window_minutes if window_minutes is None else window_minutes
     return planned_at + max(timedelta(minutes=minutes), SHORTEST_WINDOW)
 
@@ -27,13 +29,41 @@ def minimum_battery(schedule: Schedule | None, settings: Settings) -> float | No
 
 
 def token_of(install_id: str, schedule_id: int, planned_at: datetime) -> str:
-    """The identity of an occurrence on the robot. Deterministic, so that even a restored backup mints the same one."""
+    """The identity of an occurrence on the robot. Deterministic, so that even a restored backup makes the same one."""
     return str(uuid.uuid5(_namespace(install_id), f"{schedule_id}|{planned_at.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"))
 
 
-_namespace = cache(uuid.UUID)         # parsed once: there is one of them
+_namespace = cache(uuid.UUID)         # an app has one install id, which is parsed once
 
 
+# ---------------------------------------------------------------------- the rows of new executions
+def scheduled(schedule: Schedule, robot: Robot, mission: Mission, settings: Settings, install_id: str, planned_at: datetime,
+              now: datetime) -> Execution:
+    """An occurrence of a schedule, waiting."""
+    return Execution(
+        trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
+        mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
+        minimum_battery_percent=minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,
+        closes_at=closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
+        token=token_of(install_id, schedule.id, planned_at))
+
+
+def one_off(trigger: Trigger, robot: Robot, mission: Mission, settings: Settings, now: datetime, token: str, *,
+            parameters: Mapping[str, Any] | None = None, queue_floor: int | None = None) -> Execution:
+    """A manual or idle execution, waiting: due now, within the general start window. A manual one has no minimum battery."""
+    minimum = minimum_battery(None, settings) if trigger is Trigger.IDLE else None
+    return Execution(
+        trigger=trigger, robot_id=robot.id, robot=robot.name, mission=mission.name, mission_guid=mission.guid, parameters=parameters or {},
+        minimum_battery_percent=minimum, timezone=settings.timezone, planned_at=now, closes_at=closes_at(now, None, settings),
+        created_at=now, token=token, queue_floor=queue_floor)
+
+
+def ended(execution: Execution, reason: Reason, now: datetime) -> Execution:
+    """The same, ended for this reason."""
+    return replace(execution, state=reason.state, reason=reason, ended_at=now)
+
+
+# ---------------------------------------------------------------------- what becomes of one that waits
 def in_dispatch_order(executions: Iterable[Execution]) -> list[Execution]:
     """Due together on one robot: higher priority first, then planned time, then name."""
     return sorted(executions, key=lambda e: (-e.priority, e.planned_at, e.schedule or e.mission, e.id))

@@ -1,5 +1,5 @@
-"""Dates and times of day inside the services' sentences, as the language of ``translate`` writes them; the English ones are ISO 8601,
-as files and logs want them, but for ``day_in_words``, which is for people only."""
+"""Dates and times of day inside the services' sentences, in the format of the language of ``translate``. English ones are ISO 8601, for
+files and logs, except ``day_in_words``, which only people read."""
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -2,15 +2,17 @@
 from __future__ import annotations
 
 import random
-import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime, time, timedelta
+from itertools import groupby
 from zoneinfo import ZoneInfo
 
 from app.container import Container
+from app.database.activities import ActivityRepository
 from app.domain import rules
-from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger
+from app.domain.activity import ActivitySpan
+from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State
 from app.failures import BadInput
 
 USER, PASSWORD = "distributor", "distributor"          # the simulator's
@@ -56,7 +58,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
         return
     saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
     by_name = {name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES)) for name, guid in missions.items()}
-    settings = container.settings()
+    settings, install_id = container.settings(), container.db.write(container.repositories.settings.install_id)
     now = container.clock.now()
     history: list[Execution] = []
     rng = random.Random(20)
@@ -64,13 +66,14 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
         for rule in its_rules:
             mission = by_name[rule.mission]
             schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
-            history += _history(schedule, rule, robot, mission, settings, now, rng)
+            history += _history(schedule, rule, robot, mission, settings, install_id, now, rng)
     container.catalogue.save_schedule(_live_schedule(saved[-1], by_name[LIVE], settings, now))
     container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
-    container.db.write(lambda w: container.repositories.executions.add_many(w, sorted(history, key=lambda e: e.planned_at)))
-    for robot in saved:
-        seen = _observed(robot, history, settings, now)
-        container.db.write(lambda w, robot=robot, seen=seen: container.repositories.observed.add_many(w, robot.id, seen))  # type: ignore[misc]
+    history.sort(key=lambda row: row.planned_at)
+    container.db.write(lambda w: container.repositories.executions.add_many(w, history))
+    for number, robot in enumerate(saved):
+        seen = _seen([row for row in history if row.robot_id == robot.id], settings, now, timedelta(minutes=75 + 5 * number))
+        container.db.write(lambda w, robot=robot, seen=seen: ActivityRepository().save(w, robot.id, seen))  # type: ignore[misc]
     container.catalogue.change_settings(history_limit=None, selected_robot_id=saved[0].id)
 
 
@@ -100,15 +103,10 @@ def _instants(rule: _Rule, settings: Settings, now: datetime) -> Iterator[dateti
                 yield instant
 
 
-def _history(schedule: Schedule, rule: _Rule, robot: Robot, mission: Mission, settings: Settings, now: datetime,
-             rng: random.Random) -> Iterator[Execution]:
+def _history(schedule: Schedule, rule: _Rule, robot: Robot, mission: Mission, settings: Settings, install_id: str,
+             now: datetime, rng: random.Random) -> Iterator[Execution]:
     for number, planned_at in enumerate(_instants(rule, settings, now)):
-        row = Execution(
-            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
-            mission=mission.name, mission_guid=mission.guid, planned_at=planned_at, created_at=planned_at,
-            closes_at=rules.closes_at(planned_at, None, settings),
-            token=str(uuid.UUID(int=rng.getrandbits(128), version=4)), timezone=schedule.timezone)
-        yield _ended(row, rule, number, rng)
+        yield _ended(rules.scheduled(schedule, robot, mission, settings, install_id, planned_at, planned_at), rule, number, rng)
 
 
 def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Execution:
@@ -116,7 +114,7 @@ def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Exec
     luck = rng.random()
     if luck < .03:
         reason = Reason(ReasonCode.BATTERY_LOW, {"battery": rng.randint(8, 28), "minimum": 30, "until": row.closes_at.isoformat()})
-        return replace(row, state=State.SKIPPED, reason=reason, ended_at=row.closes_at)
+        return rules.ended(row, reason, row.closes_at)
     wait, took = rng.expovariate(1 / 20), max(30.0, rng.gauss(rule.minutes, rule.minutes * .12) * 60)
     submitted = row.planned_at + timedelta(seconds=rng.uniform(.1, .6))
     started = submitted + timedelta(seconds=wait)
@@ -124,22 +122,20 @@ def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Exec
                   queue_id=12_000 + number, queue_floor=11_999 + number)
     if luck < .06:
         reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": f"Failed to reach goal position 'Dock {rng.randint(1, 4)}'"})
-        return replace(ran, state=State.FAILED, reason=reason, duration_s=took / 3, ended_at=started + timedelta(seconds=took / 3))
+        return replace(rules.ended(ran, reason, started + timedelta(seconds=took / 3)), duration_s=took / 3)
     if luck < .075:
-        reason = Reason(ReasonCode.USER_CANCELLED)
-        return replace(ran, state=State.CANCELLED, reason=reason, duration_s=took / 2, ended_at=started + timedelta(seconds=took / 2))
+        return replace(rules.ended(ran, Reason(ReasonCode.USER_CANCELLED), started + timedelta(seconds=took / 2)), duration_s=took / 2)
     return replace(ran, state=State.COMPLETED, duration_s=took, ended_at=started + timedelta(seconds=took))
 
 
-def _observed(robot: Robot, history: Sequence[Execution], settings: Settings, now: datetime) -> dict[tuple[str, str], float]:
-    """Time seen per day and activity that goes with the history."""
+def _seen(runs: Sequence[Execution], settings: Settings, now: datetime, charging: timedelta) -> Iterator[ActivitySpan]:
+    """What a robot was seen doing on each day with runs, from 4:30 to 22:00: first it charged, then it ran or was idle."""
     zone = ZoneInfo(settings.timezone)
-    seen: dict[tuple[str, str], float] = {}
-    for row in history:
-        if row.robot_id == robot.id and row.duration_s:
-            day = row.planned_at.astimezone(zone).date().isoformat()
-            seen[day, "executing"] = seen.get((day, "executing"), 0.0) + row.duration_s
-    for day in {day for day, _ in seen}:
-        seen[day, "charging"] = 5400.0 + 600.0 * (robot.id % 3)
-        seen[day, "idle"] = 16 * 3600.0 - seen[day, "executing"] - seen[day, "charging"]
-    return seen
+    for day, of_day in groupby(runs, key=lambda row: row.planned_at.astimezone(zone).date()):
+        at, closes = (datetime.combine(day, moment, zone).astimezone(UTC) for moment in (time(4, 30), time(22)))
+        yield ActivitySpan("charging", at, at := at + charging)
+        for row in of_day:
+            if row.started_at and row.ended_at and row.ended_at > at:
+                yield ActivitySpan("idle", at, started := max(at, row.started_at))
+                yield ActivitySpan("executing", started, at := row.ended_at)
+        yield ActivitySpan("idle", at, max(at, min(closes, now)))

@@ -49,6 +49,7 @@ def test_of_many_missed_only_the_latest_still_runs_and_each_has_its_row(site, pl
 
 
 def test_thousands_of_missed_ones_are_counted_whole_but_kept_to_the_limit(site, plan):
+    site.container.catalogue.change_settings(history_limit=100)
     plan("2026-11-23T06:05", "FREQ=MINUTELY", respect_working_days=False)
     site.run(60)
     off_for(site, 86400)

@@ -6,11 +6,12 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
+from app.database.activities import ActivityRepository
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
-from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
+from app.domain.activity import ActivitySpan
 from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Trigger
 from app.services.history.kpi import Kpis
 from tests.support.clock import VirtualClock
@@ -43,7 +44,14 @@ class World:
         return self.db.write(lambda c: ExecutionRepository().add(c, row))
 
     def observe(self, robot_id: int, day: str, **seconds: float) -> None:
-        self.db.write(lambda c: ObservedRepository().add_many(c, robot_id, {(day, what): value for what, value in seconds.items()}))
+        """From midnight, one after the other."""
+        at, spans = datetime.fromisoformat(day).replace(tzinfo=HELSINKI), []
+        for activity, length in seconds.items():
+            spans.append(ActivitySpan(activity, at, at := at + timedelta(seconds=length)))
+        self.watch(robot_id, *spans)
+
+    def watch(self, robot_id: int, *spans: ActivitySpan) -> None:
+        self.db.write(lambda c: ActivityRepository().save(c, robot_id, spans))
 
     def empty(self) -> None:
         self.db.write(lambda c: c.execute("DELETE FROM executions"))

@@ -13,8 +13,9 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 from app.container import Container
-from app.database.activities import ActivityRepository, Span
+from app.database.activities import ActivityRepository
 from app.database.connection import Database
+from app.domain.activity import ActivitySpan
 from app.domain.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
 from tests.support.clock import VirtualClock
 
@@ -147,21 +148,16 @@ def _by_hand(robots: dict[str, Robot], now: datetime) -> list[Execution]:
 
 
 def _watch(container: Container, robots: dict[str, Robot], rows: Sequence[Execution], now: datetime) -> None:
-    """What each robot was seen doing on working days, 5:30 to 22:30, and for how long; at night the app is off."""
+    """What each robot was seen doing on working days, 5:30 to 22:30; at night the app is off."""
     for n, robot in enumerate(robots.values()):
-        spans: list[Span] = []
-        seen: dict[tuple[str, str], float] = {}
+        spans: list[ActivitySpan] = []
         for day in _days(now):
             opens, closes = (datetime.combine(day, at, ZoneInfo(ZONE)).astimezone(UTC) for at in (time(5, 30), time(22, 30)))
-            for activity, start, end in _day_of(rows, robot, opens, min(closes, now), day.day + n):
-                spans.append((activity, start, end))
-                key = day.isoformat(), activity
-                seen[key] = seen.get(key, 0.0) + (end - start).total_seconds()
+            spans += _day_of(rows, robot, opens, min(closes, now), day.day + n)
         container.db.write(lambda c, robot=robot, spans=spans: ActivityRepository().save(c, robot.id, spans))
-        container.db.write(lambda c, robot=robot, seen=seen: container.repositories.observed.add_many(c, robot.id, seen))
 
 
-def _day_of(rows: Sequence[Execution], robot: Robot, opens: datetime, closes: datetime, luck: int) -> Iterator[Span]:
+def _day_of(rows: Sequence[Execution], robot: Robot, opens: datetime, closes: datetime, luck: int) -> Iterator[ActivitySpan]:
     """Missions where there were some, trouble after those that failed, an hour or two on the charger, idle otherwise."""
     events = [(row.started_at, row.ended_at or closes, "executing") for row in rows if row.robot_id == robot.id and row.started_at]
     events += [(row.ended_at, row.ended_at + timedelta(minutes=8), "error") for row in rows
@@ -174,9 +170,9 @@ def _day_of(rows: Sequence[Execution], robot: Robot, opens: datetime, closes: da
     at = opens
     for start, end, activity in sorted(event for event in events if opens <= event[0] < closes):
         if start > at:
-            yield "idle", at, start
+            yield ActivitySpan("idle", at, start)
         if min(end, closes) > max(start, at):
-            yield activity, max(start, at), min(end, closes)
+            yield ActivitySpan(activity, max(start, at), min(end, closes))
         at = max(at, min(end, closes))
     if at < closes:
-        yield "idle", at, closes
+        yield ActivitySpan("idle", at, closes)

@@ -101,7 +101,7 @@ def test_a_free_day_becomes_an_extra_working_day_and_says_so(site, app, ui):
     ui.wait(lambda: entries(site) and entries(site)[0].is_working)
     ui.wait(lambda: ui.find_all(MonthDay, text="28", status="extra"))
     assert says(ui, "Sat 28 Nov · extra working day")
-    assert site.container.calendar().look(date(2026, 11, 28)).name == "Inventory"
+    assert site.container.calendar().day_status(date(2026, 11, 28)).name == "Inventory"
 
 
 def test_days_without_a_name_are_refused_at_the_field(site, app, ui):

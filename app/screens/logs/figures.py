@@ -7,9 +7,10 @@ from datetime import date, datetime, timedelta
 from typing import TYPE_CHECKING
 from zoneinfo import ZoneInfo
 
+from app.domain.clock import midnight
 from app.domain.models import Robot
 from app.screens.logs.view import Chosen, period_start
-from app.services.history.kpi import Adherence, DayKpis, Delays, KpiFilter, ThesisKpis, midnight
+from app.services.history.kpi import Adherence, DayKpis, Delays, KpiFilter, ThesisKpis
 from app.services.history.pareto import Cause
 from app.services.planning.durations import Trend
 
@@ -53,14 +54,14 @@ def read(container: Container, chosen: Chosen, robot: Robot | None, now: datetim
     dates = [today - timedelta(days=back) for back in range(count - 1, -1, -1)]
     first = midnight(dates[0], zone)
     known = {day.day: day for day in container.kpis.per_day(KpiFilter(start=first, robot_ids=robots))}
-    seen = _observed(container, dates[0], today)
-    charged = _observed(container, start.astimezone(zone).date() if start else date(1970, 1, 1), today)
+    seen = container.kpis.observed_seconds(dates[0], today, zone)
+    everyone = thesis if robots is None else container.kpis.thesis(KpiFilter(start=start))
     return Figures(
-        thesis, thesis if robots is None else container.kpis.thesis(KpiFilter(start=start)), container.kpis.adherence(wanted),
+        thesis, everyone, container.kpis.adherence(wanted),
         container.kpis.delays(wanted), [known.get(day) or DayKpis(day) for day in dates],
         [_adherence_of(container, day, robots, zone) for day in dates],
         [] if robot is None else _utilisation_of(container, robot, dates, first, seen),
-        {robot_id: _charging(days) for robot_id, days in charged.items()}, robot,
+        {one.robot_id: one.charging_s for one in everyone.robots}, robot,
         first_day=start.astimezone(zone).date() if start else None, last_day=today)
 
 
@@ -70,24 +71,13 @@ def read_more(container: Container, chosen: Chosen, now: datetime, zone: ZoneInf
     return MoreFigures(container.kpis.failures(wanted), container.kpis.trends(wanted))
 
 
-def _charging(days: Mapping[tuple[str, str], float]) -> float:
-    return sum(seconds for (_day, activity), seconds in days.items() if activity == "charging")
-
-
-def _observed(container: Container, first: date, last: date) -> dict[int, dict[tuple[str, str], float]]:
-    """Seconds by (day, activity) for each robot."""
-    c, observed = container.db.read(), container.repositories.observed
-    return {robot.id: observed.of_robot(c, robot.id, first.isoformat(), last.isoformat()) for robot in container.repositories.robots.all(c)}
-
-
 def _adherence_of(container: Container, day: date, robots: tuple[int, ...] | None, zone: ZoneInfo) -> float | None:
     return container.kpis.adherence(KpiFilter(midnight(day, zone), midnight(day + timedelta(days=1), zone), robots)).rate
 
 
 def _utilisation_of(container: Container, robot: Robot, dates: Sequence[date], first: datetime,
-                    seen: Mapping[int, Mapping[tuple[str, str], float]]) -> list[float | None]:
+                    seen: Mapping[int, Mapping[date, float]]) -> list[float | None]:
     """Mission seconds ÷ observed seconds, day by day."""
     mission_s = {day.day: day.mission_s for day in container.kpis.per_day(KpiFilter(start=first, robot_ids=(robot.id,)))}
-    observed_s = {day: sum(seconds for (name, activity), seconds in seen.get(robot.id, {}).items()
-                           if name == day.isoformat() and activity != "offline") for day in dates}
-    return [min(1.0, mission_s.get(day, 0.0) / observed_s[day]) if observed_s[day] else None for day in dates]
+    observed_s = seen.get(robot.id, {})
+    return [min(1.0, mission_s.get(day, 0.0) / observed_s[day]) if day in observed_s else None for day in dates]

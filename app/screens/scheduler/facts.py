@@ -102,5 +102,5 @@ def read(container: Container, window: Window | None = None) -> SchedulerFacts:
         holds=tuple(container.holds.standing()), usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         typed=frozenset(key for key, one in usual.items() if one.typed))
     for year in (now.year, now.year + 1):                            # public holidays are read here, not while something is drawn
-        facts.calendar.look(now.date().replace(year=year, day=1))
+        facts.calendar.day_status(now.date().replace(year=year, day=1))
     return facts

@@ -132,7 +132,7 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
         schedule = draft.schedule()
     except InvalidInput as problem:
         return problem.field, sentence_of(problem)
-    look = facts.calendar.look(draft.day)
+    look = facts.calendar.day_status(draft.day)
     if draft.kind is Kind.ONCE and draft.respect_working_days and not look.is_working:
         if look.name:
             return "day", _("Not a working day: {name}. Choose another day, or any day under More").format(name=look.name)

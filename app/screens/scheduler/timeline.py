@@ -177,7 +177,7 @@ def _closed(facts: SchedulerFacts, origin: datetime, reach: tuple[float, float])
     for n in range(int((reach[1] - reach[0]) / 24) + 3):
         day = first + timedelta(days=n)
         begins, ends = max(reach[0], at(day_begins(day, zone))), min(reach[1], at(day_begins(day + timedelta(days=1), zone)))
-        look = facts.calendar.look(day)
+        look = facts.calendar.day_status(day)
         if begins < ends and not look.is_working:
             name = look.name or words.weekdays[day.weekday()]
             yield begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:])

@@ -42,7 +42,7 @@ def _day_heading(facts: SchedulerFacts, day: date, today: date, count: int) -> R
     dated = formats.wall_day(day)
     near = names.get((day - today).days)
     notes = [ngettext("{n} start", "{n} starts", count).format(n=count) if count else _("nothing planned")]
-    look = facts.calendar.look(day)
+    look = facts.calendar.day_status(day)
     if not look.is_working:
         notes.append(_("not a working day: {name}").format(name=look.name) if look.name else _("not a working day"))
     elif look.name:

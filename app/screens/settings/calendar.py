@@ -84,7 +84,7 @@ class CalendarPart(EventDispatcher):
     # ------------------------------------------------------------------ single entries
     def choose_day(self, day: date) -> None:
         """Edit the entry of a day, or begin one that turns a working day into a closed day or the other way round."""
-        status = self._context.facts.calendar.look(day)
+        status = self._context.facts.calendar.day_status(day)
         if status.ground is Ground.OWN:
             self._edit(status.exception_id)
         else:

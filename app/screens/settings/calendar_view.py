@@ -14,7 +14,7 @@ from app.screens.settings.country_names import in_language, translations
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.view import NoticeView, done
 from app.services.files.calendar_import import Imported
-from app.services.planning.working_days import DayLook, Ground, spans
+from app.services.planning.working_days import DayStatus, Ground, spans
 
 YEARS = (1970, 2199)                     # whose months are shown
 CLOSED, HOLIDAY, EXTRA = "lock-outline", "flag-outline", "plus-circle-outline"
@@ -56,11 +56,11 @@ def turned(year: int, month: int, months: int) -> tuple[int, int]:
 
 def month_days(facts: SettingsFacts, year: int, month: int, today: date) -> list[DayView]:
     """In weeks from Monday; days of other months are blank."""
-    return [DayView() if day.month != month else _day(facts.calendar.look(day), day, today)
+    return [DayView() if day.month != month else _day(facts.calendar.day_status(day), day, today)
             for week in Calendar().monthdatescalendar(year, month) for day in week]
 
 
-def _day(found: DayLook, day: date, today: date) -> DayView:
+def _day(found: DayStatus, day: date, today: date) -> DayView:
     status, icon = ("work", "") if found.is_working else ("free", "")
     if found.ground is not Ground.WEEK:
         status, icon = ("extra", EXTRA) if found.is_working else ("closed", HOLIDAY if found.ground is Ground.HOLIDAY else CLOSED)

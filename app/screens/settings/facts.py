@@ -102,5 +102,5 @@ def read(services: SettingsServices) -> SettingsFacts:
         backups=tuple(services.files.backups()), exceptions=tuple(catalogue.day_exceptions()), has_regions=bool(regions),
         country=public_holidays.countries().get(country, country) if country else "",
         region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision))
-    facts.calendar.look(services.clock.now().date())         # loads the library of holidays here, not on the UI thread
+    facts.calendar.day_status(services.clock.now().date())         # loads the library of holidays here, not on the UI thread
     return facts

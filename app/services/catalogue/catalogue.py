@@ -1,8 +1,8 @@
 """Robots, missions, schedules and settings: every change of them, from screens and from files, goes through here.
 
 Each change is checked whole before anything is written, made in one transaction together with what follows from it (waiting executions of a
-changed schedule are cancelled, next occurrences computed anew), and told to whoever listens after the commit. What can't be taken is raised
-as InvalidInput.
+changed schedule are cancelled, next occurrences computed anew), and published after the commit. Invalid values are raised as
+InvalidInput.
 """
 from __future__ import annotations
 
@@ -43,10 +43,6 @@ class Catalogue:
     def missions(self) -> list[Mission]:
         """In order of name."""
         return self._missions.all(self._db.read())
-
-    def missions_of(self, robot_id: int) -> list[Mission]:
-        """Those that can be started on this robot."""
-        return self._missions.available_on(self._db.read(), robot_id)
 
     def schedules(self) -> list[Schedule]:
         """In order of name."""
@@ -112,9 +108,6 @@ class Catalogue:
     def save_idle_rule(self, robot_id: int, mission_id: int, after_minutes: int = 10, enabled: bool = True) -> Robot:
         """The robot's idle automation: which mission after how many minutes (5–30)."""
         return self.edit(lambda edit: edit.set_idle_rule(robot_id, IdleRule(mission_id, after_minutes, enabled)))
-
-    def remove_idle_rule(self, robot_id: int) -> Robot:
-        return self.edit(lambda edit: edit.set_idle_rule(robot_id, None))
 
     # ------------------------------------------------------------------ missions
     def save_mission(self, mission: Mission) -> Mission:

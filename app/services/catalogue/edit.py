@@ -28,7 +28,7 @@ from app.services.planning.first_due import first_due
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
-NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None}      # what of a schedule is no part of its definition
+NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None}      # of a schedule
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Edit:
     """Changes inside one transaction at one moment. Every method raises InvalidInput before it has written anything."""
     c: sqlite3.Connection
     now: datetime
-    topics: set[Topic] = field(default_factory=set)      # what changed, to be told after the commit
+    topics: set[Topic] = field(default_factory=set)      # what changed, to be published after the commit
 
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
@@ -73,8 +73,8 @@ class Edit:
         return after
 
     def leave_unknown_zones(self, local: str) -> list[str]:
-        """Settings and schedules whose time zone is none that this system knows (another system's, or of a version that took it) take
-        ``local``, schedules that of the settings. Returns one line for each, for the log."""
+        """Replace time zones that this system does not know (of another system or version): the settings take ``local``, schedules the zone
+        of the settings. Returns one line for each, for the log."""
         lines = []
         if not validation.is_zone(self.settings.timezone):
             lines.append(f"the time zone {self.settings.timezone} is not known here; the settings take {local}")
@@ -91,7 +91,7 @@ class Edit:
 
     @property
     def calendar(self) -> WorkingCalendar:
-        """The working days as this transaction has them by now."""
+        """The working days, changes of this transaction included."""
         return working_calendar(self.c, self.settings)
 
     def _plan_anew(self) -> None:
@@ -192,7 +192,7 @@ class Edit:
         return replace(rule, mission_id=mission.id, after_minutes=validation.whole_number(rule.after_minutes, "after_minutes"))
 
     def remove_robot(self, robot_id: int) -> Removed:
-        """With its schedules, its own missions, its idle rule and its hold. What it still had to do ends as cancelled."""
+        """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
         robot = self.the_robot(robot_id)
         removed = Removed(robot, schedules=self.schedules.for_robot(self.c, robot_id),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
@@ -300,7 +300,7 @@ class Edit:
         return next(name for name in schedule_names(mission, robot) if self.schedules.by_name(self.c, name) is None)
 
     def remove_schedule(self, schedule_id: int) -> Removed:
-        """Off at once; what waits of it is cancelled, what runs goes on, history stays."""
+        """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
         self._cancel_waiting(schedule)
         self.schedules.remove(self.c, schedule_id)
@@ -368,7 +368,7 @@ class Edit:
         raise InvalidInput("schedule", "there is no such schedule any more")
 
     def _mission_on(self, robot_id: int, mission_id: int) -> Mission:
-        """What the mission's name means on that robot."""
+        """The mission of that name on that robot."""
         mission = self.the_mission(mission_id)
         meant = self.missions.for_robot(self.c, mission.name, robot_id)
         if meant is None:
@@ -377,7 +377,7 @@ class Edit:
 
 
 def _days_off(settings: Settings) -> tuple[object, ...]:
-    """What of the settings decides on which days work is done."""
+    """The settings that decide which days are working days."""
     return settings.working_days, settings.holiday_country, settings.holiday_subdivision
 
 

@@ -1,6 +1,6 @@
-"""Skip next and pause until: starts of a schedule that a person leaves out (design: "Cancel").
+"""Skip next and pause until: a person leaves out starts of a schedule.
 
-The next one gets its row in the ledger at once; those of a pause get theirs as they come, so that it can be ended at any time.
+A skipped start gets its row in the ledger at once; those in a pause get theirs when they fall due, so that it can be ended at any time.
 """
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Execution, InvalidInput, Reason, ReasonCode, Schedule, Trigger
+from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
 from app.services.live.changes import Changes, Topic
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import working_calendar
@@ -33,8 +33,8 @@ class Pausing:
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
     def skip_next(self, schedule_id: int) -> datetime:
-        """Returns the instant (UTC) that was left out. Raises InvalidInput when there is none to come."""
-        return self._told(lambda c: self._skip(c, schedule_id))
+        """Returns the instant (UTC) that was skipped. Raises InvalidInput when no start is left."""
+        return self._write(lambda c: self._skip(c, schedule_id))
 
     def pause(self, schedule_id: int, until: datetime) -> Schedule:
         """Skip every start before ``until`` (aware), also what waits of the schedule. Raises InvalidInput for a time that has passed."""
@@ -45,7 +45,7 @@ class Pausing:
             self._schedules.pause(c, schedule_id, until)
             self._executions.end_waiting_of_schedule(c, schedule_id, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now)
             return replace(schedule, paused_until=until)
-        return self._told(work)
+        return self._write(work)
 
     def resume(self, schedule_id: int) -> Schedule:
         """End the pause: the next start runs. What was skipped stays so."""
@@ -53,9 +53,9 @@ class Pausing:
             schedule = self._the_schedule(c, schedule_id)
             self._schedules.pause(c, schedule_id, None)
             return replace(schedule, paused_until=None)
-        return self._told(work)
+        return self._write(work)
 
-    def _told(self, work: Callable[[sqlite3.Connection], T]) -> T:
+    def _write(self, work: Callable[[sqlite3.Connection], T]) -> T:
         result = self._db.write(work)
         self._changes.publish(Topic.SCHEDULES)
         self._changes.publish(Topic.EXECUTIONS)
@@ -70,22 +70,12 @@ class Pausing:
         schedule = self._the_schedule(c, schedule_id)
         if not schedule.enabled or schedule.next_at is None:
             raise InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)
-        settings = self._settings.load(c)
-        now = self._clock.now()
-        self._executions.add_once(c, self._row(c, schedule, schedule.next_at, now))
+        settings, now = self._settings.load(c), self._clock.now()
+        robot, mission = self._robots.get(c, schedule.robot_id), self._missions.get(c, schedule.mission_id)
+        if robot is None or mission is None:             # foreign keys prevent that
+            raise InvalidInput("schedule", "there is no such schedule any more")
+        row = rules.scheduled(schedule, robot, mission, settings, self._settings.install_id(c), schedule.next_at, now)
+        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
         following = next_occurrence(schedule, max(now, schedule.next_at), working_calendar(c, settings))
         self._schedules.advance(c, schedule.id, following)
         return schedule.next_at
-
-    def _row(self, c: sqlite3.Connection, schedule: Schedule, at: datetime, now: datetime) -> Execution:
-        settings = self._settings.load(c)
-        robot, mission = self._robots.get(c, schedule.robot_id), self._missions.get(c, schedule.mission_id)
-        if robot is None or mission is None:             # foreign keys see to it that they are there
-            raise InvalidInput("schedule", "there is no such schedule any more")
-        reason = Reason(ReasonCode.HOLD)
-        return Execution(
-            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
-            mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
-            minimum_battery_percent=rules.minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=at,
-            closes_at=rules.closes_at(at, schedule.start_window_minutes, settings), created_at=now, ended_at=now,
-            token=rules.token_of(self._settings.install_id(c), schedule.id, at), state=reason.state, reason=reason)

@@ -1,4 +1,4 @@
-"""What a schedule in the making would bring: its next starts, and what a person should know before it is saved.
+"""Preview of a schedule that is not saved yet: its next starts, and warnings about it.
 
 A concern forbids nothing. What can't be saved at all is raised as InvalidInput, by the same checks as when it is saved.
 """
@@ -31,11 +31,11 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 LOOKS_BACK = 30              # days, for low batteries
 SAME_TIME = 60               # minutes around a time of day that count as the same
 STARTS = 5
-MOST_PASSED_OVER = 2000      # starts that are looked through for it
+MOST_SEARCHED = 2000      # starts that are searched for it
 
 
 class ConcernCode(StrEnum):
-    """What may be wrong with a schedule that can be saved all the same."""
+    """A possible problem of a schedule that can be saved nevertheless."""
     OVERLAP = "overlap"                  # another planned run of that robot is still under way, or begins meanwhile
     LOW_BATTERY = "low_battery"          # its battery stayed too low around that time of day lately
     DAY_OFF = "day_off"                  # the first day is not a working day, so the schedule begins later
@@ -57,7 +57,7 @@ class Concern:
 @dataclass(frozen=True)
 class Forecast:
     starts: tuple[Occurrence, ...] = ()
-    usual: DurationEstimate | None = None           # of that mission on that robot; None: nobody knows
+    usual: DurationEstimate | None = None           # of that mission on that robot; None: not known
     concerns: tuple[Concern, ...] = ()
     free_at: datetime | None = None      # naive local time of the nearest first start at which no other run is in the way
 
@@ -73,10 +73,10 @@ class Forecasts:
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
     def of(self, draft: Schedule, known_missions: Mapping[str, str] | None = None, count: int = STARTS) -> Forecast:
-        """What ``draft`` would bring if it were saved now; an id means that it replaces that schedule.
+        """The preview of ``draft``; an id means that it replaces that schedule.
 
-        ``known_missions``: guid -> name as the robot told them; None or empty: it did not tell. Raises InvalidInput for a rule that
-        can't be.
+        ``known_missions``: guid -> name as read from the robot; None or empty: not known. Raises InvalidInput for an
+        invalid rule.
         """
         c = self._db.read()
         settings = self._settings.load(c)
@@ -95,8 +95,8 @@ class Forecasts:
             concerns.append(Concern(ConcernCode.NO_START))
         elif draft.recurrence is not None and draft.respect_working_days and not calendar.is_working_day(draft.start.date()):
             concerns.append(Concern(ConcernCode.DAY_OFF, details={
-                "day": draft.start.date(), "name": calendar.look(draft.start.date()).name}))
-        if passed_over := tuple(_passed_over(draft, starts, self._clock.now(), calendar)):
+                "day": draft.start.date(), "name": calendar.day_status(draft.start.date()).name}))
+        if passed_over := tuple(_closed_days(draft, starts, self._clock.now(), calendar)):
             concerns.append(Concern(ConcernCode.PASSED_OVER, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
         others = self._others(c, draft)
@@ -121,7 +121,7 @@ class Forecasts:
         return others
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
-        """The robot was too low lately, around the same time of day."""
+        """The robot's battery was too low lately around the same time of day."""
         minimum = rules.minimum_battery(draft, settings)
         if minimum is None:
             return
@@ -139,19 +139,19 @@ def _overlap(meeting: RunConflict) -> Concern:
         "likely": meeting.likely})
 
 
-def _passed_over(draft: Schedule, starts: tuple[Occurrence, ...], now: datetime,
+def _closed_days(draft: Schedule, starts: tuple[Occurrence, ...], now: datetime,
                  calendar: WorkingCalendar) -> Iterator[tuple[date, str]]:
     """The closed days, with their names, on which the rule would have had a start before the last one shown."""
     if draft.recurrence is None or not draft.respect_working_days or not starts or not calendar.has_exceptions:
         return
     last = None
-    for occurrence in islice(occurrences(replace(draft, respect_working_days=False), now, calendar), MOST_PASSED_OVER):
+    for occurrence in islice(occurrences(replace(draft, respect_working_days=False), now, calendar), MOST_SEARCHED):
         day = occurrence.nominal.date()
         if occurrence.instant >= starts[-1].instant:
             return
-        if day not in (last, draft.start.date()) and (look := calendar.look(day)).name and not look.is_working:
+        if day not in (last, draft.start.date()) and (status := calendar.day_status(day)).name and not status.is_working:
             last = day
-            yield day, look.name
+            yield day, status.name
 
 
 def _is_missing(mission: Mission, robot_id: int, known: Mapping[str, str] | None) -> bool:

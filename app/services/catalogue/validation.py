@@ -1,5 +1,5 @@
-"""What robots, missions, schedules and settings may be (contract: "Ranges"). Each check returns the value in its normal form or raises
-InvalidInput, which names the field and says in one sentence how to mend it."""
+"""Validation of robots, missions, schedules and settings (docs/interfaces.md has the ranges). Each check returns the value in its normal
+form or raises InvalidInput, which names the field and says in one sentence how to mend it."""
 from __future__ import annotations
 
 import math
@@ -41,7 +41,7 @@ _UNPRINTABLE = ("Cc", "Cs", "Zl", "Zp")          # control characters, halves of
 
 
 def shown(value: object) -> str:
-    """What somebody gave, short enough for a sentence."""
+    """The rejected value, short enough for a sentence."""
     text = repr(value)
     return text if len(text) <= 60 else text[:60] + "…"
 
@@ -176,14 +176,14 @@ def _setting(field: str, value: Any) -> Any:
 
 
 def robot(given: Robot) -> Robot:
-    """Its own values; what it has to do with others is the catalogue's to check."""
+    """Checks its own values; relations to others are checked by the catalogue."""
     fingerprint = given.certificate_sha256
     return replace(given, name=name(given.name), address=Address.parse(given.address).url, username=username(given.username),
                    certificate_sha256=normalise_fingerprint(fingerprint) if fingerprint else None)
 
 
 def schedule(given: Schedule) -> Schedule:
-    """Its own values; robot, mission, name and working days are the catalogue's to check."""
+    """Checks its own values; robot, mission, name and working days are checked by the catalogue."""
     if given.start.tzinfo is not None or given.start.second or given.start.microsecond:
         raise InvalidInput("start", "a start is wall-clock time in whole minutes, without a zone")
     if given.start.year not in YEARS:
@@ -220,7 +220,7 @@ def between(value: Between) -> Between:
 
 
 def parameters(value: object, field: str = "parameters") -> dict[str, Any]:
-    """A mission's inputs by name: texts, numbers, true, false or null. The names are the robot's and travel back to it as they are."""
+    """A mission's inputs by name: texts, numbers, true, false or null. The names are the robot's and sent back unchanged."""
     if not isinstance(value, Mapping):
         raise InvalidInput(field, "parameters are names with a value each")
     for key, item in value.items():
@@ -241,12 +241,12 @@ def one_time_on_working_day(given: Schedule, calendar: WorkingCalendar) -> None:
     if given.recurrence is not None or not given.respect_working_days:
         return
     day = given.start.date()
-    look = calendar.look(day)
-    if look.is_working:
+    status = calendar.day_status(day)
+    if status.is_working:
         return
-    if look.name:
+    if status.name:
         raise InvalidInput("start", "{day} is no working day: {name}; choose another day or do not respect working days",
-                           day=f"{day:%Y-%m-%d}", name=look.name)
+                           day=f"{day:%Y-%m-%d}", name=status.name)
     raise InvalidInput("start", "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
                        day=f"{day:%Y-%m-%d}", weekday=_WEEKDAY_NAMES[day.weekday()])
 

@@ -1,4 +1,4 @@
-"""Puts the waiting executions of one robot on its queue, each exactly once (design: "Exactly-once submission").
+"""Puts the waiting executions of one robot on its queue, each exactly once (docs/reliability.md).
 
 The robot's POST has no idempotency key and links drop answers, so the intent is on disk before the POST, and an unknown outcome is never
 retried: the robot's queue is asked first. Called by the robot's worker only, one call at a time.
@@ -30,8 +30,8 @@ log = logging.getLogger(__name__)
 LOOK_AGAIN = 2.0             # s between looks at a queue in which a submission may yet appear
 STATUS_IS_FRESH = 2.0        # s for which one status read serves several executions due together
 RECHECK = 2.0                # s between checks of what an execution waits for (battery, hold)
-HANDED_OVER_WITHIN = 2.0     # s that an intent written when it fell due may take to its worker
-SEARCHED_AFTER_RESTORE = 1000    # newest queue items in which a restored database looks for what it may have forgotten
+HANDED_OVER_WITHIN = 2.0     # s that an intent may take from the planner to its worker
+SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched after a restore, for submissions that the backup does not know
 
 
 @dataclass(frozen=True)
@@ -380,7 +380,7 @@ class Dispatcher:
             self.heal_duplicate(copy, intent)
 
     def heal_duplicate(self, item: QueueItem, execution: Execution) -> None:
-        """Step 4: a later item with a token that is already claimed is cancelled while it is pending, and a person is told."""
+        """A later item with a token that is already claimed is cancelled while it is pending, and an alarm is raised."""
         if item.is_pending:
             self._cancel_item(item.id)
         self._alarms.raise_("duplicate_healed" if item.is_pending else "duplicate_running", f"execution:{execution.id}",

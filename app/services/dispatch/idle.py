@@ -53,7 +53,7 @@ class IdleSituation:
 
 def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, settings: Settings, calendar: WorkingCalendar,
                         now: datetime) -> bool:
-    """Whether the idle mission starts now (design: "Idle automation").
+    """Whether the idle mission starts now.
 
     Once per idle period: a period ends when anything else runs, which shows as a queue id above the one that the last idle execution got
     (or, when it never got one, above the highest id known when it was triggered). So a restart of the app does not fire it again.

@@ -23,7 +23,7 @@ class Intents:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._held: dict[int, tuple[float, Execution]] = {}      # by id, and when each is to be sent, on the monotonic clock
-        self._told_at: datetime | None = None
+        self._changed_at: datetime | None = None
         self._put_off_at = math.inf                              # since when rounds have given way
 
     @property
@@ -50,10 +50,10 @@ class Intents:
     # ------------------------------------------------------------------ what happens in between
     def invalidate(self) -> None:
         """Somebody has changed the ledger or the plan: what was written by now may not be wanted any more."""
-        self._told_at = self._clock.now()
+        self._changed_at = self._clock.now()
 
     def needs_recheck(self, intent: Execution) -> bool:
-        return self._told_at is not None and intent.created_at <= self._told_at
+        return self._changed_at is not None and intent.created_at <= self._changed_at
 
     def leave_time(self) -> bool:
         """Whether a round would make no intent late, or has been put off for long enough."""

@@ -1,4 +1,4 @@
-"""The execution ledger: every move of an execution is one short transaction, told to whoever listens and to the log.
+"""The execution ledger: every change of an execution is one short transaction, published to listeners and written to the log.
 
 Each method returns the row after its move, or None when the row had moved on in the meantime (somebody cancelled it): then nothing
 was changed and the caller must not act on it.
@@ -22,13 +22,13 @@ from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger("app.executions")
-NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least nobody knows yet
+NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least may be
 WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
 
 
 @dataclass(frozen=True)
 class Move:
-    """What is to become of an execution that still stands in one of the ``expected`` states."""
+    """A change of an execution that is still in one of the ``expected`` states."""
     execution: Execution
     expected: Sequence[State]
     columns: Mapping[str, Any]
@@ -54,7 +54,7 @@ class Ledger:
 
     def unsent(self, ids: Sequence[int]) -> list[Execution]:
         """Those of these that still wait or are on their way."""
-        return self._executions.still(self._db.read(), ids, NOT_WITH_THE_ROBOT)
+        return self._executions.in_states(self._db.read(), ids, NOT_WITH_THE_ROBOT)
 
     def has_sent(self, robot_id: int) -> bool:
         """Whether anything of ours is with this robot, or may be."""
@@ -82,7 +82,7 @@ class Ledger:
         """Write a new row; None when this occurrence or token is already in the ledger."""
         added = self._db.write(lambda c: self._executions.add_once(c, execution))
         if added:
-            self._tell(added)
+            self._announce(added)
         return added
 
     def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
@@ -102,7 +102,7 @@ class Ledger:
                             queue_floor=floor)
 
     def end(self, execution: Execution, reason: Reason) -> Execution | None:
-        """End an open execution with a reason, whose code tells the state."""
+        """End an open execution with a reason, whose code gives the state."""
         return next(iter(self.make([self.ended(execution, reason, (execution.state,))])), None)
 
     def make(self, moves: Sequence[Move], patient: bool = False) -> list[Execution]:
@@ -147,7 +147,7 @@ class Ledger:
 
     def ended(self, execution: Execution, reason: Reason, expected: Sequence[State] = WITH_THE_ROBOT,
               duration_s: float | None = None) -> Move:
-        """Ended with a reason, whose code tells the state."""
+        """Ended with a reason, whose code gives the state."""
         return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
 
     def release_unsent(self, intents: Sequence[Execution]) -> None:
@@ -185,7 +185,7 @@ class Ledger:
 
     # ------------------------------------------------------------------ inside
     def alarm_for(self, ended: Execution) -> None:
-        """A failed or skipped execution is told; the same of one schedule is one line that counts."""
+        """Raise the alarm of a failed or skipped execution; repetitions of one schedule are counted."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
         if code and ended.reason:
             about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot}"
@@ -195,10 +195,10 @@ class Ledger:
     def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
         changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))
         if changed:
-            self._tell(changed, quietly)
+            self._announce(changed, quietly)
         return changed
 
-    def _tell(self, execution: Execution, quietly: bool = False) -> None:
+    def _announce(self, execution: Execution, quietly: bool = False) -> None:
         if not quietly:
             log.info("%s", describe(execution))
         self._changes.publish(Topic.EXECUTIONS, execution.robot_id)

@@ -17,7 +17,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
+from app.domain.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
 from app.services.dispatch.dispatcher import Ready
 from app.services.dispatch.ledger import Ledger
 from app.services.live.alarms import Alarms
@@ -33,7 +33,7 @@ AT_ONCE = 500                # schedules per transaction, so that a burst never 
 
 @dataclass
 class DueBatch:
-    """What one look at the plan brought."""
+    """What one reading of the plan found due."""
     robot_ids: set[int] = field(default_factory=set)      # with something that waits to be sent
     touched: set[int] = field(default_factory=set)        # with something new in the ledger
     skipped: list[Execution] = field(default_factory=list)
@@ -42,7 +42,7 @@ class DueBatch:
     intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
 
     def note(self, added: Iterable[Execution]) -> None:
-        """These stand in the ledger now."""
+        """These are in the ledger now."""
         for row in added:
             match row.state:
                 case State.SKIPPED:
@@ -74,13 +74,13 @@ class Planner:
 
     def insert_due(self) -> DueBatch:
         """Make a row of every occurrence up to now, and of what falls due in a moment where nothing stands in its way: its worker waits for
-        the instant. Costs one indexed look when nothing is due."""
+        the instant. Costs one index lookup when nothing is due."""
         fallen = DueBatch()
         due = self.next_due()
         is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
         while is_more:
             is_more = self._db.write(lambda c: self._take_due(c, fallen))
-            for intent in rules.in_dispatch_order(fallen.intents):       # before anybody hears of it and looks
+            for intent in rules.in_dispatch_order(fallen.intents):       # before listeners are notified and read
                 self._hand_over(intent)
             fallen.intents.clear()
         if fallen.missed or fallen.skipped:
@@ -122,15 +122,15 @@ class Planner:
         robot_ids = {schedule.robot_id for schedule in schedules}
         no_overlap = [schedule.id for schedule in schedules if schedule.overlap is Overlap.SKIP]
         return PlanningContext(
-            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.those(c, robot_ids),
-            self._missions.those(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
+            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids),
+            self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
             self._executions.open_of_schedules(c, no_overlap))
 
     def _take(self, schedule: Schedule, site: PlanningContext, fallen: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
         and something stands in the way of a start, which only then can be judged."""
         robot, mission = site.robots.get(schedule.robot_id), site.missions.get(schedule.mission_id)
-        if robot is None or mission is None:               # foreign keys don't let that happen
+        if robot is None or mission is None:               # foreign keys prevent that
             return _Taken([], None)
         make = _RowMaker(schedule, robot, mission, site)
         (*earlier, latest), following = _instants(schedule, site.now, site.calendar)
@@ -207,14 +207,9 @@ class _RowMaker:
     site: PlanningContext
 
     def waiting(self, planned_at: datetime, late: bool = False) -> Execution:
-        schedule, settings, now = self.schedule, self.site.settings, self.site.now
-        row = Execution(
-            trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=self.robot.id, robot=self.robot.name,
-            mission=self.mission.name, mission_guid=self.mission.guid, parameters=schedule.parameters, priority=schedule.priority,
-            minimum_battery_percent=rules.minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,
-            closes_at=rules.closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
-            token=rules.token_of(self.site.install_id, schedule.id, planned_at))
-        return replace(row, wait=Wait.LATE_START, hold_until=now + rules.LATE_START_HOLD) if late else row
+        site = self.site
+        row = rules.scheduled(self.schedule, self.robot, self.mission, site.settings, site.install_id, planned_at, site.now)
+        return replace(row, wait=Wait.LATE_START, hold_until=site.now + rules.LATE_START_HOLD) if late else row
 
     def submitting(self, planned_at: datetime, ready: Ready) -> Execution:
         row = self.waiting(planned_at)
@@ -223,7 +218,7 @@ class _RowMaker:
         return replace(row, state=State.SUBMITTING, attempts=1, queue_floor=ready.queue_floor)
 
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
-        return replace(self.waiting(planned_at), state=reason.state, reason=reason, ended_at=self.site.now)
+        return rules.ended(self.waiting(planned_at), reason, self.site.now)
 
     def paused(self, planned_at: datetime) -> Execution:
         until = self.schedule.paused_until
@@ -233,15 +228,3 @@ class _RowMaker:
         code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
         times = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap else {}
         return self.ended(planned_at, Reason(code, times))
-
-
-def one_off(trigger: Trigger, robot: Robot, mission: Mission, settings: Settings, now: datetime, token: str, *,
-            parameters: dict[str, object] | None = None, queue_floor: int | None = None) -> Execution:
-    """The row of a manual or idle execution: due now, within the general start window."""
-    minimum = rules.minimum_battery(None, settings) if trigger is Trigger.IDLE else None     # Run now has no constraint
-    return Execution(
-        trigger=trigger, robot_id=robot.id, robot=robot.name, mission=mission.name, mission_guid=mission.guid, parameters=parameters or {},
-        minimum_battery_percent=minimum, timezone=settings.timezone, planned_at=now, closes_at=rules.closes_at(now, None, settings),
-        created_at=now, token=token, queue_floor=queue_floor, state=State.WAITING)
-
-

@@ -1,4 +1,4 @@
-"""Whether the tablet's clock can be right (design: "Clock not plausible").
+"""Whether the tablet's clock can be right.
 
 Judged at the start only; a step while running is an event, not a hold.
 """

@@ -1,6 +1,6 @@
-"""The threads: one for the scheduler, one worker for each robot. They only wait and call; what is done stands in scheduler and worker.
+"""The threads: one for the scheduler, one worker for each robot. They only wait and call; the work is done in scheduler and worker.
 
-With a window, Kivy's Clock asks for a cycle every poll interval (the thesis's Algorithm 1); headless, or when the window has not asked for
+With a window, Kivy's Clock asks for a cycle every poll interval; headless, or when the window has not asked for
 two intervals, the scheduler thread does.
 """
 from __future__ import annotations
@@ -23,7 +23,7 @@ from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger(__name__)
 
-STOP_WITHIN = 4.0           # s: the contract gives a stop 5 s; a request under way is left to its time-out
+STOP_WITHIN = 4.0           # s: a stop has to end within 5 s; a request under way is left to its time-out
 FIRST_POLL_WITHIN = 5.0     # s until "ready" whatever the robots do
 CYCLE_TAKES = 2.0           # s within which every robot has its turn
 TURN_EVERY = 0.08           # s between turns
@@ -86,7 +86,7 @@ class _WorkerThread:
                 if not self._stopping:
                     self._database_fails(error.message)
                 wait = self._begin_anew()
-            except Exception:                # one robot's trouble must not end its worker, nor touch any other
+            except Exception:                # an error with one robot must not end its worker, nor affect others
                 log.exception("The worker of %r met an unexpected error and goes on", self.worker.robot.name)
                 wait = self._begin_anew()
             with self._wake:
@@ -217,7 +217,7 @@ class PollLoop:
 
     def _on_change(self, topic: Topic, about: int | None) -> None:
         if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._in_tick and threading.current_thread() is self._thread:
-            return                            # the tick itself tells what is to be sent, and looks at the plan after it
+            return                            # the tick itself returns what is to be sent, and reads the plan after it
         if topic is Topic.ROBOTS:
             self._robots_version += 1
         if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
@@ -239,7 +239,7 @@ class PollLoop:
             except DatabaseUnavailable as error:
                 self._alarms.database_fails(error.message)
                 wait = LONGEST_WAIT
-            except Exception:                # the heart must not stop for anything
+            except Exception:                # the scheduler must not stop for anything
                 log.exception("The scheduler met an unexpected error and goes on")
                 wait = LONGEST_WAIT
             with self._wake:
@@ -281,7 +281,7 @@ class PollLoop:
             self._poll_some()
 
     def _quickly(self) -> None:
-        """Not everybody has answered yet: look again soon."""
+        """Not every robot has answered yet: check again soon."""
         with self._wake:
             self._wake.wait(0.02)
             self._woken = True

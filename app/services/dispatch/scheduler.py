@@ -1,4 +1,4 @@
-"""The heart: beats once a second or when something falls due. Heartbeat, gaps, plausibility of the clock, the plan (Algorithms 1 and 2).
+"""Runs once a second, or when something falls due: heartbeat, gaps, plausibility of the clock, due schedules.
 
 It has no thread of its own and talks to no robot; poll_loop calls ``tick`` and hands what fell due to the robots' workers.
 """
@@ -25,7 +25,7 @@ LONGEST_WAIT = 1.0          # s: bounds what a clock step or a sleep can delay
 STEP_WORTH_TELLING = 5.0    # s
 PREFETCH_LEAD = timedelta(seconds=1.2)     # a robot is read so long before an instant; more than LONGEST_WAIT, or some are missed
 PREFETCH_TOGETHER = timedelta(seconds=0.5) # robots with instants so close to each other are read in one go
-INTENT_EVERY = 0.025        # s between looks at what falls due in a moment: some of it shares a transaction
+INTENT_EVERY = 0.025        # s between checks for what falls due in a moment: some of it shares a transaction
 PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
 TIDY_EVERY = 0.5            # s
 TIDIES_WITHIN = 60.0        # s that housekeeping gives way to what falls due
@@ -43,7 +43,7 @@ class Scheduler:
         self._last_heartbeat: datetime | None = None          # of the previous run
         self._clock_doubted_since: datetime | None = None
         self._clock_trusted = False
-        self._told_until: datetime | None = None              # of what is due soon
+        self._announced_until: datetime | None = None              # of what is due soon
 
     def start(self) -> None:
         """Find out for how long the app was off. Called once, before the first tick."""
@@ -53,7 +53,7 @@ class Scheduler:
             self._away(self._last_heartbeat, now)
 
     def tick(self) -> DueBatch:
-        """One beat. Returns what fell due."""
+        """One round. Returns what fell due."""
         now, mono = self._clock.now(), self._clock.monotonic()
         self._notice_jump(now, mono)
         self._last = (now, mono)
@@ -65,13 +65,13 @@ class Scheduler:
         return self._planner.insert_due()
 
     def due_soon(self) -> set[int]:
-        """Robots with something due in a moment, told once for each instant."""
-        now, told = self._clock.now(), self._told_until
+        """Robots with something due in a moment, announced once for each instant."""
+        now, announced = self._clock.now(), self._announced_until
         until = now + PREFETCH_LEAD
-        if not self._clock_trusted or (told is not None and now <= told <= until and until - told < PREFETCH_TOGETHER):
+        if not self._clock_trusted or (announced is not None and now <= announced <= until and until - announced < PREFETCH_TOGETHER):
             return set()
-        self._told_until = until
-        return self._planner.robots_due(told if told is not None and now < told < until else now, until)
+        self._announced_until = until
+        return self._planner.robots_due(announced if announced is not None and now < announced < until else now, until)
 
     def tidy(self) -> None:
         """Hold history and alarms to their limits, once what fell due is on its way. Gives way while more is due in a moment, but no longer
@@ -92,7 +92,7 @@ class Scheduler:
         return self.seconds_to_next() > MIN_IDLE
 
     def probe(self) -> None:
-        """Write something of no meaning. Raises DatabaseUnavailable as long as nothing can be written."""
+        """Try to write. Raises DatabaseUnavailable as long as nothing can be written."""
         self._db.write(lambda c: self._settings.put(c, "probed_at", self._clock.now().isoformat()))
 
     def seconds_to_next(self, longest: float = LONGEST_WAIT) -> float:

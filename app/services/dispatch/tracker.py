@@ -1,4 +1,4 @@
-"""Follows what was accepted to its end, by queue id and never by the robot's state (design: "Tracking")."""
+"""Follows what was accepted to its end, by queue id and never by the robot's state."""
 from __future__ import annotations
 
 import logging
@@ -13,7 +13,7 @@ from app.services.dispatch.ledger import WITH_THE_ROBOT, Ledger, Move, seconds_b
 
 log = logging.getLogger(__name__)
 
-USER_REQUEST = "aborted - user request"       # how the robot words a cancellation, in en_US (reference, section 3: C)
+USER_REQUEST = "aborted - user request"       # the message of a cancellation in the robot's language en_US
 
 MANY = 3                     # open executions that are asked for in one request instead of one each
 
@@ -58,7 +58,7 @@ class Tracker:
         return self._moves(execution, item)
 
     def _moves(self, execution: Execution, item: QueueItem) -> list[Move]:
-        """What brings the execution to where its queue item stands."""
+        """What brings the execution to the state of its queue item."""
         delay = seconds_between(item.ordered, item.started)
         duration = seconds_between(item.started, item.finished)
         if item.state is QueueState.DONE:
@@ -78,14 +78,14 @@ class Tracker:
             log.info("Item %d of %r could not be cancelled yet: %s", queue_id, self._robot.name, error.text)
 
     def cancel_duplicates(self, open_items: Sequence[QueueItem]) -> None:
-        """Look through the robot's open items for a second copy of ours: a request that landed after all (design: step 4)."""
+        """Look through the robot's open items for a second copy of ours: a request that arrived after all."""
         for item in open_items:
             if not looks_like_token(item.description):
                 continue
             execution = self._ledger.by_token(item.description)
             if execution is None or execution.queue_id == item.id or execution.robot_id != self._robot.id:
                 continue
-            if execution.state not in (State.SUBMITTING, State.WAITING):      # those are still looking for it themselves
+            if execution.state not in (State.SUBMITTING, State.WAITING):      # these are still being reconciled
                 self._dispatcher.heal_duplicate(item, execution)
 
 
@@ -104,7 +104,7 @@ def is_ours(execution: Execution, item: QueueItem) -> bool:
 
 
 def why_aborted(execution: Execution, item: QueueItem) -> Reason:
-    """Cancelled by a person, or failed with the robot's own words."""
+    """Cancelled by a person, or failed with the robot's message."""
     message = (item.message or "").strip()
     if execution.cancel_code:
         return Reason(execution.cancel_code)

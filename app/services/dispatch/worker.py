@@ -17,9 +17,9 @@ from zoneinfo import ZoneInfo
 from app.database.activities import ActivityRepository
 from app.database.connection import Database
 from app.database.missions import MissionRepository
-from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
+from app.domain import rules
 from app.domain.activity import SpanRecorder, activity_of
 from app.domain.clock import Clock
 from app.domain.message import Message, message, message_of, render
@@ -31,7 +31,6 @@ from app.services.dispatch.dispatcher import Dispatcher, Ready, WrongRobot
 from app.services.dispatch.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
 from app.services.dispatch.intents import Intents
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.planner import one_off
 from app.services.dispatch.tracker import Tracker, is_ours
 from app.services.live.alarms import Alarms
 from app.services.live.gaps import Downtime
@@ -41,11 +40,11 @@ from app.services.planning.working_days import WorkingCalendar
 
 log = logging.getLogger(__name__)
 
-LIVE_EVERY = 2.0                # s between status reads while somebody looks or something of ours runs
+LIVE_EVERY = 2.0                # s between status reads while it is on screen or something of ours runs
 GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
-PREPARES_WITHIN = 0.4           # s in which all robots that are told of something due soon are read, one after the other
-SLOW_ANSWER = 2.0               # s; slower is told, but it is an answer
-LOOK_AROUND_EVERY = 60.0        # s between writes of the observed time
+PREPARES_WITHIN = 0.4           # s over which the status reads before something due soon are spread
+SLOW_ANSWER = 2.0               # s; a slower answer counts, and is shown as slow
+SAVE_SPANS_EVERY = 60.0         # s between writes of what the robot is seen doing
 PRUNE_EVERY = 200               # such writes, between dropping what is too old
 
 
@@ -62,7 +61,6 @@ class Services:
     robots: RobotRepository
     missions: MissionRepository
     schedules: ScheduleRepository
-    observed: ObservedRepository
     settings: Callable[[], Settings]
     calendar: Callable[[], WorkingCalendar]
     restored_at: datetime | None           # who goes back to a backup opens everything anew
@@ -97,10 +95,8 @@ class RobotWorker:
         self._poll_asked = self._changed = False
         self._next_live = self._dispatch_at = -math.inf
         self._prepare_at = math.inf
-        self._observed: dict[tuple[str, str], float] = {}
-        self._observed_at: float | None = None
-        self._observed_written = services.clock.monotonic()
         self._spans = SpanRecorder()
+        self._spans_saved_at = services.clock.monotonic()
         self._writes_to_prune = 0               # writes of spans until the next pruning
 
     # ------------------------------------------------------------------ the steps
@@ -171,7 +167,7 @@ class RobotWorker:
         try:
             self._dispatcher.note()
             self._s.ledger.release_unsent([*self._intents.held, *untaken])
-            self._write_observed()
+            self._save_spans()
         finally:
             self.client.close()
 
@@ -190,8 +186,8 @@ class RobotWorker:
                 self._s.snapshots.update(self.robot.id, connection=Connection.DISABLED, queue=(), status=None)
         finally:
             self.polled = True
-        if self._spans.has_changed or self._s.clock.monotonic() - self._observed_written >= LOOK_AROUND_EVERY:
-            self._write_observed()
+        if self._spans.has_changed or self._s.clock.monotonic() - self._spans_saved_at >= SAVE_SPANS_EVERY:
+            self._save_spans()
 
     def _look(self, *, whole: bool) -> None:
         """Read the robot and follow what runs on it; between polls its queue only when somebody looks at it. What can't be read stays as
@@ -340,10 +336,11 @@ class RobotWorker:
         if not idle_mission_is_due(rule, situation, settings, self._s.calendar(), now):
             return
         if mission := self._s.missions.get(db, rule.mission_id):
-            self._s.ledger.add(one_off(Trigger.IDLE, self.robot, mission, settings, now, str(uuid.uuid4()), queue_floor=self._highest))
+            token = str(uuid.uuid4())
+            self._s.ledger.add(rules.one_off(Trigger.IDLE, self.robot, mission, settings, now, token, queue_floor=self._highest))
 
     def _numbers_began_anew(self, last: Execution, highest: int) -> bool:
-        """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that number tells nothing."""
+        """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that number means nothing."""
         if last.state.is_open or last.queue_id is None or highest >= last.queue_id:
             return False
         try:
@@ -353,35 +350,25 @@ class RobotWorker:
         except RobotError:
             return False
 
-    # ------------------------------------------------------------------ observed time
+    # ------------------------------------------------------------------ what it is seen doing
     def _observe(self, activity: str) -> None:
-        """The time since the last look belongs to what was seen then and now; a gap longer than 3 polls to nothing."""
+        """Records what the robot does; a gap longer than 3 polls leaves a hole."""
         mono, now, settings = self._s.clock.monotonic(), self._s.clock.now(), self._s.settings()
         longest_gap = STALE_POLLS * max(settings.poll_interval_seconds, LIVE_EVERY)
-        if self._observed_at is not None and 0 < mono - self._observed_at <= longest_gap:
-            day = self._local_day(now, settings)
-            self._observed[day, activity] = self._observed.get((day, activity), 0.0) + mono - self._observed_at
-        self._observed_at = mono
         self._spans.saw(activity, now, mono, longest_gap)
 
-    @staticmethod
-    def _local_day(now: datetime, settings: Settings) -> str:
-        return now.astimezone(ZoneInfo(settings.timezone)).date().isoformat()
-
-    def _write_observed(self) -> None:
-        """Both in one transaction: at most once a poll, when something else is being done, and else once a minute."""
-        observed, self._observed = self._observed, {}
-        spans = [(span.activity, span.start, span.end) for span in self._spans.take()]
-        self._observed_written = self._s.clock.monotonic()
-        if not observed and not spans:
+    def _save_spans(self) -> None:
+        """At most once a poll, when it does something else, and otherwise once a minute."""
+        spans = self._spans.take()
+        self._spans_saved_at = self._s.clock.monotonic()
+        if not spans:
             return
         prunes = self._writes_to_prune == 0
         self._writes_to_prune = PRUNE_EVERY if prunes else self._writes_to_prune - 1
 
         def work(c: sqlite3.Connection) -> None:
-            self._s.observed.add_many(c, self.robot.id, observed)
             self._s.activities.save(c, self.robot.id, spans)
             if prunes:
-                self._s.activities.prune(c, self.robot.id, self._s.clock.now())
+                self._s.activities.prune(c, self.robot.id, self._s.clock.now(), ZoneInfo(self._s.settings().timezone))
 
         self._s.db.write(work)

@@ -1,16 +1,19 @@
 """Closed days from an .ics file, such as a company's calendar or a list of school holidays.
 
-All-day events, those with times of day, and yearly repetitions are taken; what is over since last year or repeats in another way is left
-out and counted.
+All-day events, those with times of day, and yearly repetitions are taken, without the days that they except; what is over since last year
+or repeats in another way is left out and counted.
 """
 from __future__ import annotations
 
-import re
+import contextlib
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, date, datetime, time, timedelta
-from itertools import islice
+from datetime import date, datetime, timedelta
+from datetime import time as clock_time
+from itertools import chain, islice
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from zoneinfo import ZoneInfo
 
 from app.database.calendar import CalendarRepository
@@ -23,11 +26,14 @@ from app.services.files.exports import DataFiles
 from app.services.planning.recurrence import Frequency, Recurrence
 from app.services.planning.recurrence.dates import dates
 
-MOST_EVENTS = 20_000
-YEARS_AHEAD = 10                         # of a yearly rule that is more than the same day again
+if TYPE_CHECKING:
+    from icalendar import Event
 
-_DATE = re.compile(r"(\d{4})(\d\d)(\d\d)(?:T(\d\d)(\d\d)(\d\d)(Z?))?", re.ASCII)
-_DURATION = re.compile(r"\+?P(?:(\d{1,5})W)?(?:(\d{1,5})D)?(?:T(?:(\d{1,6})H)?(?:(\d{1,6})M)?(?:(\d{1,6})S)?)?", re.ASCII)
+YEARS_AHEAD = 10                         # of a yearly rule that is more than the same day again
+MOST_LOOKED_AT = 50_000                  # days of repetitions, past ones included
+LONGEST_READING_S = 20.0                 # a rule that never comes takes a second each
+UNREADABLE = (ValueError, OverflowError, LookupError, AttributeError, TypeError)      # what icalendar raises for what an event holds
+MIDNIGHT = clock_time()
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,7 @@ class Imported:
 
 
 class CalendarFiles(DataFiles):
-    """Calendars that people bring along."""
+    """Imports calendar files."""
 
     def newest_calendar(self) -> Path | None:
         """The .ics file that was put into ``directory`` last: most likely the one to import."""
@@ -70,6 +76,8 @@ class CalendarFiles(DataFiles):
             found = read_days(content, source.stem, zone, self._clock.now().astimezone(zone).date())
         except ics.NotACalendar:
             raise InvalidInput("path", "{path} is not a calendar file (.ics)", path=source) from None
+        except ics.TooMuch:
+            raise InvalidInput("path", "{path} holds too much for a calendar of closed days", path=source) from None
         if not found.exceptions:
             raise InvalidInput("path", "{path} has no days to take", path=source)
         there = {_identity(exception) for exception in CalendarRepository().all(c)}
@@ -82,50 +90,71 @@ def _identity(exception: DayException) -> tuple[object, ...]:
 
 
 def read_days(content: bytes, name: str, zone: ZoneInfo, today: date) -> Found:
-    """Closed days of an .ics file; ``name`` stands for events without one, ``zone`` is that of the plant. Raises ics.NotACalendar."""
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ics.NotACalendar("is not UTF-8") from error
+    """Closed days of an .ics file; ``name`` is given to events without one, ``zone`` is that of the plant. Raises ics.NotACalendar and
+    ics.TooMuch."""
+    events = ics.events(content)
+    replaced: dict[str, set[date]] = {}              # single days of a repetition that events of their own stand for
+    for event in events:
+        with contextlib.suppress(*UNREADABLE):
+            instead: Any = event.get("RECURRENCE-ID")
+            if instead is not None:
+                replaced.setdefault(str(event.get("UID")), set()).add(_local(instead.dt, zone).date())
     taken: dict[tuple[object, ...], DayException] = {}
-    left_out = past = 0
-    for number, event in enumerate(ics.events(text)):
-        if number == MOST_EVENTS:
-            raise ics.NotACalendar("has too many events")
+    looked_at = left_out = past = 0
+    ends_at = time.monotonic() + LONGEST_READING_S
+    for event in events:
+        is_past = True
         try:
-            found = list(_exceptions(event, name, zone, today))
-        except (ValueError, OverflowError):
+            for exception in _exceptions(event, name, zone, today, replaced.get(str(event.get("UID")), set())):
+                looked_at += 1
+                if exception.yearly or exception.last_day.year >= today.year:
+                    is_past = False
+                    taken.setdefault(_identity(exception), exception)
+                if looked_at > MOST_LOOKED_AT or len(taken) > validation.MOST_DAY_EXCEPTIONS:
+                    raise ics.TooMuch("has too many days")
+        except ics.TooMuch:
+            raise
+        except UNREADABLE:
             left_out += 1
             continue
-        for exception in found:
-            if exception.yearly or exception.last_day.year >= today.year:
-                taken.setdefault(_identity(exception), exception)
-        past += not any(exception.yearly or exception.last_day.year >= today.year for exception in found)
+        past += is_past
+        if time.monotonic() > ends_at:
+            raise ics.TooMuch("takes too long")
     in_order = sorted(taken.values(), key=lambda exception: (exception.first_day, exception.last_day))
     return Found(in_order, left_out, past)
 
 
-def _exceptions(event: ics.Event, name: str, zone: ZoneInfo, today: date) -> Iterator[DayException]:
-    """The days of one event. Raises ValueError (InvalidInput among them) for one that can't be taken."""
-    if "DTSTART" not in event or ("STATUS" in event and event["STATUS"].value.strip().upper() == "CANCELLED"):
-        raise ValueError("no date")
+def _exceptions(event: Event, name: str, zone: ZoneInfo, today: date, replaced: set[date]) -> Iterator[DayException]:
+    """The days of one event. Raises one of UNREADABLE, InvalidInput among them, for one that can't be taken."""
+    if str(event.get("STATUS", "")).strip().upper() == "CANCELLED":
+        raise ValueError("is cancelled")
     first, last = _span(event, zone)
-    title = event["SUMMARY"].text if "SUMMARY" in event else ""
+    titles = event.get("SUMMARY", "")
+    title = str(titles[0] if isinstance(titles, list) else titles)
     once = validation.day_exception(DayException(names.cleaned(title) or names.cleaned(name) or "ics", first, last))
-    if "RRULE" not in event:
-        yield once
-        return
-    rule = _rule(event["RRULE"].value)
-    if rule in (Recurrence(Frequency.YEARLY), Recurrence(Frequency.YEARLY, months=(first.month,), month_days=(first.day,)),
-                Recurrence(Frequency.YEARLY, months=(first.month,)), Recurrence(Frequency.YEARLY, month_days=(first.day,))):
+    without = {_local(moment, zone).date() for moment in event.exdates}
+    if "RECURRENCE-ID" not in event:
+        without |= replaced
+    rules = [_rule(rule.to_ical().decode()) for rule in event.rrules]
+    if not without and len(rules) == 1 and rules[0] in (
+            Recurrence(Frequency.YEARLY), Recurrence(Frequency.YEARLY, months=(first.month,), month_days=(first.day,)),
+            Recurrence(Frequency.YEARLY, months=(first.month,)), Recurrence(Frequency.YEARLY, month_days=(first.day,))):
         yield replace(once, yearly=True)
-        return
-    length = last - first
+        rules = []
+    elif not rules and first not in without:
+        yield once
+    more = (_local(moment, zone).date() for moment, _end in event.rdates)
+    for day in chain(*(_days(rule, first, today) for rule in rules), more):
+        if day not in without:
+            yield replace(once, first_day=day, last_day=day + (last - first))
+
+
+def _days(rule: Recurrence, start: date, today: date) -> Iterator[date]:
+    """The dates of a rule for the next years; a rule that counts its dates is followed from its beginning."""
     horizon = date(today.year + YEARS_AHEAD, 12, 31)
     until = horizon if rule.until is None else min(horizon, rule.until.date())
-    for day in islice(dates(rule, first, first, until), rule.count):
-        if day.year >= today.year - 1:
-            yield replace(once, first_day=day, last_day=day + length)
+    first = start if rule.count else max(start, date(today.year - 1, 1, 1))
+    return islice(dates(rule, start, first, until), rule.count)
 
 
 def _rule(value: str) -> Recurrence:
@@ -136,32 +165,15 @@ def _rule(value: str) -> Recurrence:
     return rule
 
 
-def _span(event: ics.Event, zone: ZoneInfo) -> tuple[date, date]:
-    """First and last day; DTEND itself is not included any more (RFC 5545, section 3.6.1)."""
-    start = _moment(event["DTSTART"], zone)
-    if "DTEND" in event:
-        end = _moment(event["DTEND"], zone)
-    elif "DURATION" in event:
-        end = _later(start, event["DURATION"].value)
-    else:
-        return start.date(), start.date()
-    last = end.date() - timedelta(days=1) if end.time() == time() else end.date()
+def _span(event: Event, zone: ZoneInfo) -> tuple[date, date]:
+    """First and last day; an event's end itself is not included any more (RFC 5545, section 3.6.1)."""
+    start, end = _local(event.start, zone), _local(event.end, zone)
+    last = end.date() - timedelta(days=1) if end.time() == MIDNIGHT else end.date()
     return start.date(), max(last, start.date())
 
 
-def _moment(given: ics.Property, zone: ZoneInfo) -> datetime:
-    """Naive local time, midnight of a plain date. A time in UTC becomes the plant's; one of another zone stays as it is written."""
-    match = _DATE.fullmatch(given.value.strip())
-    if match is None:
-        raise ValueError(given.value)
-    year, month, day, hour, minute, second = (int(part or 0) for part in match.groups()[:6])
-    moment = datetime(year, month, day, hour, minute, min(second, 59))       # a leap second is the minute's last  # noqa: DTZ001
-    return moment.replace(tzinfo=UTC).astimezone(zone).replace(tzinfo=None) if match[7] else moment
-
-
-def _later(start: datetime, duration: str) -> datetime:
-    match = _DURATION.fullmatch(duration.strip().upper())
-    if match is None:
-        raise ValueError(duration)
-    weeks, days, hours, minutes, seconds = (int(part or 0) for part in match.groups())
-    return start + timedelta(weeks=weeks, days=days, hours=hours, minutes=minutes, seconds=seconds)
+def _local(moment: date, zone: ZoneInfo) -> datetime:
+    """Naive time at the plant, midnight of a plain date. A time without a zone, or with one that nobody knows, is the plant's already."""
+    if not isinstance(moment, datetime):
+        return datetime.combine(moment, MIDNIGHT)
+    return moment.astimezone(zone).replace(tzinfo=None) if moment.tzinfo else moment

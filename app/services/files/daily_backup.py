@@ -1,4 +1,4 @@
-"""One backup a day, on a thread of its own: a million rows take a third of a second, which nobody shall wait for."""
+"""One backup a day, on a thread of its own, because a million rows take a third of a second."""
 from __future__ import annotations
 
 import logging
@@ -26,12 +26,12 @@ class DailyBackup:
         self._made_on: date | None = None
         self._not_before = -math.inf             # monotonic
         self._thread: threading.Thread | None = None
-        self._problem: Message | None = None         # of the last one, not told yet; empty: it went well
+        self._problem: Message | None = None         # of the last one, not reported yet; empty: it succeeded
 
     def tick(self) -> None:
         if self._thread and self._thread.is_alive():
             return
-        self._tell()
+        self._report()
         if self._clock.now().date() != self._made_on and self._clock.monotonic() >= self._not_before:
             self._thread = threading.Thread(target=self.run, name="backup", daemon=True)
             self._thread.start()
@@ -49,7 +49,7 @@ class DailyBackup:
                 log.info("Backup %s made", made.name)
             self._problem, self._made_on = "", now.date()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         problem, self._problem = self._problem, None
         if problem:
             self._alarms.raise_("backup_failed", "backup", problem=problem)

@@ -89,7 +89,7 @@ class DataFiles:
         """Newest first."""
         found = []
         for path in (self.data_directory / BACKUPS).glob("*.db"):
-            with contextlib.suppress(FileNotFoundError):          # the oldest is dropped while we look
+            with contextlib.suppress(FileNotFoundError):          # the oldest may be deleted meanwhile
                 stat = path.stat()
                 found.append(Backup(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
         return sorted(found, key=lambda backup: backup.made_at, reverse=True)
@@ -119,7 +119,7 @@ class DataFiles:
 
     @staticmethod
     def _content(source: Path) -> bytes:
-        """Of a file that somebody brings along, at most 5 MiB."""
+        """Of a file to import, at most 5 MiB."""
         try:
             with source.open("rb") as file:
                 content = file.read(LARGEST_FILE + 1)
@@ -152,13 +152,13 @@ class DataFiles:
         if target.parent == self.directory:
             with contextlib.suppress(OSError):
                 target.parent.mkdir(mode=0o700, exist_ok=True)
-        with _told(target):
+        with _as_invalid_input(target):
             descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
         draft = Path(name)
         try:
-            with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file, _told(target):
+            with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file, _as_invalid_input(target):
                 yield target, file
-            with _told(target):
+            with _as_invalid_input(target):
                 os.replace(draft, target)
         except BaseException:
             draft.unlink(missing_ok=True)
@@ -166,8 +166,8 @@ class DataFiles:
 
 
 @contextlib.contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """Trouble with a file as one sentence."""
+def _as_invalid_input(path: Path) -> Iterator[None]:
+    """Errors of a file as InvalidInput."""
     try:
         yield
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""The execution history as CSV (contract: "Execution history"): RFC 4180, UTF-8 without BOM, English, open executions included."""
+"""The execution history as CSV (docs/interfaces.md): RFC 4180, UTF-8 without BOM, English, open executions included."""
 from __future__ import annotations
 
 import csv
@@ -47,6 +47,6 @@ def _instant(instant: datetime | None, zone: tzinfo) -> str:
 
 
 def _text(text: str) -> str:
-    """Guarded with an apostrophe where a spreadsheet would run it (OWASP: "CSV Injection"), and always encodable."""
+    """Preceded by an apostrophe where a spreadsheet would run it (OWASP: "CSV Injection"), and always encodable."""
     text = text.encode("utf-8", "replace").decode()
     return f"'{text}" if text.lstrip().startswith(_FORMULA) or text[:1] in ("\t", "\r", "\n") else text

@@ -1,96 +1,64 @@
-"""iCalendar text (RFC 5545) as far as the app speaks it: content lines in and out, and the events of a file.
+"""iCalendar text (RFC 5545): the events of a file, by the library icalendar, and content lines to be written.
 
-Reading is lenient about line ends and blank lines, as files of many programs are; writing is to the letter: CRLF, folded at 75 octets.
+A file to import may be hostile: the library needs 10 s and hundreds of MiB for 5 MiB of text, and never comes back from a
+time zone that changes every second. What is given to it is therefore limited first.
 """
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
+if TYPE_CHECKING:
+    from icalendar import Calendar, Event
+
+MOST_BYTES = 1024 * 1024
+MOST_LINES = 40_000
+MOST_ZONE_PARTS = 60
 FOLD_AT = 75                             # octets of a line without its end (section 3.1)
 
 _LINE_END = re.compile(r"\r\n|\n|\r")
-_NAME = re.compile(r"[A-Za-z0-9-]+", re.ASCII)
-_PARAMETER = re.compile(r';([A-Za-z0-9-]+)=((?:"[^"]*"|[^";:,]*)(?:,(?:"[^"]*"|[^";:,]*))*)', re.ASCII)
-_ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
 
 class NotACalendar(ValueError):
     """The text is no iCalendar file."""
 
 
-@dataclass(frozen=True)
-class Property:
-    """One content line. Names and parameters' names are in capitals, parameters' values without quotes."""
-    name: str
-    value: str
-    parameters: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def text(self) -> str:
-        """The value of a text property as people read it."""
-        return _ESCAPED.sub(lambda match: "\n" if match[1] in "nN" else match[1], self.value)
-
-
-Event = Mapping[str, Property]
-"""A VEVENT's own properties by name, of several alike the first; what stands in its alarms is left out."""
+class TooMuch(ValueError):
+    """The file holds more than is read."""
 
 
 # ---------------------------------------------------------------------- in
-def events(text: str) -> Iterator[Event]:
-    """Every VEVENT of a file. Raises NotACalendar when it is something else, or ends in the middle."""
-    lines = list(content_lines(text))
-    if not lines or (lines[0].name, lines[0].value.strip().upper()) != ("BEGIN", "VCALENDAR"):
-        raise NotACalendar("does not begin with BEGIN:VCALENDAR")
-    inside: list[str] = []
-    event: dict[str, Property] = {}
-    for line in lines:
-        if line.name == "BEGIN":
-            inside.append(line.value.strip().upper())
-            if inside[-1] == "VEVENT":
-                event = {}
-        elif line.name == "END":
-            if not inside or inside.pop() != line.value.strip().upper():
-                raise NotACalendar(f"END:{line.value} has no beginning")
-            if line.value.strip().upper() == "VEVENT":
-                yield event
-        elif inside and inside[-1] == "VEVENT":
-            event.setdefault(line.name, line)
-    if inside:
-        raise NotACalendar(f"{inside[-1]} has no end")
+def events(content: bytes) -> list[Event]:
+    """Every VEVENT of a file. Raises NotACalendar when it is something else or ends in the middle, and TooMuch."""
+    from icalendar import Calendar  # 12 MiB and half a second, which nobody needs before this
+    from icalendar.timezone import tzp
+
+    try:
+        lines = _LINE_END.split(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise NotACalendar("is not UTF-8") from error
+    if len(content) > MOST_BYTES or len(lines) > MOST_LINES:
+        raise TooMuch("is too large")
+    tzp.use_default()                                 # forget the zones that an earlier file defined
+    try:
+        calendars = Calendar.from_ical("\r\n".join(lines), multiple=True)
+    except (ValueError, LookupError, AttributeError, TypeError) as error:
+        raise NotACalendar(str(error)) from error
+    if not calendars or any(calendar.name != "VCALENDAR" for calendar in calendars):
+        raise NotACalendar("is no VCALENDAR, or has no end")
+    for calendar in calendars:
+        _check_zones(calendar)
+    return [event for calendar in calendars for event in calendar.events]
 
 
-def content_lines(text: str) -> Iterator[Property]:
-    """The unfolded lines. Raises NotACalendar for one that is none."""
-    for line in _unfolded(text.removeprefix("\ufeff")):
-        if line.strip():
-            yield _property(line)
-
-
-def _unfolded(text: str) -> Iterator[str]:
-    parts: list[str] = []
-    for line in _LINE_END.split(text):
-        if line[:1] in (" ", "\t") and parts:
-            parts.append(line[1:])
-            continue
-        if parts:
-            yield "".join(parts)
-        parts = [line]
-    yield "".join(parts)
-
-
-def _property(line: str) -> Property:
-    name = _NAME.match(line)
-    if name is None:
-        raise NotACalendar(f"{line[:40]!r} is no content line")
-    position, parameters = name.end(), {}
-    while (found := _PARAMETER.match(line, position)) is not None:
-        parameters[found[1].upper()] = found[2].replace('"', "")
-        position = found.end()
-    if line[position:position + 1] != ":":
-        raise NotACalendar(f"{line[:40]!r} is no content line")
-    return Property(name[0].upper(), line[position + 1:], parameters)
+def _check_zones(calendar: Calendar) -> None:
+    """Refuse zones that take long to evaluate: real ones change once or twice a year."""
+    zones = calendar.timezones
+    rules = [rule for zone in zones for part in zone.standard for rule in part.rrules]
+    rules += [rule for zone in zones for part in zone.daylight for rule in part.rrules]
+    if sum(len(zone.subcomponents) for zone in zones) > MOST_ZONE_PARTS or any(
+            rule.get("FREQ") != ["YEARLY"] or {"BYHOUR", "BYMINUTE", "BYSECOND"} & rule.keys() for rule in rules):
+        raise TooMuch("has a time zone that changes too often")
 
 
 # ---------------------------------------------------------------------- out

@@ -1,30 +1,31 @@
 """Key performance indicators, computed when shown and never stored, each with the number of executions that it rests on.
 
-The thesis's five (its sections 4.4 and 5.6) and, beyond them, adherence and start delays (design: "KPIs"). A period is [start, end) of the
-instant at which an execution ended; days are local days of settings.timezone, of 23, 24 or 25 hours.
+Success rate, mean duration, total duration per robot, missions per day and utilisation, plus adherence and start delays. A period is
+[start, end) of the instant at which an execution ended; days are local days of settings.timezone, of 23, 24 or 25 hours.
 """
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, date, datetime, time, timedelta
+from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
-from app.database.activities import KEPT_FOR
+from app.database.activities import ActivityRepository
 from app.database.connection import Database
 from app.database.kpi import EARLIEST, LATEST, KpiRepository, Outcome, RobotSum, Span
 from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.database.values import to_instant, to_text
-from app.domain.activity import NO_DATA
-from app.domain.clock import Clock
+from app.domain.activity import seen_seconds
+from app.domain.clock import Clock, midnight
 from app.domain.models import ENDED_STATES, STATE_OF_REASON, Execution, ReasonCode, Settings, State
 from app.services.history.pareto import Cause, causes
-from app.services.history.robot_states import RobotStates
 from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, percentile, trend
 from app.services.planning.working_days import working_calendar
 
-DAY, MOMENT = timedelta(days=1), timedelta(microseconds=1)
+DAY = timedelta(days=1)
+_FIRST_INSTANT = datetime(1970, 1, 1, tzinfo=UTC)
 DELAYS_OF = 5_000            # newest runs that the percentiles of delays rest on
 LATE_S = 60.0                # after the planned instant; a start within it is on time
 RAN = (State.COMPLETED, State.FAILED, State.CANCELLED)
@@ -53,6 +54,7 @@ class RobotKpis:
     cancelled: int = 0
     mission_s: float = 0.0
     observed_s: float = 0.0              # for how long it was seen in the period: gaps of the app and of the connection left out
+    charging_s: float = 0.0              # of observed_s
     working_s: float = 0.0               # length of the period's working days
 
     @property
@@ -71,7 +73,7 @@ class ThesisKpis:
     """The five, over all robots of the filter; ``robots`` has the third and the fifth for each, in order of name."""
     completed: int
     failed: int
-    cancelled: int                       # apart: a person's decision is no failure
+    cancelled: int                       # counted apart: a person's decision is no failure
     timed: int                           # completed ones whose duration is known
     completed_s: float                   # their durations together
     recorded_days: int                   # local days on which at least one recorded execution ended
@@ -154,7 +156,7 @@ class Delays:
 class Kpis:
     def __init__(self, db: Database, clock: Clock) -> None:
         self._db, self._clock = db, clock
-        self._repository, self._settings = KpiRepository(), SettingsRepository()
+        self._repository, self._settings, self._activities = KpiRepository(), SettingsRepository(), ActivityRepository()
 
     def thesis(self, wanted: KpiFilter | None = None) -> ThesisKpis:
         """Success rate, mean duration, total duration per robot, completed per recorded day, utilisation."""
@@ -172,14 +174,12 @@ class Kpis:
 
     def _robots(self, sums: Sequence[RobotSum], wanted: KpiFilter, days: Sequence[_Day], settings: Settings) -> list[RobotKpis]:
         """The configured robots of the filter, and removed ones that have history in the period."""
-        c, zone = self._db.read(), ZoneInfo(settings.timezone)
-        first = _local_day(wanted.start, zone) if wanted.start else EARLIEST
-        last = _local_day(wanted.end - MOMENT, zone) if wanted.end else LATEST
-        seen = self._repository.observed(c, first, last, wanted.robot_ids) if _is_whole_days(wanted, zone) else self._seen_exactly(wanted)
+        c = self._db.read()
         names = {robot.id: robot.name for robot in RobotRepository().all(c) if wanted.robot_ids is None or robot.id in wanted.robot_ids}
         for one in sums:
             if one.robot_id not in names:
                 names[one.robot_id] = self._repository.name_of_removed(c, one.robot_id)
+        seen = self._seen(wanted, names, ZoneInfo(settings.timezone))
         working_s = self._working_seconds(wanted, days, settings)
         found = []
         for robot_id, name in names.items():
@@ -187,16 +187,18 @@ class Kpis:
             found.append(RobotKpis(
                 robot_id, name, number[State.COMPLETED], number[State.FAILED], number[State.CANCELLED],
                 mission_s=sum(one.seconds for one in sums if one.robot_id == robot_id),
-                observed_s=sum(seconds for (robot, activity), seconds in seen.items() if robot == robot_id and activity != "offline"),
-                working_s=working_s))
+                observed_s=seen_seconds(seen[robot_id]), charging_s=seen[robot_id]["charging"], working_s=working_s))
         return sorted(found, key=lambda robot: (robot.robot.casefold(), robot.robot_id))
 
-    def _seen_exactly(self, wanted: KpiFilter) -> Mapping[tuple[int, str], float]:
-        """Observed seconds by (robot, activity) of a period that cuts a day: its spans, which are kept for 90 days, tell."""
-        now = self._clock.now()
-        start, end = wanted.start or now - KEPT_FOR, min(wanted.end or now, now)
-        return {(one.robot_id, activity): seconds for one in RobotStates(self._db).timelines(start, end, wanted.robot_ids)
-                for activity, seconds in one.seconds.items() if activity != NO_DATA} if start < end else {}
+    def _seen(self, wanted: KpiFilter, robot_ids: Iterable[int], zone: ZoneInfo) -> Mapping[int, Mapping[str, float]]:
+        """Seconds of each activity in the period, by robot."""
+        start, end = wanted.start or _FIRST_INSTANT, min(wanted.end or self._clock.now(), self._clock.now())
+        found: dict[int, dict[str, float]] = {robot_id: defaultdict(float) for robot_id in robot_ids}
+        for robot_id, seconds in found.items():
+            for of_day in self._activities.seconds(self._db.read(), robot_id, start, end, zone).values() if start < end else ():
+                for activity, value in of_day.items():
+                    seconds[activity] += value
+        return found
 
     def _working_seconds(self, wanted: KpiFilter, days: Sequence[_Day], settings: Settings) -> float:
         """Length of the working days from the beginning of the period, or the first recorded day, to its end, or now."""
@@ -208,6 +210,14 @@ class Kpis:
         return sum((min(midnight(day + DAY, zone), end) - max(midnight(day, zone), start)).total_seconds()
                    for day in _dates(start.astimezone(zone).date(), end.astimezone(zone).date())
                    if calendar.is_working_day(day) and midnight(day, zone) < end)
+
+    def observed_seconds(self, first: date, last: date, zone: ZoneInfo) -> Mapping[int, Mapping[date, float]]:
+        """For how long each configured robot was seen and answered, by its id and local day, both days included; a day on which it was not
+        seen is left out."""
+        c, start, end = self._db.read(), midnight(first, zone), min(midnight(last + DAY, zone), self._clock.now())
+        return {robot.id: {day: seconds for day, activities in self._activities.seconds(c, robot.id, start, end, zone).items()
+                           if (seconds := seen_seconds(activities))}
+                for robot in RobotRepository().all(c)}
 
     # ------------------------------------------------------------------ beyond the five
     def per_day(self, wanted: KpiFilter | None = None) -> list[DayKpis]:
@@ -294,23 +304,8 @@ class _Day:
     end: str
 
 
-def midnight(day: date, zone: ZoneInfo) -> datetime:
-    """The instant at which a local day begins; where its midnight is left out by a clock change, the moment of the change."""
-    local = datetime.combine(day, time(), zone)
-    return min(local.astimezone(UTC), local.replace(fold=1).astimezone(UTC))
-
-
 def _dates(first: date, last: date) -> Iterator[date]:
     return (first + number * DAY for number in range((last - first).days + 1))
-
-
-def _is_whole_days(wanted: KpiFilter, zone: ZoneInfo) -> bool:
-    """Whether the period begins and ends at local midnights, as far as it has ends."""
-    return all(bound is None or bound == midnight(bound.astimezone(zone).date(), zone) for bound in (wanted.start, wanted.end))
-
-
-def _local_day(instant: datetime, zone: ZoneInfo) -> str:
-    return instant.astimezone(zone).date().isoformat()
 
 
 def _span(wanted: KpiFilter | None) -> Span:

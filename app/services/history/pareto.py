@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from app.domain.models import ReasonCode
 
-MOST_CAUSES = 6              # told apart; the rest stands together at the end
+MOST_CAUSES = 6              # listed; the rest is summed up at the end
 
 # what differs from one failure to the next of the same kind: names in quotes, numbers
 _PARTICULARS = re.compile(r"""'[^']*'|"[^"]*"|\d+(?:[.,:]\d+)*""")
@@ -16,7 +16,7 @@ _PARTICULARS = re.compile(r"""'[^']*'|"[^"]*"|\d+(?:[.,:]\d+)*""")
 
 @dataclass(frozen=True)
 class Cause:
-    """``code`` None: all others together. ``words`` the robot's own, where the code alone says little."""
+    """``code`` None: all others together. ``words`` the robot's message, where the code alone is not enough."""
     code: ReasonCode | None
     words: str
     number: int
@@ -30,8 +30,8 @@ def kind_of(message: str) -> str:
 
 
 def causes(counted: Iterable[tuple[str | None, str | None, int]], most: int = MOST_CAUSES) -> Sequence[Cause]:
-    """Of (reason code, message, number). The robot's message tells apart what it ended itself; of two equally frequent causes the one whose
-    code comes first in the alphabet is first. All others come last, as one, whatever their number."""
+    """Of (reason code, message, number). Runs that the robot ended are distinguished by its message; of two equally frequent causes the one
+    whose code comes first in the alphabet is first. All others come last, as one, whatever their number."""
     found: Counter[tuple[str, str]] = Counter()
     for code, message, number in counted:
         aborted = code == ReasonCode.ROBOT_ABORTED

@@ -40,5 +40,5 @@ class RobotStates:
         c = self._db.read()
         robots = [robot for robot in self._robots.all(c) if robot_ids is None or robot.id in robot_ids]
         return [RobotTimeline(robot.id, robot.name, without_gaps(
-            [ActivitySpan(*span) for span in self._activities.between(c, robot.id, start, end)], start, end))
+            self._activities.between(c, robot.id, start, end), start, end))
             for robot in sorted(robots, key=lambda robot: (robot.name.casefold(), robot.id))]

@@ -1,4 +1,4 @@
-"""What happened: the ledger's rows as screens page through them."""
+"""The history: the ledger's rows, page by page."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -48,11 +48,7 @@ class History:
         """Seconds; median of the last completed runs, None when there is none."""
         return self._executions.usual_duration(self._db.read(), robot_id, mission_guid)
 
-    def usual(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
-        """Of the last completed runs; None when there is none."""
-        return self._executions.usual(self._db.read(), robot_id, mission_guid)
-
     def expected(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
-        """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: nobody knows."""
+        """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: not known."""
         c = self._db.read()
         return expected(self._executions.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id))

@@ -1,4 +1,4 @@
-"""What happened in a shift, for the one who takes over, in numbers; app.screens.logs.report_page makes a page of them."""
+"""The figures of a shift, for its handover; app.screens.logs.report_page makes a page of them."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ from zoneinfo import ZoneInfo
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
-from app.domain.clock import Clock
+from app.domain.clock import Clock, midnight
 from app.domain.models import Alarm, Execution, Settings
-from app.services.history.kpi import Adherence, Delays, KpiFilter, Kpis, ThesisKpis, midnight
+from app.services.history.kpi import Adherence, Delays, KpiFilter, Kpis, ThesisKpis
 from app.services.history.pareto import Cause
 from app.services.history.robot_states import RobotStates, RobotTimeline
 
@@ -30,7 +30,8 @@ class ReportPeriod(StrEnum):
 
 @dataclass(frozen=True)
 class ShiftReport:
-    """Executions count that ended in [start, end). ``runs`` are the newest that did not complete, ``alarms`` the newest that stood."""
+    """Executions count that ended in [start, end). ``runs`` are the newest that did not complete, ``alarms`` the newest that were
+    active."""
     start: datetime
     end: datetime
     made_at: datetime
@@ -65,7 +66,7 @@ def bounds(period: ReportPeriod, now: datetime, zone: ZoneInfo) -> tuple[datetim
 
 
 def shared(runs: int, alarms: int, room: int) -> tuple[int, int]:
-    """How many runs and alarms are told in so many lines: half of them each, and what one does not need is the other's."""
+    """How many runs and alarms are listed in so many lines: half of them each, and what one does not need is the other's."""
     return min(runs, max(room // 2, room - alarms)), min(alarms, max(room - room // 2, room - runs))
 
 

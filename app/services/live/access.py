@@ -1,6 +1,6 @@
 """The PIN before Settings: optional, kept only as a salted scrypt hash beside the settings, never exported and never logged.
 
-It keeps hands that brush past from changing the configuration; whoever can read the database's file can do worse things anyway.
+It guards against accidental changes of the configuration, not against somebody who can read the database's file.
 """
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.services.live.changes import Changes, Topic
 log = logging.getLogger(__name__)
 
 SHORTEST, LONGEST = 4, 8                 # digits
-TRIES = 5                                # wrong ones, until nothing is taken for WAIT_S
+TRIES = 5                                # wrong tries, after which every try is refused for WAIT_S
 WAIT_S = 30.0                            # of the monotonic clock: setting the tablet's clock shortens nothing
 _NAME = "settings_pin"                   # of the row in the table of settings; no field of ``Settings``, so no way into a file
 _COST = {"n": 2**14, "r": 8, "p": 1}     # scrypt as RFC 7914 recommends for logging in: 16 MiB and some 50 ms
@@ -28,7 +28,7 @@ _COST = {"n": 2**14, "r": 8, "p": 1}     # scrypt as RFC 7914 recommends for log
 
 @dataclass(frozen=True)
 class Verdict:
-    """Of one try: whether it was right; else how many are left, or for how many seconds nothing is taken."""
+    """Result of one try: whether it was right; else how many tries are left, or for how many seconds every try is refused."""
     is_right: bool
     tries_left: int = TRIES
     wait_s: float = 0.0
@@ -65,7 +65,7 @@ class Access:
         return was_set
 
     def check(self, pin: str) -> Verdict:
-        """One try; takes some 50 ms. While nothing is taken, a right one isn't either."""
+        """One try; takes some 50 ms. During the waiting time a right one is refused, too."""
         if (wait_s := self.wait_s()) > 0:
             return Verdict(False, 0, wait_s)
         stored = self._stored()
@@ -81,7 +81,7 @@ class Access:
         return Verdict(False, 0, WAIT_S)
 
     def wait_s(self) -> float:
-        """For how long nothing is taken yet."""
+        """Seconds for which every try is still refused."""
         return max(0.0, self._closed_until - self._clock.monotonic())
 
     # ------------------------------------------------------------------ inside

@@ -1,4 +1,4 @@
-"""The persistent list of what a person should know (after ISA-18.2, in small): active or cleared, acknowledged or not."""
+"""The persistent list of alarms, after ISA-18.2: active or cleared, acknowledged or not."""
 from __future__ import annotations
 
 import logging
@@ -18,7 +18,7 @@ from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger(__name__)
 
-# code -> (priority, English sentence). Those marked EVENT have no end of their own: they stand until acknowledged.
+# code -> (priority, English sentence). Those marked EVENT are cleared from the start: they stay open until acknowledged.
 SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "robot_error": (Priority.HIGH, "{robot}: {problem}"),
     "emergency_stop": (Priority.HIGH, "{robot}: the emergency stop is pressed"),
@@ -40,7 +40,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
 KEPT = 1000                  # past alarms
-SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an alarm put away for good would be one nobody ever sees
+SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
 LONGEST_NOTE = 200           # characters
 EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
                     "duplicate_running", "unknown_outcome"})
@@ -52,14 +52,14 @@ class _Known(dict[str, Any]):
 
 
 def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> str:
-    """One sentence for people; what is not known stands as a dash."""
+    """One sentence for people, with a dash for each detail that is not known."""
     text = SENTENCES.get(alarm.code, (alarm.priority, alarm.code))[1]
     zone = str(alarm.details.get("timezone", "UTC"))
     details = {**alarm.details, **instants_in_words(alarm.details, zone, translate)}
-    return translate(text).format_map(_Known({name: _said(value, zone, translate) for name, value in details.items()}))
+    return translate(text).format_map(_Known({name: _rendered(value, zone, translate) for name, value in details.items()}))
 
 
-def _said(value: Any, zone: str, translate: Translate) -> Any:
+def _rendered(value: Any, zone: str, translate: Translate) -> Any:
     """Reasons and problems are kept in their parts; rows of older versions have them as English text."""
     if is_message(value):
         return render(value, translate)
@@ -74,7 +74,7 @@ class Alarms:
         self._database: Alarm | None = None       # the one alarm that can't be stored
 
     def raise_(self, code: str, key: str, **details: Any) -> None:
-        """Open an alarm, or count one more on the standing one of the same code and key."""
+        """Open an alarm, or count up the open one of the same code and key."""
         now = self._clock.now()
         alarm = Alarm(code, key, SENTENCES[code][0], now, details, last_at=now, cleared_at=now if code in EVENTS else None)
         if self._db.write(lambda c: self._repository.raise_once(c, alarm)):
@@ -82,13 +82,13 @@ class Alarms:
         self._changes.publish(Topic.ALARMS)
 
     def clear(self, code: str, key: str) -> None:
-        """The cause is gone; the alarm stands until it is acknowledged too. Writes only when there is something to clear."""
+        """Note that the cause is gone; the alarm stays open until it is acknowledged too. Writes only when there is something to clear."""
         if self._repository.active(self._db.read(), code, key):
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
 
     def database_fails(self, problem: Message) -> None:
-        """Nothing can be written just now, so nothing is sent, and this alarm itself lives in memory until ``database_works``."""
+        """Nothing can be written, so nothing is sent, and this alarm is kept in memory until ``database_works``."""
         if self._database is None:
             now = self._clock.now()
             self._database = Alarm("database", "database", SENTENCES["database"][0], now, {"problem": problem}, last_at=now)
@@ -107,14 +107,14 @@ class Alarms:
 
     # ------------------------------------------------------------------ the operator
     def acknowledge(self, alarm_id: int, note: str = "") -> None:
-        """Somebody has seen it, and perhaps says what was done. A second time changes nothing."""
+        """Note that a person has seen it, with an optional note. A second time changes nothing."""
         note = " ".join(note.split())[:LONGEST_NOTE]
         self._db.write(lambda c: self._repository.acknowledge(c, alarm_id, self._clock.now(), note))
         log.info("alarm %d acknowledged%s", alarm_id, f": {note}" if note else "")
         self._changes.publish(Topic.ALARMS)
 
     def shelve(self, alarm_id: int, hours: int) -> datetime:
-        """Out of the way for ``hours``, one of SHELF_HOURS; returns when it comes back by itself. Raises ValueError."""
+        """Hide it for ``hours``, one of SHELF_HOURS; returns the instant at which that ends. Raises ValueError for other hours."""
         if hours not in SHELF_HOURS:
             raise ValueError(f"an alarm is shelved for {SHELF_HOURS} hours, not for {hours}")
         until = self._clock.now() + timedelta(hours=hours)
@@ -122,8 +122,8 @@ class Alarms:
         log.info("alarm %d shelved until %s", alarm_id, until.isoformat(timespec="minutes"))
         return until
 
-    def take_back(self, alarm_id: int) -> None:
-        """From the shelf, before its time."""
+    def unshelve(self, alarm_id: int) -> None:
+        """Show it again before that time."""
         self._shelve(alarm_id, None)
         log.info("alarm %d taken back from the shelf", alarm_id)
 
@@ -132,7 +132,7 @@ class Alarms:
         self._changes.publish(Topic.ALARMS)
 
     def prune(self) -> None:
-        """Keep the newest of those that are over."""
+        """Delete all but the newest past alarms."""
         self._db.write(lambda c: self._repository.prune(c, KEPT))
 
     def past(self, limit: int) -> tuple[Sequence[Alarm], int]:

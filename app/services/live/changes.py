@@ -1,4 +1,4 @@
-"""Who wants to know that something changed: services publish a topic, screens and lanes listen."""
+"""Notifications of changes: services publish a topic; screens and robot workers subscribe."""
 from __future__ import annotations
 
 import logging
@@ -51,4 +51,4 @@ class Changes:
             try:
                 listener(topic, about)
             except Exception:
-                log.exception("A listener to %s failed", topic)      # one broken screen must not stop a lane
+                log.exception("A listener to %s failed", topic)      # a listener that fails must not stop the publisher

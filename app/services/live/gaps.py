@@ -1,4 +1,4 @@
-"""When nobody was watching: the app was off, the tablet slept, or its clock could not be trusted."""
+"""Times at which nothing was observed: the app was off, the tablet slept, or its clock could not be trusted."""
 from __future__ import annotations
 
 import threading
@@ -17,7 +17,7 @@ class Gap:
 
 
 class Downtime:
-    """The gaps of this run of the app, newest last; written by the scheduler thread, read by all lanes."""
+    """The gaps of this run of the app, newest last; written by the scheduler thread, read by all robot workers."""
 
     KEPT = 100
 

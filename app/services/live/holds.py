@@ -35,7 +35,7 @@ class Hold:
 
 
 class Holds:
-    """Stored holds survive a restart; the clock's hold is this run's own. Read by every lane at every try, so kept in memory."""
+    """Stored holds survive a restart; the clock's hold is this run's own. Read by every robot worker at every try, so kept in memory."""
 
     def __init__(self, db: Database, repository: HoldRepository, clock: Clock, changes: Changes) -> None:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
@@ -50,7 +50,7 @@ class Holds:
             self._stored = stored
 
     def active(self, robot_id: int | None = None) -> Hold | None:
-        """What holds this robot now (None: what holds all robots)."""
+        """The hold that applies to this robot now (None: the one of all robots)."""
         now = self._clock.now()
         with self._lock:
             if self._clock_problem is not None:
@@ -59,7 +59,7 @@ class Holds:
         return next((hold for hold in map(_hold, stored) if hold.robot_id in (None, robot_id) and not hold.is_over(now)), None)
 
     def standing(self) -> list[Hold]:
-        """Those that persons have set and that are not over, oldest first."""
+        """Those set by persons that have not expired, oldest first."""
         now = self._clock.now()
         with self._lock:
             stored = self._stored

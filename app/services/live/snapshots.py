@@ -1,4 +1,4 @@
-"""The last known state of every robot, shared between lanes (which write) and everybody else (who read)."""
+"""The last known state of every robot, shared between robot workers (which write) and everybody else (who reads)."""
 from __future__ import annotations
 
 import threading
@@ -21,7 +21,7 @@ class Snapshots:
             return self._by_robot.get(robot_id) or RobotSnapshot(robot_id)
 
     def update(self, robot_id: int, **values: Any) -> RobotSnapshot:
-        """Replace some fields; listeners hear of it."""
+        """Replace some fields, and notify listeners."""
         with self._lock:
             snapshot = replace(self._by_robot.get(robot_id) or RobotSnapshot(robot_id), **values)
             self._by_robot[robot_id] = snapshot
@@ -38,5 +38,5 @@ STALE_POLLS = 3
 
 
 def is_stale(read_at: datetime | None, now: datetime, settings: Settings) -> bool:
-    """Whether a value read at that time is too old to be trusted or to look fresh: older than 3 polls (design: "Minimum battery")."""
+    """Whether a value read at that time is too old to be trusted: older than 3 polls."""
     return read_at is None or now - read_at > max(STALE_POLLS * settings.poll_interval, timedelta(seconds=6))

@@ -1,4 +1,4 @@
-"""How long a mission takes: what the next run is given, and day by day against what it took before the period. Pure."""
+"""How long a mission takes: an estimate for the next run, and a comparison by day with what it took before the period. Pure functions."""
 from __future__ import annotations
 
 import math
@@ -12,13 +12,13 @@ from app.domain.models import DurationEstimate, Mission
 
 MOST_MISSIONS = 5            # that are looked at
 DURATIONS_OF = 5_000         # newest completed runs of a mission in the period
-BASELINE_OF = 200            # newest completed runs before it that tell what is usual
+BASELINE_OF = 200            # newest completed runs before it, from which the usual range is computed
 LEAST_BASELINE = 10          # fewer do not
 
 
 @dataclass(frozen=True)
 class Band:
-    """What is usual: of ``count`` runs, four fifths took between ``p10_s`` and ``p90_s``."""
+    """The usual range: of ``count`` runs, four fifths took between ``p10_s`` and ``p90_s``."""
     count: int
     p10_s: float
     p50_s: float
@@ -45,7 +45,7 @@ class Trend:
 
     @property
     def is_longer(self) -> bool:
-        """The ordinary run of the period took longer than nine of ten before it."""
+        """The median run of the period took longer than nine of ten runs before it."""
         return self.usual is not None and self.median_s > self.usual.p90_s
 
     @property
@@ -54,7 +54,7 @@ class Trend:
 
 
 def expected(learned: DurationEstimate | None, mission: Mission | None) -> DurationEstimate | None:
-    """How long the next run will take: as the runs on that robot did, before any as a person typed it; None: nobody knows."""
+    """How long the next run will take: as the runs on that robot did or, without any, as a person typed it; None: not known."""
     if learned is not None or mission is None or mission.usual_minutes is None:
         return learned
     seconds = mission.usual_minutes * 60.0
@@ -69,7 +69,7 @@ def percentile(ordered: Sequence[float], percent: float) -> float | None:
 
 
 def band(seconds: Sequence[float]) -> Band | None:
-    """What so many runs say is usual; None when they are too few to say it."""
+    """The usual range of these runs; None when they are too few."""
     if len(seconds) < LEAST_BASELINE:
         return None
     ordered = sorted(seconds)

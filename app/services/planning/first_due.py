@@ -15,7 +15,7 @@ _MOMENT = timedelta(microseconds=1)
 def first_due(schedule: Schedule, settings: Settings, now: datetime, calendar: WorkingCalendar) -> datetime | None:
     """The first instant from ``now`` on (UTC), ``now`` itself included; None when it is switched off or none is left.
 
-    Earlier instants write no row, but a one-time start still inside its start window is due at once (contract: "recurrence").
+    Earlier instants write no row, but a one-time start still inside its start window is due at once.
     """
     if not schedule.enabled:
         return None

@@ -1,6 +1,6 @@
-"""Where the runs of several schedules would meet on one robot, how likely by what their missions took lately, and when nobody is there.
+"""Where runs of several schedules would overlap on one robot, how likely that is by what their missions took lately, and when it is free.
 
-A run is taken to last as long as the slowest but one of ten did (P90), before any as a person typed it; unknown ones five minutes.
+A run is assumed to last as long as the 90th percentile of the latest runs or, without any, as a person typed it; else five minutes.
 """
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from app.domain.models import DurationEstimate, Schedule
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 
-ASSUMED_S = 300.0            # length of a run that was never seen to its end
-STEP = timedelta(minutes=5)  # between times that are looked at for a free one
+ASSUMED_S = 300.0            # length of a run whose duration is not known
+STEP = timedelta(minutes=5)  # between the times that are tried when a free one is searched for
 FURTHEST = timedelta(hours=4)
-NEAR = 16                    # runs of a schedule that are walked over one by one before what lies between is leaped over
+NEAR = 16                    # runs of a schedule that are stepped through one by one before the search starts anew at the wanted time
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class RunConflict:
 
 
 def lasts(usual: DurationEstimate | None) -> timedelta:
-    """What a run is given."""
+    """How long a run is assumed to last."""
     return timedelta(seconds=usual.slow_s if usual else ASSUMED_S)
 
 

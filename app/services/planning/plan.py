@@ -1,4 +1,4 @@
-"""What will happen: the occurrences of all schedules in a span of time, the next few, and what a schedule in the making would bring."""
+"""What will run: the occurrences of all schedules in a period, the next few, and those of a schedule that is not saved yet."""
 from __future__ import annotations
 
 import heapq
@@ -33,7 +33,7 @@ class PlannedRun:
     mission: Mission
     usual_s: float | None       # median of the last completed runs on this robot, or what was typed; None: not known yet
     slow_s: float | None = None # what nine of ten of them stayed under
-    typed: bool = False         # no run has shown it yet
+    typed: bool = False         # no run has been measured yet
 
 
 class Plan:
@@ -58,7 +58,7 @@ class Plan:
         return list(islice(self._all(), count))
 
     def preview(self, draft: Schedule, count: int = 5) -> Sequence[Occurrence]:
-        """The next starts that a schedule would have if it were saved now. Raises InvalidInput for a rule that can't be."""
+        """The next starts that a schedule would have if it were saved now. Raises InvalidInput for an invalid rule."""
         c = self._db.read()
         calendar = working_calendar(c, self._settings.load(c))
         return list(islice(occurrences(draft, self._clock.now(), calendar), count))

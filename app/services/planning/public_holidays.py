@@ -15,7 +15,7 @@ from app.domain.models import InvalidInput
 log = logging.getLogger(__name__)
 
 NONE: Mapping[date, str] = MappingProxyType({})
-YEARS = range(1950, 2100)                # for others the library says nothing that could be relied on
+YEARS = range(1950, 2100)                # for others the library is not reliable
 
 
 @lru_cache(maxsize=1)
@@ -54,7 +54,7 @@ def check(country: str, subdivision: str) -> None:
 
 @lru_cache(maxsize=512)
 def of_year(country: str, subdivision: str, year: int, language: str) -> Mapping[date, str]:
-    """Date -> name, in ``language`` ("en", "fi") where the library speaks it, else in the country's own. Empty without a country."""
+    """Date -> name, in ``language`` ("en", "fi") where the library has it, else in the country's own. Empty without a country."""
     if not country or year not in YEARS:
         return NONE
     import holidays

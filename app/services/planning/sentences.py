@@ -24,7 +24,7 @@ _EVERY = MappingProxyType({
 
 
 def sentence(schedule: Schedule, translate: Translate = lambda text: text) -> str:
-    """Never fails: a rule that can't be read is shown as it is."""
+    """Never raises: a rule that can't be read is shown as it is."""
     try:
         rule = Recurrence.parse(schedule.recurrence)
     except InvalidInput:

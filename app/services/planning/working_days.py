@@ -1,7 +1,7 @@
-"""On which days work is done: the weekly rule of the settings, and what takes precedence over it.
+"""Working days: the weekly rule of the settings, and the exceptions that take precedence over it.
 
 Exceptions beat the weekly rule: own days, and below them the public holidays of the chosen country. Of two own exceptions on one day the
-shorter one holds, then the newer one, so that one Saturday of work can stand inside a closed summer.
+shorter one holds, then the newer one, so that a working Saturday can be inside closed summer weeks.
 """
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ DAY = timedelta(days=1)
 
 
 class Ground(StrEnum):
-    """What says whether a day is a working day."""
+    """What decides whether a day is a working day."""
     WEEK = "week"
     HOLIDAY = "holiday"
     OWN = "own"
 
 
 @dataclass(frozen=True)
-class DayLook:
+class DayStatus:
     """One day. ``name`` is that of the exception; empty where the weekly rule holds."""
     is_working: bool
     name: str = ""
@@ -41,9 +41,9 @@ class WorkingCalendar:
         self._weekdays = frozenset(WEEKDAYS.index(name) for name in settings.working_days)
         self._national = (settings.holiday_country, settings.holiday_subdivision)
         self._language = settings.language
-        # what comes later takes the place of what came before
+        # later ones replace earlier ones
         self.exceptions: Sequence[DayException] = sorted(exceptions, key=lambda e: (e.first_day - e.last_day, e.id))
-        self._years: dict[int, dict[date, DayLook]] = {}
+        self._years: dict[int, dict[date, DayStatus]] = {}
 
     @property
     def has_exceptions(self) -> bool:
@@ -54,23 +54,23 @@ class WorkingCalendar:
         found = self._of_year(day.year).get(day) if self.has_exceptions else None
         return day.weekday() in self._weekdays if found is None else found.is_working
 
-    def look(self, day: date) -> DayLook:
-        """Whether work is done on it, and the name of the exception that says so."""
-        return self._of_year(day.year).get(day) or DayLook(day.weekday() in self._weekdays)
+    def day_status(self, day: date) -> DayStatus:
+        """Whether it is a working day, and the name of the exception that decides it."""
+        return self._of_year(day.year).get(day) or DayStatus(day.weekday() in self._weekdays)
 
-    def exceptional(self, first: date, last: date) -> Iterator[tuple[date, DayLook]]:
-        """The days from first to last, both included, for which an exception says something, in order."""
+    def exceptional(self, first: date, last: date) -> Iterator[tuple[date, DayStatus]]:
+        """The days from first to last, both included, that have an exception, in order."""
         for year in range(first.year, last.year + 1):
-            yield from ((day, look) for day, look in sorted(self._of_year(year).items(), key=lambda item: item[0]) if first <= day <= last)
+            yield from ((day, status) for day, status in sorted(self._of_year(year).items()) if first <= day <= last)
 
-    def _of_year(self, year: int) -> dict[date, DayLook]:
+    def _of_year(self, year: int) -> dict[date, DayStatus]:
         days = self._years.get(year)
         if days is None:
-            days = {day: DayLook(False, name, Ground.HOLIDAY)
+            days = {day: DayStatus(False, name, Ground.HOLIDAY)
                     for day, name in public_holidays.of_year(*self._national, year, self._language).items()}
             for exception in self.exceptions:
-                look = DayLook(exception.is_working, exception.name, Ground.OWN, exception.id)
-                days.update((day, look) for day in days_of(exception, year))
+                status = DayStatus(exception.is_working, exception.name, Ground.OWN, exception.id)
+                days.update((day, status) for day in days_of(exception, year))
             self._years[year] = days
         return days
 
@@ -107,5 +107,5 @@ def _in_year(day: date, year: int) -> date | None:
 
 
 def working_calendar(c: sqlite3.Connection, settings: Settings) -> WorkingCalendar:
-    """The calendar as it is stored now."""
+    """The calendar as stored at present."""
     return WorkingCalendar(settings, CalendarRepository().all(c))

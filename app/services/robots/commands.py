@@ -1,7 +1,7 @@
 """What a person asks for: Run now, Pause and Resume, Reset errors, Clear queue, cancel, answer a prompt, test a connection.
 
 Called on background threads, never on the UI's; every call talks to the robot on a connection of its own, so it doesn't wait behind a poll.
-Robot trouble is raised as RobotError with one sentence.
+Problems with the robot are raised as RobotError with one sentence.
 """
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import Any
 from app.database.connection import Database
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
+from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
 from app.domain.robot import Identity, MissionInfo, RobotState
@@ -22,7 +23,6 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, RobotError
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.planner import one_off
 from app.services.dispatch.poll_loop import PollLoop
 
 log = logging.getLogger(__name__)
@@ -38,12 +38,12 @@ class Operator:
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
-        """Submit a mission at once; no constraint holds. ``token`` is minted per press, so a press that arrives twice runs once."""
+        """Submit a mission at once; no constraint holds. ``token`` is made per press, so a press that arrives twice runs once."""
         robot, mission = self._robot(robot_id), self._mission(mission_id)
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
         token = token or str(uuid.uuid4())
-        row = one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token, parameters=dict(parameters or {}))
+        row = rules.one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token, parameters=parameters)
         execution = self._ledger.add(row) or self._ledger.by_token(token)
         if execution is None:
             raise LookupError(token)
@@ -51,7 +51,7 @@ class Operator:
         return execution
 
     def cancel_execution(self, execution_id: int) -> Execution | None:
-        """Cancel one of ours, wherever it stands. Returns the row as it is now; the robot's answer may still decide."""
+        """Cancel one of ours, in whatever state it is. Returns the row as it is now; the robot's answer may still decide."""
         execution = self._ledger.get(execution_id)
         if execution is None or not execution.state.is_open:
             return execution

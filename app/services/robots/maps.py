@@ -1,7 +1,7 @@
 """The maps of the robots: asked for at the robot, kept in memory and beside the database, so that a robot that is away still has its map.
 
 ``known`` answers at once; ``learn`` reads files and talks to the robot, with a client of its own, and belongs on a background thread: no
-lane waits for a picture. Whoever shows maps calls ``learn`` whenever one ``is_due``.
+robot worker waits for a picture. Whoever shows maps calls ``learn`` whenever one ``is_due``.
 """
 from __future__ import annotations
 

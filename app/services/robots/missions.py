@@ -1,6 +1,6 @@
-"""What a robot itself says of its missions: their names, also of those that nobody entered here, and the parameters they ask for.
+"""The missions as the robot itself knows them: their names, also of those not entered here, and the parameters they ask for.
 
-Everything but ``names`` talks to the robot and belongs on a background thread. What was learnt is kept until it is learnt anew.
+Everything but ``names`` talks to the robot and belongs on a background thread. What was read is kept until it is read anew.
 """
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.mir.client import RobotClient
 from app.mir.errors import RobotError
 
 ASK_AGAIN_AFTER = 60.0       # s between two questions for names that the robot may not have either
-PARAMETERS_HOLD = 300.0      # s for which a mission's parameters are believed; an integrator may edit the mission meanwhile
+PARAMETERS_HOLD = 300.0      # s for which a mission's parameters are kept; an integrator may edit the mission meanwhile
 
 
 class RobotMissions:

@@ -211,7 +211,7 @@ def test_idle_time_is_5_to_30_minutes(world, minutes):
 
 def test_an_idle_rule_can_be_taken_away(world):
     assert world.catalogue.save_idle_rule(world.robot.id, world.mission.id, 30, enabled=False).idle == IdleRule(world.mission.id, 30, False)
-    assert world.catalogue.remove_idle_rule(world.robot.id).idle is None
+    assert world.catalogue.edit(lambda edit: edit.set_idle_rule(world.robot.id, None)).idle is None
 
 
 # ---------------------------------------------------------------------- schedules

@@ -1,4 +1,4 @@
-"""Robots, missions, schedules, settings, alarms, holds and observed time: what is put in comes out."""
+"""Robots, missions, schedules, settings, alarms and holds: what is put in comes out."""
 from __future__ import annotations
 
 import sqlite3
@@ -10,7 +10,6 @@ import pytest
 from app.database.alarms import AlarmRepository
 from app.database.holds import HoldRepository, StoredHold
 from app.database.missions import MissionRepository
-from app.database.observed import ObservedRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
@@ -18,7 +17,7 @@ from app.domain.models import Alarm, Between, IdleRule, Mission, Overlap, Priori
 from tests.unit.database.conftest import NOON
 
 ROBOTS, MISSIONS, SCHEDULES, SETTINGS = RobotRepository(), MissionRepository(), ScheduleRepository(), SettingsRepository()
-ALARMS, HOLDS, OBSERVED = AlarmRepository(), HoldRepository(), ObservedRepository()
+ALARMS, HOLDS = AlarmRepository(), HoldRepository()
 FULL = Robot("Äiti", "https://10.0.0.1", "user", "Basic x", enabled=False, needs_password=True, certificate_sha256="ab", serial_number="1",
              model="MiR100", software="3.5.4")
 
@@ -230,20 +229,13 @@ def test_shelving_and_dropping_old_ones(db):
     assert [found.id for found in ALARMS.standing(db.read())] == [ids[0]]
 
 
-# ---------------------------------------------------------------------- holds and observed time
+# ---------------------------------------------------------------------- holds
 def test_holds_of_all_and_of_one_robot_are_apart(db, robot):
     everywhere = db.write(lambda c: HOLDS.add(c, StoredHold(NOON, "fire drill", NOON + timedelta(hours=1))))
     here = db.write(lambda c: HOLDS.add(c, StoredHold(NOON, robot_id=robot.id)))
     assert HOLDS.all(db.read()) == [everywhere, here]
     db.write(lambda c: HOLDS.remove(c, None))
     assert HOLDS.all(db.read()) == [here]
-
-
-def test_observed_seconds_add_up(db):
-    db.write(lambda c: OBSERVED.add_many(c, 1, {("2026-11-23", "idle"): 10.0, ("2026-11-24", "idle"): 1.0}))
-    db.write(lambda c: OBSERVED.add(c, 1, "2026-11-23", "idle", 2.5))
-    assert OBSERVED.of_robot(db.read(), 1, "2026-11-23", "2026-11-23") == {("2026-11-23", "idle"): 12.5}
-    assert OBSERVED.of_robot(db.read(), 2, "2026-11-23", "2026-11-24") == {}
 
 
 def test_instants_sort_as_text_whatever_their_zone_and_fraction(db, schedule):

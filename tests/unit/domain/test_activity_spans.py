@@ -1,14 +1,13 @@
 """Spans of what a robot did: recorded look by look, stored within bounds, read without gaps; against plain recounts."""
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.database import activities
 from app.database.activities import ActivityRepository
 from app.domain.activity import ACTIVITIES, NO_DATA, ActivitySpan, SpanRecorder, as_drawn, without_gaps
 from app.services.history.robot_states import RobotStates
@@ -146,16 +145,3 @@ def test_a_lengthened_span_takes_the_place_of_the_shorter_one(world):
     assert list(bella.spans) == [span("idle", 0, 3), span(NO_DATA, 3, 4)]
     assert bella.at(at(1)) == span("idle", 0, 3)
     assert bella.at(at(9)) is None
-
-
-def test_old_spans_and_those_beyond_the_limit_are_dropped(world, monkeypatch):
-    monkeypatch.setattr(activities, "KEPT_ROWS", 5)
-    repository, now = ActivityRepository(), datetime(2026, 11, 23, tzinfo=UTC)
-    rows = [("idle", now - timedelta(days=day, hours=1), now - timedelta(days=day)) for day in (100, 91, 89, 9, 8, 7, 6, 5)]
-    world.db.write(lambda c: repository.save(c, 1, rows))
-    for robot_id in (2, 9):                                          # 9 is no longer configured
-        world.db.write(lambda c, robot_id=robot_id: repository.save(c, robot_id, rows[:3]))
-    assert world.db.write(lambda c: repository.prune(c, 1, now)) == 3 + 2
-    kept = repository.between(world.db.read(), 1, now - timedelta(days=365), now)
-    assert [start for _, start, _ in kept] == [start for _, start, _ in rows[3:]]
-    assert [len(repository.between(world.db.read(), robot_id, now - timedelta(days=365), now)) for robot_id in (2, 9)] == [3, 1]

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain import rules
-from app.domain.models import Execution, ReasonCode, Schedule, Settings, State, Trigger, Wait
+from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 SETTINGS = Settings(minimum_battery_percent=30)
@@ -79,3 +79,25 @@ def test_a_token_belongs_to_install_schedule_and_instant():
     assert token == rules.token_of(install, 7, NOON.astimezone())
     assert len({token, rules.token_of(install, 8, NOON), rules.token_of(install, 7, NOON + timedelta(minutes=1)),
                 rules.token_of("5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f51", 7, NOON)}) == 4
+
+
+# ---------------------------------------------------------------------- new rows
+INSTALL, AINO, DELIVER = "5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f50", Robot("Aino", "http://a", id=3), Mission("Deliver", "guid", id=8)
+
+
+def test_an_occurrence_takes_over_what_its_schedule_and_the_settings_say():
+    own = schedule(id=7, priority=5, parameters={"cart": 1}, timezone="Europe/Helsinki", start_window_minutes=3)
+    made = rules.scheduled(own, AINO, DELIVER, SETTINGS, INSTALL, NOON, NOON + timedelta(seconds=1))
+    assert made == Execution(
+        Trigger.SCHEDULED, 3, "Aino", "Deliver", "guid", NOON, NOON + timedelta(minutes=3), NOON + timedelta(seconds=1),
+        rules.token_of(INSTALL, 7, NOON), "Europe/Helsinki", schedule_id=7, schedule="S", priority=5, parameters={"cart": 1},
+        minimum_battery_percent=30)
+    ended = rules.ended(made, Reason(ReasonCode.HOLD), NOON)
+    assert (ended.state, ended.reason.code, ended.ended_at, ended.token) == (State.SKIPPED, ReasonCode.HOLD, NOON, made.token)
+
+
+@pytest.mark.parametrize(("trigger", "minimum"), [(Trigger.MANUAL, None), (Trigger.IDLE, 30)])
+def test_what_has_no_schedule_is_due_now_in_the_zone_of_the_settings(trigger, minimum):
+    made = rules.one_off(trigger, AINO, DELIVER, replace(SETTINGS, timezone="Asia/Tokyo"), NOON, "t", queue_floor=4)
+    assert made == Execution(trigger, 3, "Aino", "Deliver", "guid", NOON, NOON + timedelta(minutes=15), NOON, "t", "Asia/Tokyo",
+                             minimum_battery_percent=minimum, queue_floor=4)

@@ -1,6 +1,7 @@
 """iCalendar text: what is written can be read again, what is read is bounded, and garbage is one sentence."""
 from __future__ import annotations
 
+import time
 from datetime import date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from app.database.calendar import CalendarRepository
 from app.domain.models import DayException, InvalidInput
 from app.domain.names import cleaned
-from app.services.files import ics
+from app.services.files import calendar_import, ics
 from app.services.files.calendar_import import CalendarFiles, read_days
 from tests.unit.catalogue.test_catalogue import World
 
@@ -37,7 +38,7 @@ def days(*events: str):
     ("SUMMARY:Night\nDTSTART:20270705T200000\nDTEND:20270706T060000", ("Night", "2027-07-05", "2027-07-06", False)),
     ("SUMMARY:To midnight\nDTSTART:20270705T080000\nDTEND:20270706T000000", ("To midnight", "2027-07-05", "2027-07-05", False)),
     ("SUMMARY:UTC\nDTSTART:20270705T220000Z\nDTEND:20270706T200000Z", ("UTC", "2027-07-06", "2027-07-06", False)),   # 01:00 to 23:00 here
-    ("SUMMARY:Zone\nDTSTART;TZID=\"W. Europe Standard Time\":20270705T233000", ("Zone", "2027-07-05", "2027-07-05", False)),
+    ("SUMMARY:Zone\nDTSTART;TZID=\"W. Europe Standard Time\":20270705T233000", ("Zone", "2027-07-06", "2027-07-06", False)),
     ("SUMMARY:Weeks\nDTSTART;VALUE=DATE:20270705\nDURATION:P2W", ("Weeks", "2027-07-05", "2027-07-18", False)),
     ("SUMMARY:Long\nDTSTART:20270705T080000\nDURATION:P1DT20H", ("Long", "2027-07-05", "2027-07-07", False)),
     ("SUMMARY:Vappu\nDTSTART;VALUE=DATE:20200501\nRRULE:FREQ=YEARLY", ("Vappu", "2020-05-01", "2020-05-01", True)),
@@ -51,6 +52,48 @@ def days(*events: str):
 ])
 def test_events_become_closed_days(event, found):
     assert days(event.replace("\n", "\r\n")) == [found] == days(event)
+
+
+WINTER = "DTSTART:19701025T030000\nRRULE:FREQ=YEARLY;BYMONTH=10;BYDAY=-1SU\nTZOFFSETFROM:{summer}\nTZOFFSETTO:{winter}"
+SUMMER = "DTSTART:19700329T020000\nRRULE:FREQ=YEARLY;BYMONTH=3;BYDAY=-1SU\nTZOFFSETFROM:{winter}\nTZOFFSETTO:{summer}"
+
+
+def with_zone(event: str, winter: str, summer: str, rule: str | None = None) -> bytes:
+    """A file that brings its own time zone, ``(UTC+99) Plant``, along."""
+    parts = "".join(f"BEGIN:{kind}\n{part}\nEND:{kind}\n" for kind, part in (("STANDARD", WINTER), ("DAYLIGHT", SUMMER)))
+    zone = "BEGIN:VTIMEZONE\nTZID:(UTC+99) Plant\n" + parts.format(winter=winter, summer=summer) + "END:VTIMEZONE\n"
+    zone = zone.replace("FREQ=YEARLY;BYMONTH=3;BYDAY=-1SU", rule) if rule else zone
+    return calendar(event).replace(b"BEGIN:VEVENT", zone.encode() + b"BEGIN:VEVENT", 1)
+
+
+@pytest.mark.parametrize(("winter", "summer", "at", "day"), [
+    ("+0800", "+0900", "20270706T040000", "2027-07-05"), ("+0800", "+0900", "20270706T070000", "2027-07-06"),
+    ("-0500", "-0400", "20270705T180000", "2027-07-06"), ("-0500", "-0400", "20271205T163000", "2027-12-05")])
+def test_a_time_in_a_zone_of_the_files_own_is_the_plants(winter, summer, at, day):
+    content = with_zone(f'SUMMARY:Away\nDTSTART;TZID="(UTC+99) Plant":{at}', winter, summer)
+    assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).exceptions] == [day]
+
+
+def test_a_zone_of_one_file_is_not_that_of_the_next():
+    for winter, day in (("-0800", "2027-01-06"), ("+0800", "2027-01-05")):
+        content = with_zone('DTSTART;TZID="(UTC+99) Plant":20270105T200000', winter, winter)
+        assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).exceptions] == [day]
+
+
+def test_days_that_a_repetition_excepts_are_left_out():
+    yearly = "SUMMARY:Audit\nDTSTART;VALUE=DATE:20250610\nRRULE:FREQ=YEARLY;COUNT=4\nEXDATE;VALUE=DATE:20260610\nEXDATE;VALUE=DATE:20280610"
+    assert [day[1] for day in days(yearly)] == ["2027-06-10"]
+    timed = "DTSTART:20260610T203000Z\nDTEND:20260610T223000Z\nRRULE:FREQ=YEARLY;COUNT=3\nEXDATE:20270610T203000Z"
+    assert [day[1:3] for day in days(timed)] == [("2026-06-10", "2026-06-11"), ("2028-06-10", "2028-06-11")]
+    forever = days("DTSTART;VALUE=DATE:20200501\nRRULE:FREQ=YEARLY\nEXDATE;VALUE=DATE:20280501")
+    assert [day[1][:4] for day in forever] == ["2026", "2027", *(str(year) for year in range(2029, 2037))]
+
+
+def test_days_that_are_added_or_moved_are_where_they_are():
+    assert [day[1] for day in days("DTSTART;VALUE=DATE:20260610\nRDATE;VALUE=DATE:20260812,20270113")] == [
+        "2026-06-10", "2026-08-12", "2027-01-13"]
+    assert [day[1] for day in days("UID:1\nDTSTART;VALUE=DATE:20260610\nRRULE:FREQ=YEARLY;COUNT=2",
+                                   "UID:1\nRECURRENCE-ID;VALUE=DATE:20270610\nDTSTART;VALUE=DATE:20270614")] == ["2026-06-10", "2027-06-14"]
 
 
 def test_a_yearly_rule_that_is_more_than_the_same_day_becomes_its_dates():
@@ -67,6 +110,26 @@ def test_a_yearly_rule_that_is_more_than_the_same_day_becomes_its_dates():
 def test_what_can_not_be_taken_is_counted_and_the_rest_is_taken(event):
     found = read_days(calendar(event, "SUMMARY:Good\nDTSTART:20270705"), "plant", HELSINKI, TODAY)
     assert ([e.name for e in found.exceptions], found.left_out, found.past) == (["Good"], 1, 0)
+
+
+@pytest.mark.parametrize("content", [
+    calendar(*["DTSTART:20260101\nRRULE:FREQ=YEARLY;BYDAY=MO,TU,WE,TH,FR,SA,SU"] * 60),
+    calendar("DTSTART:19700101\nRRULE:FREQ=YEARLY;COUNT=50000;BYDAY=MO,TU,WE,TH,FR,SA,SU"),
+    calendar("DTSTART:20260101\nEXDATE:" + ",".join(["20270101"] * 120_000)),
+    calendar("DTSTART:20260101\n" + "X:\n" * 50_000), calendar(*[f"SUMMARY:{n}\nDTSTART:20270105" for n in range(2_001)]),
+    with_zone('DTSTART;TZID="(UTC+99) Plant":20270105T200000', "+0100", "+0200", "FREQ=SECONDLY"),
+    with_zone('DTSTART;TZID="(UTC+99) Plant":20270105T200000', "+0100", "+0200", "FREQ=YEARLY;BYSECOND=1,2,3")])
+def test_a_file_that_would_take_long_or_much_is_refused_early(content):
+    begins = time.process_time()
+    with pytest.raises(ics.TooMuch):
+        read_days(content, "plant", HELSINKI, TODAY)
+    assert time.process_time() - begins < 5
+
+
+def test_rules_that_never_come_end_the_reading_in_time(monkeypatch):
+    monkeypatch.setattr(calendar_import, "LONGEST_READING_S", .0)
+    with pytest.raises(ics.TooMuch):
+        read_days(calendar("DTSTART:20260101\nRRULE:FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30", "DTSTART:20260101"), "plant", HELSINKI, TODAY)
 
 
 def test_what_was_over_before_this_year_is_past_and_the_same_twice_is_once():
@@ -92,8 +155,8 @@ def test_any_text_survives_writing_and_reading_and_no_line_is_too_long(text):
     written = ics.text_line("SUMMARY", text)
     assert written.endswith("\r\n")
     assert all(len(part.encode()) <= ics.FOLD_AT for part in written.split("\r\n"))
-    [read] = ics.content_lines(written)
-    assert (read.name, read.text) == ("SUMMARY", text.replace("\r\n", "\n").replace("\r", "\n"))
+    [read] = ics.events(calendar(written.removesuffix("\r\n")))
+    assert read["SUMMARY"] == text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 @given(st.binary(max_size=400) | st.lists(st.sampled_from([
@@ -104,7 +167,7 @@ def test_any_text_survives_writing_and_reading_and_no_line_is_too_long(text):
 def test_whatever_a_file_holds_reading_ends_with_days_or_says_no(content):
     try:
         found = read_days(content, "plant", HELSINKI, TODAY)
-    except ics.NotACalendar:
+    except (ics.NotACalendar, ics.TooMuch):
         return
     assert all(e.first_day <= e.last_day and 1 <= len(e.name) <= 80 for e in found.exceptions)
 
@@ -145,7 +208,8 @@ def test_an_import_says_what_it_took_and_takes_nothing_twice(world, tmp_path):
 
 
 @pytest.mark.parametrize(("content", "told"), [
-    (b"nonsense", "is not a calendar file"), (calendar(), "has no days to take"), (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB")])
+    (b"nonsense", "is not a calendar file"), (calendar(), "has no days to take"),
+    (b"x" * (1024 * 1024 + 1), "holds too much"), (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB")])
 def test_what_is_no_calendar_is_told_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
     (tmp_path / "plant.ics").write_bytes(content)
     with pytest.raises(InvalidInput, match=told) as caught:

@@ -14,8 +14,9 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.schema import _ENDED_DAYS, MIGRATIONS
 from app.database.values import to_text
+from app.domain.clock import midnight
 from app.domain.models import Reason, ReasonCode, State, Trigger
-from app.services.history.kpi import KpiFilter, Kpis, midnight
+from app.services.history.kpi import KpiFilter, Kpis
 from tests.support.clock import VirtualClock
 from tests.support.kpi_world import HELSINKI, NOON, World
 

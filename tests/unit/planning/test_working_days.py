@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from app.domain.models import WEEKDAYS, DayException, InvalidInput, Settings
 from app.services.catalogue import validation
 from app.services.planning import public_holidays
-from app.services.planning.working_days import DayLook, Ground, WorkingCalendar, days_of
+from app.services.planning.working_days import DayStatus, Ground, WorkingCalendar, days_of
 
 MONDAY, SATURDAY = date(2026, 7, 6), date(2026, 7, 11)
 SUMMER = DayException("Summer break", MONDAY, date(2026, 7, 19), id=1)
@@ -23,13 +23,13 @@ FINLAND = Settings(holiday_country="FI")
 def test_without_exceptions_the_days_of_the_week_decide():
     calendar = WorkingCalendar(Settings())
     assert not calendar.has_exceptions
-    assert calendar.look(MONDAY) == DayLook(True)
-    assert calendar.look(SATURDAY) == DayLook(False)
+    assert calendar.day_status(MONDAY) == DayStatus(True)
+    assert calendar.day_status(SATURDAY) == DayStatus(False)
 
 
 def test_an_exception_beats_the_day_of_the_week_and_says_its_name():
     calendar = WorkingCalendar(Settings(), [SUMMER])
-    assert calendar.look(MONDAY) == DayLook(False, "Summer break", Ground.OWN, 1)
+    assert calendar.day_status(MONDAY) == DayStatus(False, "Summer break", Ground.OWN, 1)
     assert calendar.is_working_day(MONDAY - timedelta(days=3))
     assert not calendar.is_working_day(date(2026, 7, 17))
     assert calendar.is_working_day(date(2026, 7, 20))
@@ -38,26 +38,26 @@ def test_an_exception_beats_the_day_of_the_week_and_says_its_name():
 @pytest.mark.parametrize("order", [(SUMMER, INVENTORY), (INVENTORY, SUMMER)])
 def test_the_shorter_of_two_exceptions_holds(order):
     calendar = WorkingCalendar(Settings(), order)
-    assert calendar.look(SATURDAY) == DayLook(True, "Inventory", Ground.OWN, 2)
+    assert calendar.day_status(SATURDAY) == DayStatus(True, "Inventory", Ground.OWN, 2)
     assert not calendar.is_working_day(SATURDAY + timedelta(days=1))
 
 
 def test_of_two_equally_long_the_newer_holds():
     later = DayException("No inventory", SATURDAY, SATURDAY, id=3)
-    assert WorkingCalendar(Settings(), [later, INVENTORY]).look(SATURDAY).name == "No inventory"
+    assert WorkingCalendar(Settings(), [later, INVENTORY]).day_status(SATURDAY).name == "No inventory"
 
 
 def test_public_holidays_close_and_an_own_working_day_beats_them():
     independence = date(2027, 12, 6)                       # a Monday
-    assert WorkingCalendar(FINLAND).look(independence) == DayLook(False, "Independence Day", Ground.HOLIDAY)
+    assert WorkingCalendar(FINLAND).day_status(independence) == DayStatus(False, "Independence Day", Ground.HOLIDAY)
     open_then = DayException("Fair", independence, independence, is_working=True, id=4)
-    assert WorkingCalendar(FINLAND, [open_then]).look(independence).is_working
+    assert WorkingCalendar(FINLAND, [open_then]).day_status(independence).is_working
 
 
 def test_the_names_of_holidays_follow_the_language():
     finnish = Settings(holiday_country="FI", language="fi")
-    assert WorkingCalendar(finnish).look(date(2026, 12, 6)).name == "Itsenäisyyspäivä"
-    assert WorkingCalendar(Settings(holiday_country="DE", language="fi")).look(date(2026, 10, 3)).name == "Tag der Deutschen Einheit"
+    assert WorkingCalendar(finnish).day_status(date(2026, 12, 6)).name == "Itsenäisyyspäivä"
+    assert WorkingCalendar(Settings(holiday_country="DE", language="fi")).day_status(date(2026, 10, 3)).name == "Tag der Deutschen Einheit"
 
 
 def test_a_region_has_holidays_of_its_own():
@@ -100,7 +100,7 @@ def test_a_yearly_29_february_comes_in_leap_years_only():
 
 def test_the_exceptional_days_of_a_span_come_in_order():
     found = list(WorkingCalendar(FINLAND, [SUMMER]).exceptional(date(2026, 6, 1), date(2027, 1, 1)))
-    assert [look.name for day, look in found if day < MONDAY] == ["Midsummer Eve", "Midsummer Day"]
+    assert [status.name for day, status in found if day < MONDAY] == ["Midsummer Eve", "Midsummer Day"]
     assert [day for day, _look in found] == sorted(day for day, _look in found)
     assert found[-1][0] == date(2027, 1, 1)
 
@@ -146,13 +146,13 @@ def holds_on(exception: DayException, day: date) -> bool:
 def test_any_day_is_judged_by_the_shortest_and_newest_exception_that_holds(exceptions, day, weekdays):
     calendar = WorkingCalendar(Settings(working_days=tuple(weekdays)), exceptions)
     met = [exception for exception in exceptions if holds_on(exception, day)]
-    look = calendar.look(day)
-    assert calendar.is_working_day(day) == look.is_working
+    status = calendar.day_status(day)
+    assert calendar.is_working_day(day) == status.is_working
     if not met:
-        assert look == DayLook(WEEKDAYS[day.weekday()] in weekdays)
+        assert status == DayStatus(WEEKDAYS[day.weekday()] in weekdays)
     else:
         decides = min(met, key=lambda e: (e.last_day - e.first_day, -e.id))
-        assert look == DayLook(decides.is_working, decides.name, Ground.OWN, decides.id)
+        assert status == DayStatus(decides.is_working, decides.name, Ground.OWN, decides.id)
 
 
 # ---------------------------------------------------------------------- start-up
@@ -164,7 +164,7 @@ from pathlib import Path
 container = Container(Database.open(Path(sys.argv[1]) / "data" / "a.db", durable=False))
 container.first_start()
 container.scheduler.tick()
-container.calendar().look(container.clock.now().date())
+container.calendar().day_status(container.clock.now().date())
 container.plan.next(5)
 print("holidays" in sys.modules)
 container.catalogue.set_public_holidays("FI")

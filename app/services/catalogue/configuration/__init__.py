@@ -1,4 +1,4 @@
-"""The configuration file (contract: "Configuration file"): ``document`` reads it and checks its form, ``importing`` applies it in one
+"""The configuration file (docs/interfaces.md): ``document`` reads it and checks its form, ``importing`` applies it in one
 transaction, ``exporting`` writes it."""
 from app.services.catalogue.configuration.document import FORMAT
 from app.services.catalogue.configuration.exporting import export_configuration

@@ -1,4 +1,4 @@
-"""Reads a configuration file and checks its form; what it means for what there is already is the import's part.
+"""Reads a configuration file and checks its form; comparing it with what is stored is done by the import.
 
 Every problem is an InvalidInput whose field is the place in the file, such as ``schedules[2].start``.
 """
@@ -25,7 +25,7 @@ Read = Callable[[Any, str], Any]
 
 @dataclass(frozen=True)
 class Item:
-    """One object of the file: the keys given, in their normal form, and where it stands."""
+    """One object of the file: the keys given, in their normal form, and its place in the file."""
     path: str
     values: Mapping[str, Any]
 
@@ -53,7 +53,7 @@ def read(content: bytes) -> Document:
 
 
 def at(path: str, error: InvalidInput) -> InvalidInput:
-    """The same problem, with the place in the file in front."""
+    """The same problem, preceded by the place in the file."""
     return InvalidInput(path, "{path}: {problem}", path=path, problem=error.message)
 
 

@@ -1,4 +1,4 @@
-"""Applies a configuration file to what there is, in one transaction: all of it or nothing. Nothing is ever deleted by an import."""
+"""Applies a configuration file to what is stored, in one transaction: all of it or nothing. An import never deletes anything."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +19,7 @@ _OF_MISSION = ("guid", "usual_minutes")
 _OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
                 "start_window_minutes", "overlap", "priority", "parameters")
 _KEY_OF_FIELD = {"robot_id": "robot", "mission_id": "mission"}
-# Keys of the file as sentences name them; in English they stand as in the file.
+# Keys of the file as sentences name them; in English as they are written in the file.
 _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word in (
     message("poll_interval_seconds"), message("retry_limit"), message("minimum_battery_percent"), message("working_days"),
     message("timezone"), message("start_window_minutes"), message("unknown_outcome_quiet_seconds"), message("history_limit"),
@@ -187,7 +187,7 @@ def _placed(item: Item) -> Iterator[None]:
 
 
 def _check_no_doubles(document: Document) -> None:
-    """Names are the identity, so one file can't say two things of the same object."""
+    """Names are the identity, so one file can't describe the same object twice."""
     for items, keys in ((document.robots, ("name",)), (document.missions, ("name", "robot")), (document.schedules, ("name",))):
         seen: set[tuple[object, ...]] = set()
         for item in items:

@@ -1,4 +1,4 @@
-"""When a schedule runs (design: "When things run"): ``rule`` reads an RRULE, ``dates`` expands it, ``instants`` puts times on the dates."""
+"""When a schedule runs: ``rule`` reads an RRULE, ``dates`` expands it, ``instants`` puts times on the dates."""
 from app.services.planning.recurrence.instants import Occurrence, check_has_instants, next_occurrence, occurrences, to_utc
 from app.services.planning.recurrence.rule import Frequency, Recurrence
 

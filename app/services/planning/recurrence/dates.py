@@ -53,7 +53,7 @@ def fits(rule: Recurrence, day: date) -> bool:
 
 
 def _every(step: timedelta, start: date, first: date) -> Iterator[date]:
-    """The last one not after ``first``, then all that follow, without end: who asks stops long before the last date there is."""
+    """The last one not after ``first``, then all that follow, without end: callers stop long before the last date there is."""
     day = start + (first - start) // step * step
     while True:
         yield day

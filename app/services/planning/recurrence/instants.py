@@ -2,7 +2,7 @@
 
 Rules that name dates (daily and longer) are wall-clock time. A time that a clock change leaves out is shifted by the gap (03:30 becomes
 04:30), one that comes twice is taken the first time: RFC 5545, section 3.3.5, which is ``datetime.combine(day, time, zone)`` with fold=0.
-Sub-daily rules step in elapsed time, so a repeated hour runs on and a missing one is passed over.
+Sub-daily rules step in elapsed time, so a repeated hour runs on and a missing one is skipped.
 """
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from functools import lru_cache
 from itertools import islice
 from zoneinfo import ZoneInfo
 
+from app.domain.clock import midnight
 from app.domain.models import Between, InvalidInput, Schedule
 from app.services.planning.recurrence.dates import DAY, LAST_DAY, dates, fits
 from app.services.planning.recurrence.rule import Frequency, Recurrence
@@ -21,22 +22,22 @@ from app.services.planning.working_days import WorkingCalendar
 
 MINUTE, HOUR = timedelta(minutes=1), timedelta(hours=1)
 NEVER = datetime.min.replace(tzinfo=UTC)
-SEARCHED = 100_000                     # steps in vain after which a sub-daily rule is said to have nothing (more)
+SEARCHED = 100_000                     # steps without a result after which a sub-daily rule is taken to have no (more) instants
 
 
 @dataclass(frozen=True, order=True)
 class Occurrence:
     """One planned instant."""
     instant: datetime                  # UTC
-    nominal: datetime                  # naive wall-clock time that the rule says, in the schedule's zone
+    nominal: datetime                  # naive wall-clock time of the rule, in the schedule's zone
     moved: bool = False                # by a clock change: that wall-clock time does not exist on that day
 
 
 def occurrences(schedule: Schedule, after: datetime, calendar: WorkingCalendar) -> Iterator[Occurrence]:
     """Every occurrence strictly after ``after``, oldest first. Costs the same however long ago the schedule began.
 
-    Recurring schedules that respect working days pass over the other days; a one-time one was checked when it was saved. Whether the
-    schedule is switched on, paused or changed since plays no part here. Raises InvalidInput for a rule that can't be.
+    Recurring schedules that respect working days skip the other days; a one-time one was checked when it was saved. Whether the
+    schedule is switched on, paused or changed since plays no part here. Raises InvalidInput for an invalid rule.
     """
     rule = _rule_of(schedule)
     respects = schedule.respect_working_days and rule.recurrence.frequency is not Frequency.ONCE
@@ -98,11 +99,6 @@ class _Rule:
         instant = to_utc(nominal, self.zone)
         return Occurrence(instant, nominal, instant.astimezone(self.zone).replace(tzinfo=None, fold=0) != nominal)
 
-    def _earliest_from(self, day: date) -> datetime:
-        """No wall-clock time on or after that day comes before this instant."""
-        midnight = datetime.combine(day, time(), self.zone)
-        return min(midnight.astimezone(UTC), midnight.replace(fold=1).astimezone(UTC))
-
     # ------------------------------------------------------------------ daily and longer
     @property
     def times_of_day(self) -> list[time]:
@@ -116,7 +112,7 @@ class _Rule:
         waiting: list[Occurrence] = []
         for day in dates(self.recurrence, start.date(), first, last_day):
             if waiting:
-                earliest = self._earliest_from(day)
+                earliest = midnight(day, self.zone)
                 while waiting and waiting[0].instant < earliest:
                     yield heapq.heappop(waiting)
             if calendar is None or calendar.is_working_day(day):
@@ -137,7 +133,7 @@ class _Rule:
                                                                       count=self.recurrence.count)
 
     def _by_steps(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
-        """Given up after too many steps in vain: then there are none."""
+        """Ends after too many steps without a result."""
         start, in_vain = to_utc(self.start, self.zone), 0
         for occurrence in self._stepped(start, max(after, start), calendar, last_day):
             if occurrence is not None and occurrence.instant >= start:
@@ -148,7 +144,7 @@ class _Rule:
 
     def _stepped(self, start: datetime, after: datetime, calendar: WorkingCalendar | None,
                  last_day: date) -> Iterator[Occurrence | None]:
-        """Steps from ``start``, or anew each day from where the daily part begins. None: a look in vain."""
+        """Steps from ``start``, or anew each day from where the daily part begins. None: a step without a result."""
         if self.between is None:
             yield from self._steps(start, after, calendar, last_day)
             return
@@ -176,14 +172,14 @@ class _Rule:
             number += 1
 
     def _steps(self, start: datetime, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence | None]:
-        """Over days and hours that don't fit it leaps."""
+        """Skips over days and hours that don't fit."""
         zone, step, hours = self.zone, self.step, self.recurrence.hours
         number = (after - start) // step
         while (local := (instant := start + number * step).astimezone(zone)).date() <= last_day:
             number += 1
             if not self._day_fits(local.date(), calendar):
                 yield None
-                number = max(number, -((start - self._earliest_from(local.date() + DAY)) // step))
+                number = max(number, -((start - midnight(local.date() + DAY, self.zone)) // step))
             elif hours and local.hour not in hours:
                 yield None
                 number = max(number, -((start - (instant + HOUR - local.minute * MINUTE)) // step))
@@ -207,7 +203,7 @@ class _Rule:
 
 @lru_cache(maxsize=1024)
 def _counted_end(rule: _Rule) -> datetime | None:
-    """Where COUNT is used up, passed-over days counted too, in the manner of UNTIL; None when that is beyond the last day."""
+    """Where COUNT is used up, skipped days counted too, in the manner of UNTIL; None when that is beyond the last day."""
     count = rule.recurrence.count or 1
     if not rule.recurrence.frequency.is_sub_daily:
         moments = (datetime.combine(day, moment) for day in dates(rule.recurrence, rule.start.date(), rule.start.date())

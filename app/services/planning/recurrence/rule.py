@@ -1,4 +1,4 @@
-"""The RFC 5545 RRULE values that the app takes, read into plain numbers (contract: "recurrence")."""
+"""The RFC 5545 RRULE values that the app takes, as plain numbers."""
 from __future__ import annotations
 
 import re
@@ -36,7 +36,7 @@ class Frequency(StrEnum):
 
 @dataclass(frozen=True)
 class Recurrence:
-    """A rule as numbers; empty tuples and None where it says nothing."""
+    """A rule as numbers; empty tuples and None for parts it does not have."""
     frequency: Frequency = Frequency.ONCE
     interval: int = 1
     months: tuple[int, ...] = ()                       # BYMONTH
