@@ -48,16 +48,15 @@ class _Nowhere:
 
 def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenIssues | None = None) -> HomeScreen:
     """Home in its frame, with these facts."""
-    container = SimpleNamespace(changes=SimpleNamespace(subscribe=lambda _listener: lambda: None), make_client=None,
-                                maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False),
-                                clock=SimpleNamespace(now=lambda: sample.NOW))
+    services: Any = SimpleNamespace(maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False),
+                                    clock=SimpleNamespace(now=lambda: sample.NOW))
     shell = SimpleNamespace(background=_Nowhere(), dialogs=studio.dialogs)
     frame = Factory.Frame()
     frame.items = [(name, frame_controller.screen_word(name), icon, selected) for name, icon, selected in frame_controller.NAVIGATION]
     frame.current, frame.title = "home", frame_controller.screen_word("home")
-    screen = HomeScreen(container, shell)
+    screen = HomeScreen(services, shell)
     frame.add_widget(screen)
-    screen.vm._take(facts)
+    screen.vm.take(facts)
     screen.vm.choose_mission(chosen)
     bar = top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW)
     frame.date, frame.clock, frame.robot, frame.link, frame.link_icon, frame.link_tone = (

@@ -1,7 +1,6 @@
 """How one robot looks, wherever it is shown: chip, card, top bar, picker. Pure words, icons and tones; normal is grey (ISA-101)."""
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -120,17 +119,3 @@ def battery_look(status: RobotStatus | None, settings: Settings) -> BatteryLook:
 def is_old(snapshot: RobotSnapshot, now: datetime, settings: Settings) -> bool:
     """Whether what is known of the robot must not look fresh."""
     return snapshot.connection not in ANSWERS or is_stale(snapshot.read_at, now, settings)
-
-
-def chips(robots: tuple[Robot, ...], snapshots: Mapping[int, RobotSnapshot], selected: int | None, now: datetime,
-          settings: Settings) -> list[dict[str, object]]:
-    """A chip per robot for the picker: rows of RobotChip."""
-    rows: list[dict[str, object]] = []
-    for robot in robots:
-        snapshot = snapshots.get(robot.id) or RobotSnapshot(robot.id)
-        old = is_old(snapshot, now, settings)
-        look = state_look(robot, snapshot, old)
-        battery = battery_look(snapshot.status, settings)
-        rows.append({"key": robot.id, "name": robot.name, "icon": look.icon, "tone": look.tone, "battery": battery.text,
-                     "battery_icon": battery.icon, "battery_tone": "offline" if old else battery.tone, "selected": robot.id == selected})
-    return rows

@@ -20,7 +20,7 @@ def test_the_robot_its_goal_and_the_places_are_on_the_map() -> None:
     assert view.heading == 0.0
     line2 = next(place for place in HALL.places if place.name == "Line 2")
     assert view.goal == ((line2.x, line2.y),)
-    assert {name for _x, _y, name in view.places} == {place.name for place in HALL.places} >= {"Home", "Dock", "Line 2"}
+    assert {place.name for place in view.places} >= {"Home", "Dock", "Line 2"}
     assert view.says == EXECUTING.mission_text
 
 
