@@ -1,6 +1,7 @@
 """The list of alarms by taps: acknowledge with a note, shelve and take back, what is over, the past ones, and where each leads."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -106,6 +107,15 @@ def test_recovery_is_shown_until_it_is_acknowledged(app, alarms, ui):
     wait_for_rows(ui, 0)
     assert "No alarms. Everything is as it should be." in ui.texts(ui.find(AlarmsDialog))
     ui.wait(lambda: not ui.find_all(AlarmBanner))
+
+
+def test_a_robot_that_is_renamed_carries_its_new_name_in_banner_and_list_at_once(site, app, alarms, ui):
+    robot, = site.add_robots()
+    site.fleet.robots[0].control({"emergency_stop": True})
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    open_list(ui)
+    site.container.catalogue.save_robot(replace(site.container.catalogue.robot(robot.id), name="Alma"))
+    ui.wait(lambda: ui.find(AlarmBanner).text.startswith("Alma") and row(ui, "emergency stop").text.startswith("Alma"))
 
 
 # ---------------------------------------------------------------------- shelving
