@@ -15,7 +15,8 @@ from app.screens.common.alarms_view import Here
 from app.screens.common.threads import UiBus
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarm_list import LateStartsDialog
-from app.screens.frame.view import OpenIssues, banner, open_issues, robot_option, top_bar
+from app.screens.frame.facts import OpenIssues
+from app.screens.frame.view import banner, open_issues, robot_option, top_bar
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
@@ -58,13 +59,10 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenI
     frame.add_widget(screen)
     screen.vm.take(facts)
     screen.vm.choose_mission(chosen)
-    bar = top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW)
-    frame.date, frame.clock, frame.robot, frame.link, frame.link_icon, frame.link_tone = (
-        bar.date, bar.clock, bar.robot, bar.link, bar.icon, bar.tone)
+    frame_controller.show_bar(frame, top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW))
     if issues is not None:
-        view = banner(issues, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW, Here("home", 1))
-        frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
-        frame.alarm_others, frame.alarm_action = view.others, view.action
+        robots = {robot.id: robot for robot in facts.robots}
+        frame_controller.show_banner(frame, banner(issues, robots, facts.settings, sample.NOW, Here("home", 1)))
         frame.bell_icon, frame.bell_count = "bell-ring-outline", str(len(open_issues(issues, {}, facts.settings, sample.NOW)))
     studio.show(frame)
     return screen

@@ -134,7 +134,7 @@ def test_a_shelved_alarm_leaves_the_banner_and_is_taken_back(site, app, alarms, 
     ui.tap(tab(ui, "shelved"))
     assert row(ui, "Aino").state_words.startswith("Shelved until ")
     assert tab(ui, "shelved").text == "Shelved (1)"
-    ui.tap(ui.find(CommandButton, row(ui, "Aino"), text="Take back"))
+    ui.tap(ui.find(CommandButton, row(ui, "Aino"), text="Unshelve"))
     wait_for_rows(ui, 0)
     ui.wait(lambda: ui.find(AlarmBanner).text == "Aino doesn't answer")
 
