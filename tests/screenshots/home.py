@@ -159,5 +159,5 @@ def damaged(studio: Any) -> None:
     sentence = ("The database /home/tablet/.local/share/amr-scheduler/amr-scheduler.db is damaged (malformed disk image), kept as "
                 "amr-scheduler.db.damaged-20261120; restore the newest good backup with: python main.py --data-dir /home/tablet/.local/"
                 "share/amr-scheduler --restore-backup /home/tablet/.local/share/amr-scheduler/backups/daily-2026-11-20.db")
-    damage = Damage(sentence, Path("daily-2026-11-20.db"), lambda: None)  # type: ignore[arg-type, return-value]
-    studio.show(RescuePage(damage, UiBus(), lambda _container: None))
+    damage = Damage(sentence, Path("daily-2026-11-20.db"), lambda: None)
+    studio.show(RescuePage(damage, UiBus(), lambda _services: None))

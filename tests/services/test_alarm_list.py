@@ -112,7 +112,7 @@ def test_what_comes_and_goes_stays_on_the_shelf_also_when_it_was_acknowledged_be
 def test_what_was_taken_back_stays_back(desk):
     desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
     desk.alarms.shelve(desk.only().id, 24)
-    desk.alarms.take_back(desk.only().id)
+    desk.alarms.unshelve(desk.only().id)
     assert desk.only().shelved_until is None
     desk.alarms.acknowledge(desk.only().id)
     desk.alarms.clear("unreachable", "robot:1")

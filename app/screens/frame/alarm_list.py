@@ -193,7 +193,7 @@ class AlarmList:
         elif action == "menu":
             self._shell.dialogs.menu(values[0], menu_of(alarm, self._robots), lambda chosen: self._menu_used(alarm, chosen))
         elif is_shelved(alarm, self._services.clock.now()):
-            self._work(lambda: self._services.alarms.take_back(alarm.id))
+            self._work(lambda: self._services.alarms.unshelve(alarm.id))
         elif not can_be_handled(alarm):
             self._go(alarm)
         else:

@@ -24,7 +24,7 @@ from app.screens.common.alarms_view import (
     way_to,
 )
 from app.screens.common.options import Option
-from app.screens.common.robot_appearance import battery_look, is_old, link_look, state_look
+from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
 from app.screens.frame.facts import OpenIssues
 from app.services.live.holds import Hold
 
@@ -44,14 +44,14 @@ def top_bar(robot: Robot | None, snapshot: RobotSnapshot | None, settings: Setti
     date, clock = formats.day(now, settings.timezone, year=True), formats.clock_time(now, settings.timezone)
     if robot is None:
         return BarView(date, clock, _("No robot"))
-    look = link_look(robot, snapshot or RobotSnapshot(robot.id), now, settings)
+    look = link_appearance(robot, snapshot or RobotSnapshot(robot.id), now, settings)
     return BarView(date, clock, robot.name, look.word, look.icon, look.tone)
 
 
 def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> Option:
     """One robot in the list to choose from."""
-    look = state_look(robot, snapshot, is_old(snapshot, now, settings))
-    battery = battery_look(snapshot.status, settings)
+    look = state_appearance(robot, snapshot, is_old(snapshot, now, settings))
+    battery = battery_appearance(snapshot.status, settings)
     return Option(robot.id, robot.name, look.icon, f"{look.word} · {battery.text}")
 
 

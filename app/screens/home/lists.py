@@ -9,7 +9,7 @@ from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
-from app.screens.common.robot_appearance import STOPPED, battery_look, is_old, state_look
+from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
 from app.screens.home.facts import HomeFacts
 
 HOLDING = (RobotState.PAUSE, RobotState.MANUAL_CONTROL, *STOPPED)
@@ -68,8 +68,8 @@ def robot_summaries(facts: HomeFacts, now: datetime) -> list[RobotSummary]:
 
 
 def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datetime) -> RobotSummary:
-    old, battery = is_old(snapshot, now, facts.settings), battery_look(snapshot.status, facts.settings)
-    look = state_look(robot, snapshot, old)
+    old, battery = is_old(snapshot, now, facts.settings), battery_appearance(snapshot.status, facts.settings)
+    look = state_appearance(robot, snapshot, old)
     return RobotSummary(robot.id, robot.name, look.icon, look.tone, battery.text, battery.icon, "offline" if old else battery.tone,
                         robot is facts.robot)
 

@@ -10,7 +10,15 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.problems import words_of
-from app.screens.common.robot_appearance import NO_BATTERY, STOPPED, BatteryLook, battery_look, is_old, link_look, state_look
+from app.screens.common.robot_appearance import (
+    NO_BATTERY,
+    STOPPED,
+    BatteryAppearance,
+    battery_appearance,
+    is_old,
+    link_appearance,
+    state_appearance,
+)
 from app.screens.home.facts import HomeFacts
 from app.screens.home.lists import (
     FinishedRun,
@@ -56,7 +64,7 @@ class CardView:
     loud: bool = False
     note: str = ""
     mission: MissionView = field(default_factory=MissionView)
-    battery: BatteryLook = NO_BATTERY
+    battery: BatteryAppearance = NO_BATTERY
     battery_mark: float = -1.0           # the minimum, 0..1
     old: bool = True                     # values are shown as stale
     address: str = "–"
@@ -133,12 +141,12 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
 def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
     snapshot, settings = facts.snapshot, facts.settings
     old = is_old(snapshot, now, settings)
-    look, link = state_look(robot, snapshot, old), link_look(robot, snapshot, now, settings)
+    look, link = state_appearance(robot, snapshot, old), link_appearance(robot, snapshot, now, settings)
     minimum = settings.minimum_battery_percent
     return CardView(
         state=look.word, icon=look.disc_icon or look.icon, tone=look.tone, loud=look.loud,
         note=" · ".join(filter(None, (robot.name, robot.model))), mission=_mission(facts, robot, now, old),
-        battery=battery_look(snapshot.status, settings), battery_mark=minimum / 100 if minimum else -1.0, old=old,
+        battery=battery_appearance(snapshot.status, settings), battery_mark=minimum / 100 if minimum else -1.0, old=old,
         address=formats.address(robot.address), link=link.word, link_icon=link.icon, link_tone=link.tone,
         says_label=_("What is wrong") if old else _("At the moment"),
         says=words_of(snapshot.problem) if old else snapshot.status.mission_text if snapshot.status else "",

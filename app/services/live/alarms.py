@@ -122,10 +122,10 @@ class Alarms:
         log.info("alarm %d shelved until %s", alarm_id, until.isoformat(timespec="minutes"))
         return until
 
-    def take_back(self, alarm_id: int) -> None:
-        """From the shelf, before its time."""
+    def unshelve(self, alarm_id: int) -> None:
+        """Before its time is over."""
         self._shelve(alarm_id, None)
-        log.info("alarm %d taken back from the shelf", alarm_id)
+        log.info("alarm %d unshelved", alarm_id)
 
     def _shelve(self, alarm_id: int, until: datetime | None) -> None:
         self._db.write(lambda c: self._repository.shelve(c, alarm_id, until))

@@ -10,7 +10,7 @@ from app.domain.models import Connection, DurationEstimate, Reason, ReasonCode, 
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.i18n import translator
 from app.mir.errors import Unreachable
-from app.screens.common.robot_appearance import battery_look, link_look
+from app.screens.common.robot_appearance import battery_appearance, link_appearance
 from app.screens.home.facts import HomeFacts
 from app.screens.home.lists import finished_runs, outcome_line, planned_starts, queue_entries, queue_note, robot_summaries
 from app.screens.home.view import can_reset, present
@@ -186,14 +186,14 @@ def test_what_is_wrong_is_told_in_the_language_of_the_screen():
 
 def test_connected_but_silent_for_three_polls_is_old_too():
     old = snapshot(1, EXECUTING, age=91)
-    assert link_look(AINO, old, NOW, SETTINGS).word == "No news · 1 min ago"
-    assert link_look(AINO, snapshot(1, EXECUTING, age=89), NOW, SETTINGS).tone == "neutral"
+    assert link_appearance(AINO, old, NOW, SETTINGS).word == "No news · 1 min ago"
+    assert link_appearance(AINO, snapshot(1, EXECUTING, age=89), NOW, SETTINGS).tone == "neutral"
 
 
 @pytest.mark.parametrize(("connection", "words"), [
     (Connection.UNAUTHORIZED, "Wrong password"), (Connection.WRONG_ROBOT, "Another robot"), (Connection.NOT_A_ROBOT, "Not a MiR robot")])
 def test_each_trouble_with_the_connection_has_its_words(connection, words):
-    look = link_look(AINO, snapshot(1, EXECUTING, connection=connection), NOW, SETTINGS)
+    look = link_appearance(AINO, snapshot(1, EXECUTING, connection=connection), NOW, SETTINGS)
     assert look.word.startswith(words)
     assert look.tone == "attention"
 
@@ -223,13 +223,13 @@ def test_an_idle_robot_says_what_comes_next():
 
 @pytest.mark.parametrize(("percent", "icon"), [(100.0, "battery"), (78.0, "battery-80"), (3.0, "battery-alert-variant-outline")])
 def test_battery_icons(percent, icon):
-    assert battery_look(replace(READY, battery_percentage=percent), Settings()).icon == icon
+    assert battery_appearance(replace(READY, battery_percentage=percent), Settings()).icon == icon
 
 
 def test_charging_is_seen():
-    look = battery_look(CHARGING, SETTINGS)
+    look = battery_appearance(CHARGING, SETTINGS)
     assert look.note == "under 30 %"
-    assert battery_look(replace(CHARGING, battery_percentage=50.0), SETTINGS).note == "charging"
+    assert battery_appearance(replace(CHARGING, battery_percentage=50.0), SETTINGS).note == "charging"
 
 
 # ---------------------------------------------------------------------- the queue
