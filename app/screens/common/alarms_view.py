@@ -194,7 +194,7 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
 
 
 def acknowledging(alarm: Alarm) -> Way:
-    """That it was seen, unless somebody has said so already."""
+    """Unless it is acknowledged already."""
     if alarm.acknowledged_at is None and can_be_handled(alarm):
         return Way(_("Acknowledge"), Act.ACKNOWLEDGE, alarm.id)
     return Way("", Act.NOTHING)
@@ -252,7 +252,7 @@ def _entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
 
 
 def acknowledged_words(alarm: Alarm, settings: Settings, now: datetime) -> str:
-    """When somebody said that it was seen, and what they noted."""
+    """When it was acknowledged, and the note."""
     if alarm.acknowledged_at is None:
         return ""
     time = formats.day_and_time(alarm.acknowledged_at, settings.timezone, now)

@@ -118,5 +118,5 @@ def battery_appearance(status: RobotStatus | None, settings: Settings) -> Batter
 
 
 def is_old(snapshot: RobotSnapshot, now: datetime, settings: Settings) -> bool:
-    """Whether what is known of the robot must not look fresh."""
+    """Whether what is known of the robot is out of date."""
     return snapshot.connection not in ANSWERS or is_stale(snapshot.read_at, now, settings)

@@ -44,15 +44,15 @@ def top_bar(robot: Robot | None, snapshot: RobotSnapshot | None, settings: Setti
     date, clock = formats.day(now, settings.timezone, year=True), formats.clock_time(now, settings.timezone)
     if robot is None:
         return BarView(date, clock, _("No robot"))
-    look = link_appearance(robot, snapshot or RobotSnapshot(robot.id), now, settings)
-    return BarView(date, clock, robot.name, look.word, look.icon, look.tone)
+    link = link_appearance(robot, snapshot or RobotSnapshot(robot.id), now, settings)
+    return BarView(date, clock, robot.name, link.word, link.icon, link.tone)
 
 
 def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> Option:
     """One robot in the list to choose from."""
-    look = state_appearance(robot, snapshot, is_old(snapshot, now, settings))
+    state = state_appearance(robot, snapshot, is_old(snapshot, now, settings))
     battery = battery_appearance(snapshot.status, settings)
-    return Option(robot.id, robot.name, look.icon, f"{look.word} · {battery.text}")
+    return Option(robot.id, robot.name, state.icon, f"{state.word} · {battery.text}")
 
 
 @dataclass(frozen=True)

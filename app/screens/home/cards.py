@@ -91,7 +91,7 @@ class MissionTile(OfHome, TonedSurface):
     """What runs, or what is wrong and what to do."""
 
 
-class RobotSays(OfHome, Surface):
+class RobotMessage(OfHome, Surface):
     """The robot's own words, with its speed and distance where there is room."""
     labelled = BooleanProperty(False)
     roomy = BooleanProperty(False)
@@ -128,7 +128,7 @@ class RobotPlace(Part):
         super().__init__(**kwargs)
 
     def show(self, picture: MapPicture) -> None:
-        """The texture of the map, made anew only when it is another picture."""
+        """The texture of the map, made only when it is another picture."""
         if picture is not self._picture:
             self._picture, self.texture = picture, ground(picture)
 
@@ -160,7 +160,7 @@ class Slot(Part):
         self._choose()
 
     def _choose(self, *_: Any) -> None:
-        wanted = {PromptPanel: bool(self.prompt.guid), RobotPlace: self.map.picture is not None, RobotSays: True}
+        wanted = {PromptPanel: bool(self.prompt.guid), RobotPlace: self.map.picture is not None, RobotMessage: True}
         kind = next((kind for kind in self.order if wanted[kind]), None)
         if [type(child) for child in self.children] != [kind]:
             self.clear_widgets()
@@ -179,12 +179,12 @@ class PromptSlot(Slot):
 
 class PlaceSlot(Slot):
     """In the narrow card below the tiles: the map or the robot's words."""
-    order = (RobotPlace, RobotSays)
+    order = (RobotPlace, RobotMessage)
 
 
 class BelowTiles(Slot):
     """In the wide card: the question, the map, or the robot's words."""
-    order = (PromptPanel, RobotPlace, RobotSays)
+    order = (PromptPanel, RobotPlace, RobotMessage)
 
 
 class RobotCard(Card):
@@ -204,7 +204,7 @@ class NextCard(Card):
 
 
 class OpensOnTap(Tap):
-    """Mixin of rows that open what they stand for."""
+    """Mixin of rows that open what they show."""
 
     def on_release(self) -> None:
         self.act("open")

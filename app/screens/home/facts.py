@@ -96,7 +96,7 @@ class HomeFacts:
         return self._known_name(item) or item.mission_id or "–"
 
     def needs_name(self, item: QueueItem) -> bool:
-        """Whether only the robot can tell what it is."""
+        """Whether only the robot knows what it is called."""
         return item.mission_id is not None and self._known_name(item) is None
 
     def _known_name(self, item: QueueItem) -> str | None:

@@ -69,8 +69,8 @@ def robot_summaries(facts: HomeFacts, now: datetime) -> list[RobotSummary]:
 
 def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datetime) -> RobotSummary:
     old, battery = is_old(snapshot, now, facts.settings), battery_appearance(snapshot.status, facts.settings)
-    look = state_appearance(robot, snapshot, old)
-    return RobotSummary(robot.id, robot.name, look.icon, look.tone, battery.text, battery.icon, "offline" if old else battery.tone,
+    state = state_appearance(robot, snapshot, old)
+    return RobotSummary(robot.id, robot.name, state.icon, state.tone, battery.text, battery.icon, "offline" if old else battery.tone,
                         robot is facts.robot)
 
 

@@ -22,14 +22,14 @@ class MapView:
     tone: str = "accent"                 # of the robot on the map
     places: tuple[Place, ...] = ()
     goal: tuple[tuple[float, float], ...] = ()           # none or one
-    says: str = ""
+    message: str = ""
 
 
 NO_MAP = MapView()
 
 
 def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
-    """``tone`` is that of the robot's state; ``old``: what is known must not look fresh. Unless robot and map are known: NO_MAP."""
+    """``tone`` is that of the robot's state; ``old``: what is known is out of date. Unless robot and map are known: NO_MAP."""
     picture, snapshot = facts.map, facts.snapshot
     status = snapshot.status
     if picture is None or status is None or status.position is None:
@@ -39,11 +39,11 @@ def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
         return NO_MAP
     if old:
         seen = formats.day_and_time(snapshot.read_at, facts.settings.timezone, now) if snapshot.read_at else "–"
-        says, tone = words_of(snapshot.problem) or _("Seen here {time}").format(time=seen), "offline"
+        message, tone = words_of(snapshot.problem) or _("Seen here {time}").format(time=seen), "offline"
     else:
-        says, tone = status.mission_text, "accent" if tone == "neutral" else tone
+        message, tone = status.mission_text, "accent" if tone == "neutral" else tone
     return MapView(picture, picture.name, at, picture.heading(status.position.orientation), tone, picture.places,
-                   () if old else _goal(picture, status), says)
+                   () if old else _goal(picture, status), message)
 
 
 def _goal(picture: MapPicture, status: RobotStatus) -> tuple[tuple[float, float], ...]:

@@ -58,7 +58,7 @@ class HomeViewModel(HomeState, ViewModel):
             self.select_robot(robot_id)
 
     def _changed(self, event: Changed) -> None:
-        """Robots that are only chips are shown anew by the tick."""
+        """Robots that are only chips are updated by the tick."""
         robot = self.facts.robot
         if event.topic is not Topic.SNAPSHOT:
             self._is_plan_old = True

@@ -1,4 +1,4 @@
-"""Home in words: what the facts of one moment look like. Pure; called once a second, so that ages and elapsed times run on."""
+"""The facts of one moment in words. Pure; called once a second, so that ages and elapsed times run on."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
@@ -71,8 +71,8 @@ class CardView:
     link: str = ""
     link_icon: str = "wifi-off"
     link_tone: str = "neutral"
-    says_label: str = ""
-    says: str = ""                       # in the robot's own words, or what is wrong with the connection
+    message_label: str = ""
+    message: str = ""                       # in the robot's own words, or what is wrong with the connection
     facts: tuple[LabelledValue, ...] = ()
 
 
@@ -141,15 +141,15 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
 def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
     snapshot, settings = facts.snapshot, facts.settings
     old = is_old(snapshot, now, settings)
-    look, link = state_appearance(robot, snapshot, old), link_appearance(robot, snapshot, now, settings)
+    state, link = state_appearance(robot, snapshot, old), link_appearance(robot, snapshot, now, settings)
     minimum = settings.minimum_battery_percent
     return CardView(
-        state=look.word, icon=look.disc_icon or look.icon, tone=look.tone, loud=look.loud,
+        state=state.word, icon=state.disc_icon or state.icon, tone=state.tone, loud=state.loud,
         note=" · ".join(filter(None, (robot.name, robot.model))), mission=_mission(facts, robot, now, old),
         battery=battery_appearance(snapshot.status, settings), battery_mark=minimum / 100 if minimum else -1.0, old=old,
         address=formats.address(robot.address), link=link.word, link_icon=link.icon, link_tone=link.tone,
-        says_label=_("What is wrong") if old else _("At the moment"),
-        says=words_of(snapshot.problem) if old else snapshot.status.mission_text if snapshot.status else "",
+        message_label=_("What is wrong") if old else _("At the moment"),
+        message=words_of(snapshot.problem) if old else snapshot.status.mission_text if snapshot.status else "",
         facts=() if old or snapshot.status is None else _figures(snapshot.status))
 
 

@@ -165,7 +165,7 @@ def test_what_is_old_looks_old_and_says_since_when():
     assert shown.card.old
     assert shown.card.mission.note == "unknown since 14:33"
     assert shown.card.link == "No answer since 14:18"
-    assert shown.card.says == "10.40.12.21 doesn't answer"
+    assert shown.card.message == "10.40.12.21 doesn't answer"
     assert shown.card.mission.elapsed == ""
     assert shown.queue_note == "as of 14:33"
     assert shown.queue[0].tone == "offline"
@@ -174,10 +174,10 @@ def test_what_is_old_looks_old_and_says_since_when():
 def test_what_is_wrong_is_told_in_the_language_of_the_screen():
     problem = Unreachable(code="refused", address="10.40.12.21").message
     facts = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem)
-    assert view(facts).card.says == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
+    assert view(facts).card.message == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
     translator.use("fi")
     try:
-        assert view(facts).card.says == "10.40.12.21 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?"
+        assert view(facts).card.message == "10.40.12.21 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?"
         ended = execution(1, AINO, "Deliver", State.FAILED, reason=Reason(ReasonCode.REFUSED, {"problem": problem}))
         assert outcome_line(ended).endswith("osoite oikein?")
     finally:
