@@ -1,4 +1,4 @@
-"""Alarms: one open row per code and key, counted when it happens again."""
+"""Alarms: one open row per code and key, counted when it happens again. Those of a robot are read with its present name."""
 from __future__ import annotations
 
 import sqlite3
@@ -8,6 +8,8 @@ from app.database.values import from_json, to_instant, to_json, to_optional_inst
 from app.domain.models import Alarm, Priority
 
 _STANDING = "(cleared_at IS NULL OR acknowledged_at IS NULL)"
+_SELECT = """SELECT *, (SELECT name FROM robots WHERE alarms.key = 'robot:' || robots.id
+                                               OR robots.id = json_extract(alarms.details, '$.robot_id')) AS robot FROM alarms"""
 
 
 class AlarmRepository:
@@ -55,16 +57,16 @@ class AlarmRepository:
 
     def active(self, c: sqlite3.Connection, code: str, key: str) -> Alarm | None:
         """The one whose cause persists."""
-        row = c.execute("SELECT * FROM alarms WHERE code = ? AND key = ? AND cleared_at IS NULL", (code, key)).fetchone()
+        row = c.execute(f"{_SELECT} WHERE code = ? AND key = ? AND cleared_at IS NULL", (code, key)).fetchone()
         return row and _alarm(row)
 
     def standing(self, c: sqlite3.Connection) -> list[Alarm]:
         """Not yet cleared *and* acknowledged, newest first."""
-        return [_alarm(row) for row in c.execute(f"SELECT * FROM alarms WHERE {_STANDING} ORDER BY last_at DESC, id DESC")]
+        return [_alarm(row) for row in c.execute(f"{_SELECT} WHERE {_STANDING} ORDER BY last_at DESC, id DESC")]
 
     def past(self, c: sqlite3.Connection, limit: int) -> list[Alarm]:
         """Cleared and acknowledged, newest first."""
-        rows = c.execute(f"SELECT * FROM alarms WHERE NOT {_STANDING} ORDER BY last_at DESC, id DESC LIMIT ?", (limit,))
+        rows = c.execute(f"{_SELECT} WHERE NOT {_STANDING} ORDER BY last_at DESC, id DESC LIMIT ?", (limit,))
         return [_alarm(row) for row in rows]
 
     def count_past(self, c: sqlite3.Connection) -> int:
@@ -78,8 +80,11 @@ class AlarmRepository:
 
 
 def _alarm(row: sqlite3.Row) -> Alarm:
+    details = from_json(row["details"])
+    if row["robot"] is not None:
+        details["robot"] = row["robot"]
     return Alarm(
         code=row["code"], key=row["key"], priority=Priority(row["priority"]), raised_at=to_instant(row["raised_at"]),
-        details=from_json(row["details"]), id=row["id"], last_at=to_instant(row["last_at"]), count=row["count"],
+        details=details, id=row["id"], last_at=to_instant(row["last_at"]), count=row["count"],
         cleared_at=to_optional_instant(row["cleared_at"]), acknowledged_at=to_optional_instant(row["acknowledged_at"]),
         note=row["note"], shelved_until=to_optional_instant(row["shelved_until"]))

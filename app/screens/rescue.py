@@ -1,10 +1,10 @@
-"""The page that stands in the place of the app while its database is damaged: what happened, and Restore."""
+"""The page that is shown instead of the app while its database is damaged: what happened, and Restore."""
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Generic, TypeVar
 
 from kivy.properties import BooleanProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -15,29 +15,28 @@ from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.threads import Background, UiBus
 from app.widgets import load_kv
 
-if TYPE_CHECKING:
-    from app.container import Container
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Damage:
+class Damage(Generic[T]):
     """``sentence`` is the one that the commands print, in its parts; ``backup`` the newest good one, if there is any; ``restore`` puts it
-    in place and opens the services on it, off the UI thread. It raises Failure with one sentence. ``language`` is the one that was last
-    set."""
+    in place and returns the services opened on it, off the UI thread. It raises Failure with one sentence. ``language`` is the one that
+    was last set."""
     sentence: Message
     backup: Path | None
-    restore: Callable[[], Container]
+    restore: Callable[[], T]
     language: str = SOURCE_LANGUAGE
 
 
-class RescuePage(BoxLayout):
-    """Nothing is scheduled while it stands. ``done(container)`` when the restored services run."""
+class RescuePage(BoxLayout, Generic[T]):
+    """Nothing is scheduled while it is shown. ``done(services)`` when the restored ones run."""
     sentence = StringProperty()
     backup = StringProperty()
     problem = StringProperty()
     working = BooleanProperty(False)
 
-    def __init__(self, damage: Damage, bus: UiBus, done: Callable[[Container], object], **kwargs: Any) -> None:
+    def __init__(self, damage: Damage[T], bus: UiBus, done: Callable[[T], object], **kwargs: Any) -> None:
         load_kv("rescue")
         self._damage, self._done = damage, done
         self._background = Background(bus, workers=1)
@@ -50,9 +49,9 @@ class RescuePage(BoxLayout):
         self.working, self.problem = True, ""
         self._background.run(self._damage.restore, self._restored, self._failed)
 
-    def _restored(self, container: Container) -> None:
+    def _restored(self, services: T) -> None:
         self._background.close()
-        self._done(container)
+        self._done(services)
 
     def _failed(self, problem: BaseException) -> None:
         self.working = False

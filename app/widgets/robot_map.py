@@ -24,7 +24,7 @@ class RobotMap(Chart):
     """Coordinates are fractions of the map, origin bottom left; ``heading`` in degrees, 0 = right, anticlockwise.
 
     The background is a ``texture`` whose alpha shows the walls (the theme colours it), or drawn from ``walls`` and ``racks`` =
-    [(x, y, width, height)]. ``places`` = [(x, y, name)], shown unless they overlap each other or the robot; ``path`` = points
+    [(x, y, width, height)]. ``places`` (x, y, name) are shown unless they overlap each other or the robot; ``path`` = points
     still to drive, the last one is the goal; ``at`` empty = position unknown; ``name`` of the map is in a corner. The map keeps its
     proportions (``aspect`` = height / width); without enough room it is cropped around the robot.
     """
@@ -94,16 +94,16 @@ class RobotMap(Chart):
             if any(_touch(corner, other) for other in taken):
                 corner = corner[0], self.y + dp(8), corner[2], self.y + dp(8) + sp(20)
             taken.append(corner)
-        for x, y, name in self.places:
-            px, py = self._point(x, y)
-            half, high = self.width_of(name) / 2, sp(9)
+        for place in self.places:
+            px, py = self._point(place.x, place.y)
+            half, high = self.width_of(place.name) / 2, sp(9)
             if not (self.x < px < self.right and self.y + high + dp(3) < py < self.top - high - dp(3)) or 2 * half > self.width - dp(12):
                 continue
             px = min(max(px, self.x + half + dp(6)), self.right - half - dp(6))
             plate = px - half - dp(3), py - high, px + half + dp(3), py + high
             if not any(_touch(plate, other) for other in taken):
                 taken.append(plate)
-                self._plate(plate, name, tk.ink2)
+                self._plate(plate, place.name, tk.ink2)
         if corner is not None:
             self._plate(corner, self.name, tk.ink, ring=True)
 

@@ -94,12 +94,12 @@ class SchedulerApp(MDApp):
         builders = {name: partial(self._build_screen, name) for name in SCREENS}
         self.shell = Shell(Navigator(frame.ids.body.__self__, builders), Dialogs(self._animate), Snackbars(), self._bus, background,
                            self._restore if self._restorer is not None else None)
-        self._frame = FrameController(container, self.shell, frame)
+        self._frame = FrameController(pick(FrameController.Services, container), self.shell, frame)
         self.root_box.clear_widgets()
         self.root_box.add_widget(frame)
         self._unsubscribe = forward(container.changes, self._bus)
         self._frame.start()
-        self._gate = Gate(container, self.shell)
+        self._gate = Gate(pick(Gate.Services, container), self.shell)
         self._gate.start()
         self._keyboard = DockedKeyboard(self._wants_keyboard)
         self._keyboard.start()

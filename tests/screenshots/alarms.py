@@ -10,7 +10,7 @@ from typing import Any
 from app.domain.models import Alarm
 from app.screens.common.alarms_view import alarm_text, menu_of
 from app.screens.frame.alarm_list import AlarmList, AlarmRow, NoteDialog
-from app.screens.frame.view import OpenIssues
+from app.screens.frame.facts import OpenIssues
 from app.services.live.holds import Hold
 from tests.screenshots.home import ALARMS, home
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
@@ -36,10 +36,10 @@ class Desk:
     def __init__(self, studio: Any, past: Sequence[Alarm] = PAST) -> None:
         issues = OpenIssues(STANDING, [Hold("Fire drill in hall B", sample.NOW + timedelta(hours=1))])
         home(studio, sample.with_aino(sample.STOPPED), issues=issues)
-        container = SimpleNamespace(clock=SimpleNamespace(now=lambda: sample.NOW),
-                                    alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)))
-        shell = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)
-        self.list = AlarmList(container, shell, lambda _act, _about: None)  # type: ignore[arg-type]
+        services: Any = SimpleNamespace(clock=SimpleNamespace(now=lambda: sample.NOW),
+                                        alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)))
+        shell: Any = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)
+        self.list = AlarmList(services, shell, lambda _act, _about: None)
         self.list.show(issues, ROBOTS, sample.SETTINGS)
         self.list.open()
         self.dialog = studio.dialogs.top

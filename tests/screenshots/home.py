@@ -15,7 +15,8 @@ from app.screens.common.alarms_view import Here
 from app.screens.common.threads import UiBus
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarm_list import LateStartsDialog
-from app.screens.frame.view import OpenIssues, banner, open_issues, robot_option, top_bar
+from app.screens.frame.facts import OpenIssues
+from app.screens.frame.view import banner, open_issues, robot_option, top_bar
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
@@ -48,24 +49,20 @@ class _Nowhere:
 
 def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenIssues | None = None) -> HomeScreen:
     """Home in its frame, with these facts."""
-    container = SimpleNamespace(changes=SimpleNamespace(subscribe=lambda _listener: lambda: None), make_client=None,
-                                maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False),
-                                clock=SimpleNamespace(now=lambda: sample.NOW))
+    services: Any = SimpleNamespace(maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False),
+                                    clock=SimpleNamespace(now=lambda: sample.NOW))
     shell = SimpleNamespace(background=_Nowhere(), dialogs=studio.dialogs)
     frame = Factory.Frame()
     frame.items = [(name, frame_controller.screen_word(name), icon, selected) for name, icon, selected in frame_controller.NAVIGATION]
     frame.current, frame.title = "home", frame_controller.screen_word("home")
-    screen = HomeScreen(container, shell)
+    screen = HomeScreen(services, shell)
     frame.add_widget(screen)
-    screen.vm._take(facts)
+    screen.vm.take(facts)
     screen.vm.choose_mission(chosen)
-    bar = top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW)
-    frame.date, frame.clock, frame.robot, frame.link, frame.link_icon, frame.link_tone = (
-        bar.date, bar.clock, bar.robot, bar.link, bar.icon, bar.tone)
+    frame_controller.show_bar(frame, top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW))
     if issues is not None:
-        view = banner(issues, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW, Here("home", 1))
-        frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
-        frame.alarm_others, frame.alarm_action = view.others, view.action
+        robots = {robot.id: robot for robot in facts.robots}
+        frame_controller.show_banner(frame, banner(issues, robots, facts.settings, sample.NOW, Here("home", 1)))
         frame.bell_icon, frame.bell_count = "bell-ring-outline", str(len(open_issues(issues, {}, facts.settings, sample.NOW)))
     studio.show(frame)
     return screen
@@ -162,5 +159,5 @@ def damaged(studio: Any) -> None:
     sentence = ("The database /home/tablet/.local/share/amr-scheduler/amr-scheduler.db is damaged (malformed disk image), kept as "
                 "amr-scheduler.db.damaged-20261120; restore the newest good backup with: python main.py --data-dir /home/tablet/.local/"
                 "share/amr-scheduler --restore-backup /home/tablet/.local/share/amr-scheduler/backups/daily-2026-11-20.db")
-    damage = Damage(sentence, Path("daily-2026-11-20.db"), lambda: None)  # type: ignore[arg-type, return-value]
-    studio.show(RescuePage(damage, UiBus(), lambda _container: None))
+    damage = Damage(sentence, Path("daily-2026-11-20.db"), lambda: None)
+    studio.show(RescuePage(damage, UiBus(), lambda _services: None))

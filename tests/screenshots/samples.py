@@ -1,6 +1,7 @@
 """An invented Friday afternoon in a Finnish plant: what the gallery shows."""
 from __future__ import annotations
 
+from app.services.robots.map_picture import Place
 from app.widgets.display import with_unit
 
 NAV = [("home", "Home", "home-variant-outline", "home-variant"), ("scheduler", "Scheduler", "calendar-clock-outline", "calendar-clock"),
@@ -78,4 +79,4 @@ LANES = [
 TICKS = [(hour, "Sat 21 Nov" if hour == 11 else f"{(13 + hour) % 24:02d}:00", hour == 11) for hour in range(3, 24, 2)]
 PLAN = {"walls": [(0, .335, .19, 0), (.26, .335, .06, 0), (.32, 0, 0, .335), (.74, .62, 0, .38)],
         "racks": [(.05, .66, .055, .26), (.37, .69, .24, .09), (.37, .08, .32, .11), (.86, .54, .09, .14)],
-        "places": [(.1625, .50, "Kitting"), (.905, .42, "Line 2"), (.245, .12, "Dock")]}
+        "places": [Place("Kitting", .1625, .50), Place("Line 2", .905, .42), Place("Dock", .245, .12)]}

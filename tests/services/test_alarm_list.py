@@ -1,12 +1,15 @@
 """The alarms as the operator handles them: acknowledge with a note, shelve and take back, the past ones."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
 
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
+from app.database.robots import RobotRepository
+from app.domain.models import Robot
 from app.services.live.alarms import KEPT, LONGEST_NOTE, SHELF_HOURS, Alarms
 from app.services.live.changes import Changes, Topic
 from tests.support.clock import VirtualClock
@@ -31,6 +34,22 @@ def desk(tmp_path):
     desk = Desk(tmp_path)
     yield desk
     desk.db.close()
+
+
+def test_alarms_carry_the_name_that_the_robot_has_now(desk):
+    """Those of a condition, whose key is the robot's, as those of an execution; also when they are past."""
+    robots = RobotRepository()
+    robot = desk.db.write(lambda c: robots.add(c, Robot("Aino", "http://10.0.0.1")))
+    desk.alarms.raise_("unreachable", f"robot:{robot.id}", robot="Aino", problem="no answer")
+    desk.alarms.raise_("execution_failed", "schedule:1", robot="Aino", robot_id=robot.id, mission="Deliver", reason="x")
+    desk.alarms.raise_("emergency_stop", "robot:99", robot="Sisu")                    # of a robot that was removed
+    desk.db.write(lambda c: robots.update(c, replace(robot, name="Alma")))
+    assert {alarm.code: alarm.details["robot"] for alarm in desk.alarms.standing()} == {
+        "unreachable": "Alma", "execution_failed": "Alma", "emergency_stop": "Sisu"}
+    for alarm in desk.alarms.standing():
+        desk.alarms.acknowledge(alarm.id)
+    [failed], _total = desk.alarms.past(10)
+    assert failed.details["robot"] == "Alma"
 
 
 def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):

@@ -8,6 +8,7 @@ from typing import Any
 
 from app.domain.models import (
     Connection,
+    DurationEstimate,
     Execution,
     Mission,
     Reason,
@@ -117,7 +118,7 @@ FINISHED = (
 FACTS = HomeFacts(
     settings=SETTINGS, robots=(AINO, VEIKKO, SISU), missions=(EMPTIES, KITS, CHARGER, PALLET, WASTE), open=(RUNNING, QUEUED, HELD),
     snapshots={1: snapshot(1, EXECUTING, QUEUE), 2: snapshot(2, READY), 3: snapshot(3, CHARGING)}, planned=PLANNED, finished=FINISHED,
-    usual_s={KITS.guid: 390.0, EMPTIES.guid: 480.0}, map=HALL)
+    expected={KITS.guid: DurationEstimate(390.0, 450.0), EMPTIES.guid: DurationEstimate(480.0, 520.0)}, map=HALL)
 
 
 def with_aino(status: RobotStatus | None, queue: tuple[QueueItem, ...] = QUEUE, **values: Any) -> HomeFacts:

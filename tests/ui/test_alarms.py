@@ -1,6 +1,7 @@
 """The list of alarms by taps: acknowledge with a note, shelve and take back, what is over, the past ones, and where each leads."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -108,6 +109,15 @@ def test_recovery_is_shown_until_it_is_acknowledged(app, alarms, ui):
     ui.wait(lambda: not ui.find_all(AlarmBanner))
 
 
+def test_a_robot_that_is_renamed_carries_its_new_name_in_banner_and_list_at_once(site, app, alarms, ui):
+    robot, = site.add_robots()
+    site.fleet.robots[0].control({"emergency_stop": True})
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    open_list(ui)
+    site.container.catalogue.save_robot(replace(site.container.catalogue.robot(robot.id), name="Alma"))
+    ui.wait(lambda: ui.find(AlarmBanner).text.startswith("Alma") and row(ui, "emergency stop").text.startswith("Alma"))
+
+
 # ---------------------------------------------------------------------- shelving
 def test_a_shelved_alarm_leaves_the_banner_and_is_taken_back(site, app, alarms, ui):
     alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
@@ -124,7 +134,7 @@ def test_a_shelved_alarm_leaves_the_banner_and_is_taken_back(site, app, alarms, 
     ui.tap(tab(ui, "shelved"))
     assert row(ui, "Aino").state_words.startswith("Shelved until ")
     assert tab(ui, "shelved").text == "Shelved (1)"
-    ui.tap(ui.find(CommandButton, row(ui, "Aino"), text="Take back"))
+    ui.tap(ui.find(CommandButton, row(ui, "Aino"), text="Unshelve"))
     wait_for_rows(ui, 0)
     ui.wait(lambda: ui.find(AlarmBanner).text == "Aino doesn't answer")
 

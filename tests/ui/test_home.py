@@ -145,7 +145,7 @@ def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
 
 def test_a_mission_can_be_searched_among_many(home, ui):
     home.site.add_missions(*(name for name in GUIDS if name not in ("Deliver", "Home", "Collect empties")), favourite=False)
-    ui.wait(lambda: len(home.root_vm._facts.missions) == len(GUIDS))
+    ui.wait(lambda: len(home.root_vm.facts.missions) == len(GUIDS))
     home.root_vm.pick_mission()
     ui.advance(.3)
     dialog = home.shell.dialogs.top
@@ -196,7 +196,7 @@ def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
 def test_one_of_ours_can_be_cancelled(home, ui):
     pend(home)
     run(ui, "Deliver")
-    ui.wait(lambda: home.site.container.history.by_queue_id(home.root_vm._facts.robot.id) and rows(ui))
+    ui.wait(lambda: home.site.container.history.by_queue_id(home.root_vm.facts.robot.id) and rows(ui))
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     ui.wait(lambda: home.site.container.history.last_finished(1))
     execution, = home.site.container.history.last_finished(1)
@@ -219,7 +219,7 @@ def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
 @contextmanager
 def screen_behind(home):
     """The robot goes on, but nothing it says of its queue reaches the tablet: the screen shows what is over."""
-    number = home.root_vm._facts.snapshot.queue[0].id
+    number = home.root_vm.facts.snapshot.queue[0].id
     for method, path in (("GET", "/mission_queue"), ("POST", "/mission_queue/search"), ("GET", f"/mission_queue/{number}")):
         home.aino.control({"fault": {"kind": "status_503", "method": method, "path": path, "count": None}})
     yield
@@ -240,7 +240,7 @@ def test_cancelling_what_somebody_else_has_just_cancelled_is_no_error(home, ui):
 
 def test_cancelling_one_of_ours_that_has_just_ended_keeps_how_it_ended(home, ui):
     run(ui, "Home")
-    ui.wait(lambda: home.root_vm._facts.snapshot.queue)
+    ui.wait(lambda: home.root_vm.facts.snapshot.queue)
     with screen_behind(home):
         ui.wait(lambda: {item["state"] for item in home.aino.state()["queue"]} == {"Done"})
         ui.tap(ui.find(IconButton, ui.find(QueueRow)))
@@ -256,7 +256,7 @@ def test_an_item_that_the_robot_does_not_know_any_more_had_ended(home, ui):
     ui.wait(lambda: any("had already ended" in text for text in ui.texts()))
 
 
-def test_a_robot_that_is_gone_while_pausing_is_told_in_one_sentence(home, ui):
+def test_a_robot_that_is_gone_while_pausing_is_reported_in_one_sentence(home, ui):
     """It was there when the finger came down; the press itself meets a dead line."""
     home.aino.control({"fault": {"kind": "drop_request", "method": "PUT", "path": "/status", "count": None}})
     press(ui, "Pause")
@@ -282,15 +282,15 @@ def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
     ui.wait(lambda: "Is the load secured?" in ui.texts())
     press(ui, "Yes")
     ui.wait(lambda: "Is the load secured?" not in ui.texts())
-    assert any("Aino was told: Yes" in text for text in home.shell.snackbars.texts)
+    assert any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts)
 
 
 # ---------------------------------------------------------------------- which robot
 def test_a_chip_selects_the_robot_for_the_whole_app(home, ui):
     ui.tap(ui.find(RobotChip, name="Veikko"))
-    assert home.root_vm._facts.robot.name == "Veikko"        # at once, before the database knows
+    assert home.root_vm.facts.robot.name == "Veikko"        # at once, before the database knows
     ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
-    ui.wait(lambda: home.site.container.settings().selected_robot_id == home.root_vm._facts.robot.id)
+    ui.wait(lambda: home.site.container.settings().selected_robot_id == home.root_vm.facts.robot.id)
 
 
 def test_the_top_bar_switches_robots_from_anywhere(home, ui):
@@ -324,7 +324,7 @@ def test_an_ended_run_opens_its_story_in_logs(home, ui):
 
 
 def test_a_planned_start_opens_its_schedule(home, ui):
-    robots, missions = home.root_vm._facts.robots, home.root_vm._facts.missions
+    robots, missions = home.root_vm.facts.robots, home.root_vm.facts.missions
     tomorrow = home.site.container.clock.now() + timedelta(days=1)
     zone = home.site.container.settings().timezone
     for hour, mission in ((6, missions[0]), (7, missions[1])):

@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from app.screens.home.cards import RobotPlace, RobotSays
+from app.screens.home.cards import RobotMessage, RobotPlace
 from app.widgets.robot_map import RobotMap
 from app.widgets.rows import RobotChip
 from mir_sim import world
@@ -34,7 +34,7 @@ def test_the_robot_drives_on_the_screen(site, ui):
         ui.wait(lambda: ui.find_all(RobotMap))
         chart = ui.find(RobotMap)
         assert chart.name == world.MAP_NAME
-        assert {"Home", "Dock", "Press"} <= {name for _x, _y, name in chart.places}
+        assert {"Home", "Dock", "Press"} <= {place.name for place in chart.places}
         assert chart.texture is not None
         assert chart.aspect == pytest.approx(world.HEIGHT / world.WIDTH, abs=.05)
         start, ground = at(ui), chart.texture
@@ -76,10 +76,10 @@ def test_a_robot_without_a_map_leaves_the_place_to_its_words(site, ui):
     api(site.aino, "DELETE", MAP)
     with shown(site.container, ui) as app:
         ui.wait(lambda: "Ready" in ui.texts())
-        ui.wait(lambda: not site.container.maps.is_due(app.shell.navigator.screen("home").vm._facts.robot.id, world.MAP_GUID))
+        ui.wait(lambda: not site.container.maps.is_due(app.shell.navigator.screen("home").vm.facts.robot.id, world.MAP_GUID))
         ui.wait(lambda: app.shell.background.idle)
         assert not ui.find_all(RobotMap)
-        assert ui.find_all(RobotSays)
+        assert ui.find_all(RobotMessage)
         assert any("Waiting for new missions" in text for text in ui.texts())
 
 
@@ -93,5 +93,5 @@ def test_garbage_for_a_map_is_no_map_and_one_line_in_the_log(site, ui, caplog, p
         ui.wait(lambda: app.shell.background.idle)
         ui.advance(2)
         assert not ui.find_all(RobotMap)
-        assert ui.find_all(RobotSays)
+        assert ui.find_all(RobotMessage)
     assert len([record for record in caplog.records if "map of Aino" in record.getMessage()]) == 1

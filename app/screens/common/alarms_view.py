@@ -1,4 +1,4 @@
-"""Alarms in words: the sentence, where it stands (active or over, acknowledged or not, shelved), what to do and where. Pure."""
+"""Alarms in words: the sentence, the state (active or over, acknowledged or not, shelved), what to do and where. Pure."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -10,6 +10,7 @@ from typing import Any
 from app.domain.models import Alarm, Priority, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.options import MenuItem
 from app.services.live.alarms import EVENTS, SHELF_HOURS, alarm_sentence
 
 
@@ -17,8 +18,8 @@ class Act(StrEnum):
     """What a button at an alarm, a hold or a late start does."""
     NOTHING = "nothing"
     SHOW_ROBOT = "show_robot"            # select it and go Home
-    ROBOT_SETTINGS = "robot_settings"    # where address and password are mended
-    DATA_SETTINGS = "data_settings"      # where the database and its backups lie
+    ROBOT_SETTINGS = "robot_settings"    # where address and password are changed
+    DATA_SETTINGS = "data_settings"      # where the database and its backups are
     LOGS = "logs"
     SHOW_RUN = "show_run"                # the story of an execution
     SCHEDULE_RUN = "schedule_run"        # the story of a schedule's last execution
@@ -29,7 +30,7 @@ class Act(StrEnum):
 
 @dataclass(frozen=True)
 class Way:
-    """A button: its word, what it does, and the id of what that is about."""
+    """A button: its word, what it does, and the id of what it does that to."""
     word: str
     act: Act
     about: int | None = None
@@ -37,7 +38,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Here:
-    """Where the operator is already."""
+    """The screen that is shown, and the selected robot."""
     screen: str = ""
     robot_id: int | None = None
 
@@ -57,7 +58,7 @@ def is_shelved(alarm: Alarm, now: datetime) -> bool:
 
 
 def is_over(alarm: Alarm) -> bool:
-    """Whether its cause is gone; an event has none that lasts."""
+    """Whether its cause is gone; the cause of an event never lasts."""
     return alarm.cleared_at is not None and alarm.code not in EVENTS
 
 
@@ -78,7 +79,7 @@ def urgency(alarm: Alarm) -> tuple[bool, bool, float, float]:
 
 
 def state_words(alarm: Alarm, settings: Settings, now: datetime) -> tuple[str, str]:
-    """Icon and words of where it stands."""
+    """Icon and words of its state."""
     if is_shelved(alarm, now):
         until = formats.day_and_time(alarm.shelved_until, settings.timezone, now)
         return "bell-sleep-outline", _("Shelved until {time}").format(time=until)
@@ -96,13 +97,13 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "emergency_stop": lambda: _("release the red button, then press Reset on the robot"),
     "robot_error": lambda: _("see the robot on Home"),
     "unreachable": lambda: _("is it switched on, and on this network?"),
-    "unauthorized": lambda: _("enter user name and password anew"),
+    "unauthorized": lambda: _("enter user name and password again"),
     "not_a_robot": lambda: _("correct its address"),
     "wrong_robot": lambda: _("correct its address, or remove and add the robot"),
     "clock_implausible": lambda: _("set the tablet's clock"),
-    "database": lambda: _("see to the tablet's disk"),
+    "database": lambda: _("check the tablet's disk"),
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
-    "unknown_outcome": lambda: _("look at the robot's queue before starting it anew"),
+    "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
 _LOUD: Mapping[str, Callable[[], str]] = {
     "emergency_stop": lambda: _("{robot} stands still: emergency stop pressed"),
@@ -148,7 +149,7 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
 
 
 def alarm_tone(alarm: Alarm) -> str:
-    """Red only for what is high and lasts or has just happened."""
+    """Red only for high priority while it lasts, or until it is acknowledged."""
     if is_over(alarm) or is_past(alarm):
         return "neutral"
     return "fault" if alarm.priority is Priority.HIGH else "attention"
@@ -167,19 +168,14 @@ _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed")
 
 
-def robot_of(alarm: Alarm) -> int | None:
-    """The robot it is about, from its key "robot:3"."""
-    return _id_in(alarm.key, "robot")
-
-
 def _id_in(key: str, wanted: str) -> int | None:
     kind, _colon, number = key.partition(":")
     return int(number) if kind == wanted and number.isdecimal() else None
 
 
 def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
-    """To where it is solved, or told at length. None where there is nothing more to see than that it was: the tablet's clock and its being
-    off are no matter of the app, and what is over needs no solving."""
+    """To where it is solved, or described in full. None where there is nothing more to see: the tablet's clock and its having been off
+    can't be changed in the app, and what is over needs no solving."""
     if is_over(alarm) or alarm.code in _OF_THE_TABLET:
         return None
     if alarm.code in _OF_THE_DISK:
@@ -189,8 +185,7 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
             return Way(_("Show in Logs"), Act.SHOW_RUN, execution_id)
         schedule_id = _id_in(alarm.key, "schedule")
         return Way(_("Show in Logs"), Act.LOGS if schedule_id is None else Act.SCHEDULE_RUN, schedule_id)
-    name = alarm.details.get("robot")
-    robot = robots.get(robot_of(alarm) or 0) or next((robot for robot in robots.values() if robot.name == name), None)
+    robot = next((robot for robot in robots.values() if robot.name == alarm.details.get("robot")), None)
     if robot is None:
         return None
     if alarm.code in _OF_THE_CONFIGURATION:
@@ -199,51 +194,65 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
 
 
 def acknowledging(alarm: Alarm) -> Way:
-    """That it was seen, unless somebody has said so already."""
+    """Unless it is acknowledged already."""
     if alarm.acknowledged_at is None and can_be_handled(alarm):
         return Way(_("Acknowledge"), Act.ACKNOWLEDGE, alarm.id)
     return Way("", Act.NOTHING)
 
 
-def menu_of(alarm: Alarm, robots: Mapping[int, Robot]) -> list[dict[str, Any]]:
-    """What else can be done about a standing alarm; the keys are "way", "note", and a number of hours."""
-    items: list[dict[str, Any]] = []
+def menu_of(alarm: Alarm, robots: Mapping[int, Robot]) -> list[MenuItem]:
+    """What else can be done about an open alarm; the keys are "way", "note", and a number of hours."""
+    items = []
     if (way := way_to(alarm, robots)) is not None:
-        items.append({"key": "way", "text": way.word, "icon": "arrow-right"})
+        items.append(MenuItem("way", way.word, "arrow-right"))
     if can_be_handled(alarm):
         if alarm.acknowledged_at is None:
-            items.append({"key": "note", "text": _("Acknowledge with a note"), "icon": "note-edit-outline"})
-        items += [{"key": hours, "text": ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours),
-                   "icon": "bell-sleep-outline"} for hours in SHELF_HOURS]
+            items.append(MenuItem("note", _("Acknowledge with a note"), "note-edit-outline"))
+        items += [MenuItem(hours, ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours), "bell-sleep-outline")
+                  for hours in SHELF_HOURS]
     return items
 
 
-# ---------------------------------------------------------------------- rows of the list
-def alarm_row(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> dict[str, Any]:
-    """A standing alarm: acknowledging it is the button, all else in the menu; where that can't be, the way is the button."""
+# ---------------------------------------------------------------------- lines of the list
+@dataclass(frozen=True)
+class AlarmEntry:
+    """``key``: what it is about and its id, for an alarm ("alarm", id). ``action`` is the word of its button."""
+    key: tuple[str, int]
+    icon: str
+    tone: str
+    text: str
+    note: str
+    state_icon: str = ""
+    state_words: str = ""
+    answer: str = ""
+    action: str = ""
+    has_menu: bool = False
+
+
+def open_entry(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> AlarmEntry:
+    """An open alarm: acknowledging it is the button, all else in the menu; where that can't be, the way is the button."""
     way = acknowledging(alarm)
     if not way.word and not can_be_handled(alarm):
         way = way_to(alarm, robots) or way
-    return {**_told(alarm, settings, now), "action": way.word, "has_menu": can_be_handled(alarm)}
+    return replace(_entry(alarm, settings, now), action=way.word, has_menu=can_be_handled(alarm))
 
 
-def shelved_row(alarm: Alarm, settings: Settings, now: datetime) -> dict[str, Any]:
-    return {**_told(alarm, settings, now), "tone": "neutral", "action": _("Take back")}
+def shelved_entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
+    return replace(_entry(alarm, settings, now), tone="neutral", action=_("Unshelve"))
 
 
-def past_row(alarm: Alarm, settings: Settings, now: datetime) -> dict[str, Any]:
-    return {**_told(alarm, settings, now), "tone": "neutral"}
+def past_entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
+    return replace(_entry(alarm, settings, now), tone="neutral")
 
 
-def _told(alarm: Alarm, settings: Settings, now: datetime) -> dict[str, Any]:
-    icon, words = state_words(alarm, settings, now)
-    return {"key": ("alarm", alarm.id), "icon": alarm_icon(alarm), "tone": alarm_tone(alarm), "text": alarm_text(alarm, settings, now),
-            "state_icon": icon, "state_words": words, "note": alarm_note(alarm, settings, now, whole=True),
-            "answer": acknowledged_words(alarm, settings, now)}
+def _entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
+    return AlarmEntry(("alarm", alarm.id), alarm_icon(alarm), alarm_tone(alarm), alarm_text(alarm, settings, now),
+                      alarm_note(alarm, settings, now, whole=True), *state_words(alarm, settings, now),
+                      acknowledged_words(alarm, settings, now))
 
 
 def acknowledged_words(alarm: Alarm, settings: Settings, now: datetime) -> str:
-    """When somebody said that it was seen, and what they noted."""
+    """When it was acknowledged, and the note."""
     if alarm.acknowledged_at is None:
         return ""
     time = formats.day_and_time(alarm.acknowledged_at, settings.timezone, now)
@@ -252,9 +261,9 @@ def acknowledged_words(alarm: Alarm, settings: Settings, now: datetime) -> str:
     return _("Acknowledged {time}").format(time=time)
 
 
-def tab_words(standing: int, shelved: int) -> list[tuple[str, str]]:
+def tab_words(still_open: int, shelved: int) -> list[tuple[str, str]]:
     """The parts of the list, with how many are in them."""
-    return [("standing", _("Standing ({n})").format(n=standing)), ("shelved", _("Shelved ({n})").format(n=shelved)), ("past", _("Past"))]
+    return [("open", _("Open ({n})").format(n=still_open)), ("shelved", _("Shelved ({n})").format(n=shelved)), ("past", _("Past"))]
 
 
 def past_count(shown: int, total: int) -> str:
@@ -264,8 +273,8 @@ def past_count(shown: int, total: int) -> str:
     return ngettext("{n} past alarm", "{n} past alarms", total).format(n=total)
 
 
-def bell(standing: int, shelved: int) -> tuple[str, str]:
-    """Icon and number of the bell in the top bar: what stands, else what is shelved."""
-    if standing:
-        return "bell-ring-outline", str(standing)
+def bell(still_open: int, shelved: int) -> tuple[str, str]:
+    """Icon and number of the bell in the top bar: what is open, else what is shelved."""
+    if still_open:
+        return "bell-ring-outline", str(still_open)
     return ("bell-sleep-outline", str(shelved)) if shelved else ("bell-outline", "")

@@ -1,4 +1,4 @@
-"""How the states of an execution look: icon, word and tone, always all three."""
+"""How the states of an execution are shown: icon, word and tone, always all three."""
 from __future__ import annotations
 
 from app.domain.models import Execution, State, Trigger

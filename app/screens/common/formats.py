@@ -1,5 +1,5 @@
 """Dates, times, durations and numbers as each language writes them. Explicit tables instead of the process's locale, which a kiosk
-rarely sets; no kivy. The functions write in the language the app speaks now; instants are aware datetimes, shown in an IANA zone.
+rarely sets; no kivy. The functions write in the language of the app; instants are aware datetimes, shown in an IANA zone.
 
     duration(200)                        "3 min 20 s"
     until(at, now, zone)                 "in 2 h 10 min"; further off than a day "Mon 23 Nov 06:30"
@@ -25,7 +25,7 @@ DAY = 86400.0
 
 @dataclass(frozen=True)
 class Table:
-    """The writing habits of one language. Patterns are ``str.format`` templates."""
+    """How one language writes dates and numbers. Patterns are ``str.format`` templates."""
     months: tuple[str, ...]
     months_short: tuple[str, ...]
     weekdays: tuple[str, ...]            # from Monday
@@ -63,12 +63,12 @@ LANGUAGES = {
 
 
 def of(language: str) -> Table:
-    """The habits of ``language``; English ones where there is no table."""
+    """The table of ``language``; the English one where there is none."""
     return LANGUAGES.get(language, LANGUAGES[SOURCE_LANGUAGE])
 
 
 def current() -> Table:
-    """The habits of the language the app speaks now: names of months and weekdays."""
+    """The table of the language of the app."""
     return of(translator.language)
 
 
@@ -193,5 +193,5 @@ def percent(value: float | None, digits: int = 0) -> str:
 
 
 def address(url: str) -> str:
-    """The address of a robot without what goes without saying: 10.40.12.21, robot.local:8080, https://robot.local."""
+    """The address of a robot without the scheme that is usual: 10.40.12.21, robot.local:8080, https://robot.local."""
     return url.removeprefix("http://").rstrip("/")

@@ -13,14 +13,14 @@ BACKSPACE, ENTER, KEYPAD_ENTER = 8, 13, 271
 
 
 class PinDialog(FormDialog):
-    """Digits as dots; ``on_entered(pin)`` when they are done. ``busy`` and ``waiting`` take none."""
+    """Digits as dots; ``on_entered(pin)`` when they are complete. While ``busy`` or ``waiting`` none are accepted."""
     text = StringProperty()
     pin = StringProperty()
     dots = StringProperty()
     problem = StringProperty()
     ready = BooleanProperty(False)
-    busy = BooleanProperty(False)            # it is being looked at
-    waiting = BooleanProperty(False)         # too many were wrong
+    busy = BooleanProperty(False)            # it is being checked
+    waiting = BooleanProperty(False)         # after too many wrong ones
 
     __events__ = ("on_entered",)
 
@@ -29,7 +29,7 @@ class PinDialog(FormDialog):
         super().__init__(**kwargs)
 
     def on_entered(self, pin: str) -> None:
-        """The digits are done."""
+        """All digits are entered."""
 
     def on_pin(self, *_args: Any) -> None:
         self.dots = "•" * len(self.pin)
@@ -39,7 +39,7 @@ class PinDialog(FormDialog):
         if not (self.busy or self.waiting) and len(self.pin) < LONGEST:
             self.pin, self.problem = self.pin + digit, ""
 
-    def take_back(self) -> None:
+    def backspace(self) -> None:
         if not (self.busy or self.waiting):
             self.pin = self.pin[:-1]
 
@@ -48,7 +48,7 @@ class PinDialog(FormDialog):
             self.dispatch("on_entered", self.pin)
 
     def ask_again(self, problem: str = "", text: str = "") -> None:
-        """From the first digit, and why."""
+        """Empty the digits and say why."""
         self.pin, self.problem, self.busy = "", problem, False
         self.text = text or self.text
 
@@ -57,7 +57,7 @@ class PinDialog(FormDialog):
         if text.isascii() and text.isdecimal():
             self.add_digit(text)
         elif key == BACKSPACE:
-            self.take_back()
+            self.backspace()
         elif key in (ENTER, KEYPAD_ENTER):
             self.done()
         else:

@@ -1,4 +1,4 @@
-"""What went wrong, as one sentence in the language the app speaks now."""
+"""What went wrong, as one sentence in the language of the app."""
 from __future__ import annotations
 
 from app.database.errors import DatabaseError
@@ -10,7 +10,7 @@ from app.mir.errors import RobotError
 
 
 def sentence_of(problem: BaseException) -> str:
-    """Never a traceback and never an exception's class: what nobody foresaw is in the log."""
+    """Never a traceback or the name of an exception: what is unexpected is in the log."""
     if isinstance(problem, Failure):
         cause = problem.__cause__
         return sentence_of(cause) if isinstance(cause, DatabaseError) else str(problem)
@@ -20,6 +20,6 @@ def sentence_of(problem: BaseException) -> str:
 
 
 def words_of(problem: Message) -> str:
-    """With a capital, unless it begins with a name or an address; texts of elsewhere as they are."""
+    """With a capital, unless it begins with a name or an address; plain text, such as a robot's, is left as it is."""
     text = render(problem, _)
     return text if not is_message(problem) or problem["msgid"].startswith("{") else text[:1].upper() + text[1:]

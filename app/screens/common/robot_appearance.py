@@ -1,7 +1,6 @@
-"""How one robot looks, wherever it is shown: chip, card, top bar, picker. Pure words, icons and tones; normal is grey (ISA-101)."""
+"""How one robot is shown, in chip, card, top bar and picker: words, icons and tones; normal is grey (ISA-101). Pure."""
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -18,60 +17,60 @@ DRIVES = (RobotState.EXECUTING, RobotState.DOCKING)
 
 
 @dataclass(frozen=True)
-class Look:
-    """A state as people see it: always word, icon and tone together; ``loud`` asks for a person now."""
+class Appearance:
+    """A state as it is shown: always word, icon and tone together; ``loud``: a person is needed now."""
     word: str
     icon: str
     tone: str = "neutral"
     loud: bool = False
-    disc_icon: str = ""                  # where a disc stands around it already; empty: the same
+    disc_icon: str = ""                  # where it is drawn on a disc; empty: the same
 
 
-def state_look(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Look:
+def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appearance:
     """What the robot does; of one that has not answered lately only that."""
     if not robot.enabled or snapshot.connection is Connection.DISABLED:
-        return Look(_("Switched off"), "power-plug-off-outline", "offline")
+        return Appearance(_("Switched off"), "power-plug-off-outline", "offline")
     if snapshot.status is None:
         if snapshot.connection is Connection.UNKNOWN:
-            return Look(_("Connecting"), "timer-sand", "offline")
-        return Look(_("No connection"), "wifi-off", "attention")
+            return Appearance(_("Connecting"), "timer-sand", "offline")
+        return Appearance(_("No connection"), "wifi-off", "attention")
     if stale or snapshot.connection not in (*ANSWERS, Connection.UNKNOWN):
-        return Look(_("No connection"), "wifi-off", "attention")
-    return _look_of(snapshot.status)
+        return Appearance(_("No connection"), "wifi-off", "attention")
+    return _appearance_of(snapshot.status)
 
 
-def _look_of(status: RobotStatus) -> Look:
+def _appearance_of(status: RobotStatus) -> Appearance:
     if status.user_prompt is not None and status.state not in STOPPED:
-        return Look(_("Waits for an answer"), "comment-question", "action")
+        return Appearance(_("Waits for an answer"), "comment-question", "action")
     if status.state not in STOPPED and activity_of(status) == "charging":
-        return Look(_("Charging"), "lightning-bolt")
+        return Appearance(_("Charging"), "lightning-bolt")
     return {
-        RobotState.STARTING: Look(_("Starting up"), "timer-sand"),
-        RobotState.SHUTTING_DOWN: Look(_("Shutting down"), "power"),
-        RobotState.READY: Look(_("Ready"), "check-circle-outline", disc_icon="check"),
-        RobotState.PAUSE: Look(_("Paused"), "pause-circle-outline", "action", disc_icon="pause"),
-        RobotState.EXECUTING: Look(_("Executing"), "play-circle-outline", "accent", disc_icon="play"),
-        RobotState.ABORTED: Look(_("Mission ended early"), "close-circle-outline", disc_icon="close"),
-        RobotState.COMPLETED: Look(_("Mission done"), "check-circle-outline", disc_icon="check"),
-        RobotState.DOCKING: Look(_("Docking"), "map-marker-radius-outline", "accent"),
-        RobotState.EMERGENCY_STOP: Look(_("Emergency stop"), "alert-octagon", "fault", loud=True),
-        RobotState.MANUAL_CONTROL: Look(_("Driven by hand"), "gamepad-variant-outline", "attention"),
-        RobotState.ERROR: Look(_("Error"), "alert-circle", "fault", loud=True, disc_icon="exclamation-thick"),
-    }.get(status.state) or Look(status.state_text or _("Unknown state"), "help-circle-outline", "attention")
+        RobotState.STARTING: Appearance(_("Starting up"), "timer-sand"),
+        RobotState.SHUTTING_DOWN: Appearance(_("Shutting down"), "power"),
+        RobotState.READY: Appearance(_("Ready"), "check-circle-outline", disc_icon="check"),
+        RobotState.PAUSE: Appearance(_("Paused"), "pause-circle-outline", "action", disc_icon="pause"),
+        RobotState.EXECUTING: Appearance(_("Executing"), "play-circle-outline", "accent", disc_icon="play"),
+        RobotState.ABORTED: Appearance(_("Mission ended early"), "close-circle-outline", disc_icon="close"),
+        RobotState.COMPLETED: Appearance(_("Mission done"), "check-circle-outline", disc_icon="check"),
+        RobotState.DOCKING: Appearance(_("Docking"), "map-marker-radius-outline", "accent"),
+        RobotState.EMERGENCY_STOP: Appearance(_("Emergency stop"), "alert-octagon", "fault", loud=True),
+        RobotState.MANUAL_CONTROL: Appearance(_("Manual control"), "gamepad-variant-outline", "attention"),
+        RobotState.ERROR: Appearance(_("Error"), "alert-circle", "fault", loud=True, disc_icon="exclamation-thick"),
+    }.get(status.state) or Appearance(status.state_text or _("Unknown state"), "help-circle-outline", "attention")
 
 
-def link_look(robot: Robot, snapshot: RobotSnapshot, now: datetime, settings: Settings) -> Look:
-    """How the robot answers, with the age of what is known: "Connected · 2 s ago"; one that doesn't says since when."""
+def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settings: Settings) -> Appearance:
+    """How the robot answers, with the age of what is known: "Connected · 2 s ago"; of one that doesn't, since when."""
     connection = snapshot.connection
     if not robot.enabled or connection is Connection.DISABLED:
-        return Look(_("Switched off"), "power-plug-off-outline", "offline")
+        return Appearance(_("Switched off"), "power-plug-off-outline", "offline")
     if connection in ANSWERS and snapshot.read_at is not None:
         age = formats.ago(max(0.0, (now - snapshot.read_at).total_seconds()))
         if is_stale(snapshot.read_at, now, settings):
-            return Look(_("No news · {age}").format(age=age), "wifi-alert", "attention")
+            return Appearance(_("No news · {age}").format(age=age), "wifi-alert", "attention")
         if connection is Connection.SLOW:
-            return Look(_("Slow · {age}").format(age=age), "wifi-strength-2-alert", "attention")
-        return Look(_("Connected · {age}").format(age=age), "wifi")
+            return Appearance(_("Slow · {age}").format(age=age), "wifi-strength-2-alert", "attention")
+        return Appearance(_("Connected · {age}").format(age=age), "wifi")
     words, icon = {
         Connection.UNREACHABLE: (_("No answer"), "wifi-off"),
         Connection.UNAUTHORIZED: (_("Wrong password"), "account-lock-outline"),
@@ -79,13 +78,13 @@ def link_look(robot: Robot, snapshot: RobotSnapshot, now: datetime, settings: Se
         Connection.NOT_A_ROBOT: (_("Not a MiR robot"), "robot-off-outline"),
     }.get(connection, (_("Connecting"), "timer-sand"))
     if connection is Connection.UNKNOWN or snapshot.since is None:
-        return Look(words, icon, "neutral" if connection is Connection.UNKNOWN else "attention")
+        return Appearance(words, icon, "neutral" if connection is Connection.UNKNOWN else "attention")
     since = formats.day_and_time(snapshot.since, settings.timezone, now)
-    return Look(_("{problem} since {time}").format(problem=words, time=since), icon, "attention")
+    return Appearance(_("{problem} since {time}").format(problem=words, time=since), icon, "attention")
 
 
 @dataclass(frozen=True)
-class BatteryLook:
+class BatteryAppearance:
     """Unknown is "–" and level −1, never 0."""
     text: str = "–"
     icon: str = "battery-unknown"
@@ -95,42 +94,29 @@ class BatteryLook:
     note: str = ""
 
 
-NO_BATTERY = BatteryLook()
+NO_BATTERY = BatteryAppearance()
 
 
-def battery_look(status: RobotStatus | None, settings: Settings) -> BatteryLook:
+def battery_appearance(status: RobotStatus | None, settings: Settings) -> BatteryAppearance:
     percent = status.battery_percentage if status else None
     if status is None or percent is None:
-        return BatteryLook(note=_("not known"))
+        return BatteryAppearance(note=_("not known"))
     charging = status.state not in STOPPED and activity_of(status) == "charging"
     tenth = min(10, max(0, round(percent / 10))) * 10
-    low = settings.minimum_battery_percent is not None and percent < settings.minimum_battery_percent
+    minimum = settings.minimum_battery_percent
+    low = False
     if charging:
         icon, note = f"battery-charging-{max(10, tenth)}" if tenth < 100 else "battery-charging-100", _("charging")
     else:
         icon = "battery" if tenth == 100 else "battery-alert-variant-outline" if tenth == 0 else f"battery-{tenth}"
         left = status.battery_time_remaining_s
         note = _("about {time} left").format(time=formats.rough_duration(left)) if left else ""
-    if low:
-        note = _("under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent))
-    return BatteryLook(_("{n} %").format(n=int(percent)), icon, "attention" if low else "neutral", percent / 100,
-                       "attention" if low else "accent", note)
+    if minimum is not None and percent < minimum:
+        low, note = True, _("under {minimum} %").format(minimum=formats.plain(minimum))
+    return BatteryAppearance(_("{n} %").format(n=int(percent)), icon, "attention" if low else "neutral", percent / 100,
+                             "attention" if low else "accent", note)
 
 
 def is_old(snapshot: RobotSnapshot, now: datetime, settings: Settings) -> bool:
-    """Whether what is known of the robot must not look fresh."""
+    """Whether what is known of the robot is out of date."""
     return snapshot.connection not in ANSWERS or is_stale(snapshot.read_at, now, settings)
-
-
-def chips(robots: tuple[Robot, ...], snapshots: Mapping[int, RobotSnapshot], selected: int | None, now: datetime,
-          settings: Settings) -> list[dict[str, object]]:
-    """A chip per robot for the picker: rows of RobotChip."""
-    rows: list[dict[str, object]] = []
-    for robot in robots:
-        snapshot = snapshots.get(robot.id) or RobotSnapshot(robot.id)
-        old = is_old(snapshot, now, settings)
-        look = state_look(robot, snapshot, old)
-        battery = battery_look(snapshot.status, settings)
-        rows.append({"key": robot.id, "name": robot.name, "icon": look.icon, "tone": look.tone, "battery": battery.text,
-                     "battery_icon": battery.icon, "battery_tone": "offline" if old else battery.tone, "selected": robot.id == selected})
-    return rows

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Hashable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from kivy.clock import Clock
@@ -165,12 +166,12 @@ class Background:
             job.cancel()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def _work(self, job: Job, work, done, failed, key) -> None:
+    def _work(self, job: Job, work: Callable[[], Any], done: Callable[[Any], object] | None,
+              failed: Callable[[BaseException], object] | None, key: Hashable | None) -> None:
         try:
             result = work()
         except Exception as problem:
-            # the except clause deletes its name at its end, so the closure gets its own
-            self._bus.post(lambda problem=problem: self._deliver(job, key, lambda: self._tell(problem, failed)))
+            self._bus.post(partial(self._deliver, job, key, partial(self._tell, problem, failed)))
         else:
             self._bus.post(lambda: self._deliver(job, key, lambda: done(result) if done is not None else None))
 

@@ -240,7 +240,7 @@ class Navigator(EventDispatcher):
     def rebuild(self) -> None:
         """Throw all screens away and build the present one anew (glove mode, size of texts), at the place in it that its ``place()`` tells
         as an intent."""
-        intent = getattr(self._shown, "place", dict)()
+        intent: dict[str, Any] = getattr(self._shown, "place", dict)()
         self._hide()
         self._body.clear_widgets()
         self._screens.clear()

@@ -1,9 +1,10 @@
-"""Two lists over any screen: the alarms (standing, shelved, past), and the late starts that the operator may still hold."""
+"""Two lists over any screen: the alarms (open, shelved, past), and the late starts that the operator may still hold."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -12,31 +13,30 @@ from app.domain.models import Alarm, Execution, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common.alarms_view import (
     Act,
+    AlarmEntry,
     acknowledging,
     alarm_text,
     can_be_handled,
     is_shelved,
     menu_of,
     past_count,
-    past_row,
-    shelved_row,
+    past_entry,
+    shelved_entry,
     tab_words,
     way_to,
 )
 from app.screens.common.shell import Shell
-from app.screens.frame.view import OpenIssue, OpenIssues, issue_row, late_line, open_issues, seconds_left
+from app.screens.frame.facts import FrameServices, OpenIssues
+from app.screens.frame.view import issue_entry, late_line, open_issues, seconds_left
 from app.services.live.alarms import LONGEST_NOTE
 from app.widgets import load_kv
 from app.widgets.dialogs import Dialog, FormDialog
 from app.widgets.lists import Row
 from app.widgets.surfaces import TonedSurface
 
-if TYPE_CHECKING:
-    from app.container import Container
-
 PAGE = 50                                # past alarms shown at first, and added by each press
-NOTHING_THERE: Mapping[str, Callable[[], str]] = {
-    "standing": lambda: _("No alarms. Everything is as it should be."),
+EMPTY: Mapping[str, Callable[[], str]] = {
+    "open": lambda: _("No alarms. Everything is as it should be."),
     "shelved": lambda: _("Nothing is shelved. Shelving keeps an alarm out of the way for some hours, then it comes back by itself."),
     "past": lambda: _("No past alarms"),
 }
@@ -44,7 +44,7 @@ Do = Callable[[Act, int | None], object]
 
 
 class AlarmRow(Row, TonedSurface):
-    """One alarm: what, where it stands, since when, how often, what to do, who took note. ``action`` is the word of its button."""
+    """One alarm: what, its state, since when, how often, what to do, what was noted. ``action`` is the word of its button."""
     icon = StringProperty()
     text = StringProperty()
     state_icon = StringProperty()
@@ -61,12 +61,20 @@ class LateRow(Row, BoxLayout):
     note = StringProperty()
 
 
+@dataclass(frozen=True)
+class LateStart:
+    """What a LateRow shows; ``key`` is the id of the execution."""
+    key: int
+    text: str
+    note: str
+
+
 class AlarmsDialog(Dialog):
     """Alarms in three parts, most serious first. The rows fire ``on_row(key, action, …)``."""
     tabs = ListProperty()
-    tab = StringProperty("standing")
+    tab = StringProperty("open")
     rows = ListProperty()
-    empty = StringProperty()             # said where there are no rows
+    empty = StringProperty()             # shown where there are no rows
     count = StringProperty()             # under the past ones
     more = StringProperty()              # the word of the button that shows further ones
 
@@ -84,7 +92,7 @@ class AlarmsDialog(Dialog):
 
 
 class NoteDialog(FormDialog):
-    """Take note of an alarm in one's own words: ``done(note)``."""
+    """Acknowledge an alarm with a note: ``done(note)``."""
     text = StringProperty()
     longest = LONGEST_NOTE
 
@@ -99,12 +107,12 @@ class NoteDialog(FormDialog):
 
 
 class AlarmList:
-    """Opens the list over any screen, keeps it up to date, and does what its rows ask for; ``do`` is what the banner can do too."""
+    """Opens the list over any screen, keeps it up to date, and does what its buttons say; ``do`` does what the banner can do too."""
 
-    def __init__(self, container: Container, shell: Shell, do: Do) -> None:
-        self._container, self._shell, self._do = container, shell, do
+    def __init__(self, services: FrameServices, shell: Shell, do: Do) -> None:
+        self._services, self._shell, self._do = services, shell, do
         self._dialog: AlarmsDialog | None = None
-        self._worries, self._settings = OpenIssues(), Settings()
+        self._issues, self._settings = OpenIssues(), Settings()
         self._robots: Mapping[int, Robot] = {}
         self._past: Sequence[Alarm] | None = None        # None: not read yet
         self._past_total = 0
@@ -124,8 +132,8 @@ class AlarmList:
         self._dialog, self._past, self._past_total = None, None, 0
 
     def show(self, issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings) -> None:
-        """What stands now; called every second."""
-        self._worries, self._robots, self._settings = issues, robots, settings
+        """What is open now; called every second."""
+        self._issues, self._robots, self._settings = issues, robots, settings
         self._show()
 
     def changed(self) -> None:
@@ -137,23 +145,21 @@ class AlarmList:
         dialog = self._dialog
         if dialog is None:
             return
-        now, settings = self._container.clock.now(), self._settings
-        standing = open_issues(self._worries, self._robots, settings, now)
-        shelved = [alarm for alarm in self._worries.alarms if is_shelved(alarm, now)]
-        dialog.tabs = tab_words(len(standing), len(shelved))
-        dialog.rows = self._rows(dialog.tab, standing, shelved, now)
-        past = (self._past or ()) if dialog.tab == "past" else ()
-        dialog.empty = "" if dialog.rows or (dialog.tab == "past" and self._past is None) else NOTHING_THERE[dialog.tab]()
-        dialog.count = past_count(len(past), self._past_total) if past else ""
-        dialog.more = _("Show more") if past and len(past) < self._past_total else ""
+        now = self._services.clock.now()
+        entries = self._open(now)
+        shelved = [shelved_entry(alarm, self._settings, now) for alarm in self._issues.alarms if is_shelved(alarm, now)]
+        dialog.tabs = tab_words(len(entries), len(shelved))
+        is_past = dialog.tab == "past"
+        if is_past:
+            entries = [past_entry(alarm, self._settings, now) for alarm in self._past or ()]
+        dialog.rows = shelved if dialog.tab == "shelved" else entries
+        dialog.empty = "" if dialog.rows or (is_past and self._past is None) else EMPTY[dialog.tab]()
+        dialog.count = past_count(len(entries), self._past_total) if is_past and entries else ""
+        dialog.more = _("Show more") if is_past and entries and len(entries) < self._past_total else ""
 
-    def _rows(self, tab: str, standing: Sequence[OpenIssue], shelved: Sequence[Alarm], now: datetime) -> list[dict[str, Any]]:
-        settings = self._settings
-        if tab == "standing":
-            return [issue_row(issue, self._robots, settings, now) for issue in standing]
-        if tab == "shelved":
-            return [shelved_row(alarm, settings, now) for alarm in shelved]
-        return [past_row(alarm, settings, now) for alarm in self._past or ()]
+    def _open(self, now: datetime) -> list[AlarmEntry]:
+        issues = open_issues(self._issues, self._robots, self._settings, now)
+        return [issue_entry(issue, self._robots, self._settings, now) for issue in issues]
 
     # ------------------------------------------------------------------ the past ones
     def _tab_chosen(self) -> None:
@@ -167,7 +173,7 @@ class AlarmList:
 
     def _read_past(self) -> None:
         wanted = self._wanted
-        self._shell.background.run(lambda: self._container.alarms.past(wanted), self._take_past, self._shell.say_problem,
+        self._shell.background.run(lambda: self._services.alarms.past(wanted), self._take_past, self._shell.say_problem,
                                    key=("alarms", "past"))
 
     def _take_past(self, found: tuple[Sequence[Alarm], int]) -> None:
@@ -177,7 +183,7 @@ class AlarmList:
     # ------------------------------------------------------------------ what the rows ask for
     def _row_used(self, _dialog: AlarmsDialog, key: tuple[str, int], action: str, *values: Any) -> None:
         kind, about = key
-        alarm = next((alarm for alarm in self._worries.alarms if alarm.id == about), None) if kind == "alarm" else None
+        alarm = next((alarm for alarm in self._issues.alarms if alarm.id == about), None) if kind == "alarm" else None
         if kind == "hold":
             self._do(Act.RELEASE, about or None)
         elif kind == "late":
@@ -186,8 +192,8 @@ class AlarmList:
             return                               # gone meanwhile
         elif action == "menu":
             self._shell.dialogs.menu(values[0], menu_of(alarm, self._robots), lambda chosen: self._menu_used(alarm, chosen))
-        elif is_shelved(alarm, self._container.clock.now()):
-            self._work(lambda: self._container.alarms.unshelve(alarm.id))
+        elif is_shelved(alarm, self._services.clock.now()):
+            self._work(lambda: self._services.alarms.unshelve(alarm.id))
         elif not can_be_handled(alarm):
             self._go(alarm)
         else:
@@ -198,12 +204,12 @@ class AlarmList:
         if chosen == "way":
             self._go(alarm)
         elif chosen == "note":
-            text = alarm_text(alarm, self._settings, self._container.clock.now())
+            text = alarm_text(alarm, self._settings, self._services.clock.now())
             self._shell.dialogs.open(NoteDialog(text, lambda note: self._work(
-                lambda: self._container.alarms.acknowledge(alarm.id, note))))
+                lambda: self._services.alarms.acknowledge(alarm.id, note))))
         else:
             hours = int(chosen)
-            self._work(lambda: self._container.alarms.shelve(alarm.id, hours))
+            self._work(lambda: self._services.alarms.shelve(alarm.id, hours))
 
     def _go(self, alarm: Alarm) -> None:
         way = way_to(alarm, self._robots)
@@ -212,7 +218,7 @@ class AlarmList:
             self._do(way.act, way.about)
 
     def _work(self, work: Callable[[], object]) -> None:
-        """What changes comes back by ``container.changes``."""
+        """What it changes is heard on the bus."""
         self._shell.background.run(work, None, self._shell.say_problem)
 
 
@@ -231,7 +237,7 @@ class LateStartsDialog(FormDialog):
         self.title = ngettext("The app was off. Start this now?", "The app was off. Start these {n} now?", many).format(n=many)
         text = _("It starts in {n} s unless you hold it.") if many == 1 else _("They start in {n} s unless you hold them.")
         self.text = text.format(n=left)
-        self.rows = [{"key": e.id, "text": late_line(e, settings), "note": e.schedule} for e in executions]
+        self.rows = [LateStart(e.id, late_line(e, settings), e.schedule) for e in executions]
 
     def hold(self) -> None:
         self._hold()

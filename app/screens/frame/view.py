@@ -4,26 +4,28 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import Any
 
-from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings, State, Wait
+from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.alarms_view import (
     NOWHERE,
     Act,
+    AlarmEntry,
     Here,
     acknowledging,
     alarm_icon,
     alarm_note,
-    alarm_row,
     alarm_text,
     alarm_tone,
     is_shelved,
+    open_entry,
     urgency,
     way_to,
 )
-from app.screens.common.robot_appearance import battery_look, is_old, link_look, state_look
+from app.screens.common.options import Option
+from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
+from app.screens.frame.facts import OpenIssues
 from app.services.live.holds import Hold
 
 
@@ -34,23 +36,23 @@ class BarView:
     clock: str = ""
     robot: str = ""
     link: str = ""
-    icon: str = "robot-off-outline"
-    tone: str = "offline"
+    link_icon: str = "robot-off-outline"
+    link_tone: str = "offline"
 
 
 def top_bar(robot: Robot | None, snapshot: RobotSnapshot | None, settings: Settings, now: datetime) -> BarView:
     date, clock = formats.day(now, settings.timezone, year=True), formats.clock_time(now, settings.timezone)
     if robot is None:
         return BarView(date, clock, _("No robot"))
-    look = link_look(robot, snapshot or RobotSnapshot(robot.id), now, settings)
-    return BarView(date, clock, robot.name, look.word, look.icon, look.tone)
+    link = link_appearance(robot, snapshot or RobotSnapshot(robot.id), now, settings)
+    return BarView(date, clock, robot.name, link.word, link.icon, link.tone)
 
 
-def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> dict[str, Any]:
+def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> Option:
     """One robot in the list to choose from."""
-    look = state_look(robot, snapshot, is_old(snapshot, now, settings))
-    battery = battery_look(snapshot.status, settings)
-    return {"key": robot.id, "text": robot.name, "icon": look.icon, "note": f"{look.word} · {battery.text}"}
+    state = state_appearance(robot, snapshot, is_old(snapshot, now, settings))
+    battery = battery_appearance(snapshot.status, settings)
+    return Option(robot.id, robot.name, state.icon, f"{state.word} · {battery.text}")
 
 
 @dataclass(frozen=True)
@@ -66,21 +68,8 @@ class BannerView:
     about: int | None = None             # id of the robot or alarm that ``act`` is about
 
 
-@dataclass(frozen=True)
-class OpenIssues:
-    """Everything a banner may have to tell."""
-    alarms: Sequence[Alarm] = ()         # standing
-    holds: Sequence[Hold] = ()           # the operator's, of all robots or of one
-    late_starts: Sequence[Execution] = ()
-
-
-def late_starts(executions: Sequence[Execution]) -> list[Execution]:
-    """Fell due while the app was off; sent when the operator's seconds are over."""
-    return [e for e in executions if e.state is State.WAITING and e.wait is Wait.LATE_START]
-
-
 def banner(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> BannerView:
-    """The most serious one, and how many others the list has. ``here`` is where one is already, so that nothing leads there."""
+    """The most serious one, and how many others the list has. ``here`` is the screen that is shown, so that no button leads there."""
     found = open_issues(issues, robots, settings, now, here)
     if not found:
         return BannerView()
@@ -99,22 +88,22 @@ class OpenIssue:
 
 def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime,
                 here: Here = NOWHERE) -> list[OpenIssue]:
-    """Everything that stands and is not shelved, most serious first."""
+    """Everything that is open and not shelved, most serious first."""
     lines = [(urgency(alarm), OpenIssue(("alarm", alarm.id), _alarm(alarm, robots, settings, now, here), alarm))
              for alarm in issues.alarms if not is_shelved(alarm, now)]
     lines += [(_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
-              for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # a doubted clock has its own alarm
+              for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # a clock in doubt has its own alarm
     lines.sort(key=lambda line: line[0])
     late = [OpenIssue(("late", 0), _late(issues.late_starts, settings, now))] if issues.late_starts else []
     return [*late, *(issue for _urgency, issue in lines)]
 
 
-def issue_row(issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> dict[str, Any]:
+def issue_entry(issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> AlarmEntry:
     """Its line in the list."""
     if issue.alarm is not None:
-        return alarm_row(issue.alarm, robots, settings, now)
+        return open_entry(issue.alarm, robots, settings, now)
     view = issue.view
-    return {"key": issue.key, "icon": view.icon, "tone": view.tone, "text": view.text, "note": view.note, "action": view.action}
+    return AlarmEntry(issue.key, view.icon, view.tone, view.text, view.note, action=view.action)
 
 
 _HOLD = (False, False, 0.5, 0.0)         # a hold comes after what is high and new, before all others

@@ -1,6 +1,8 @@
 """The parts of Home, as kv/home/screen.kv and kv/home/cards.kv lay them out. Each finds the view model in ``vm``."""
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from kivy.event import EventDispatcher
@@ -9,7 +11,7 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, Strin
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
-from app.screens.home.view import HomeView
+from app.screens.home.view import HomeView, PromptView
 from app.services.robots.map_picture import MapPicture
 from app.widgets import flow  # noqa: F401  (kivy's Factory learns its classes)
 from app.widgets.buttons import CommandButton
@@ -22,7 +24,7 @@ NOTHING = HomeView()
 
 
 class HomeState(EventDispatcher):
-    """What kv reads: the fields of HomeView, and what a person is about to do. ``busy`` names the buttons that wait for their outcome."""
+    """What kv reads: the fields of HomeView, and what a person is about to do. ``busy`` has the names of the commands under way."""
     loaded = BooleanProperty(False)
     has_robots = BooleanProperty(False)
     robots = ListProperty()
@@ -41,26 +43,28 @@ class HomeState(EventDispatcher):
     problems = ObjectProperty({})        # by name of the parameter
 
 
-NOT_YET = HomeState()                    # what a part shows until it is given its view model: kv applies a class's rule before that
+NO_STATE = HomeState()                   # until a part is given its view model: kv applies a class's rule before that
 
 
-class Part(BoxLayout):
+class OfHome:
+    """Mixin of what shows a part of the state."""
+    vm = ObjectProperty(NO_STATE, rebind=True)
+
+
+class Part(OfHome, BoxLayout):
     """A piece of the page."""
-    vm = ObjectProperty(NOT_YET, rebind=True)
 
 
-class Card(SectionCard):
+class Card(OfHome, SectionCard):
     """A card of the page."""
-    vm = ObjectProperty(NOT_YET, rebind=True)
 
 
 class HomeWide(Part):
     """Landscape."""
 
 
-class HomeTall(CalmScroll):
+class HomeTall(OfHome, CalmScroll):
     """Portrait: one column of bands, at least as high as the window has room for."""
-    vm = ObjectProperty(NOT_YET, rebind=True)
 
 
 class HomeEmpty(Part):
@@ -83,24 +87,29 @@ class RobotControls(Part):
     """Pause or Resume, Reset errors, Clear queue."""
 
 
-class MissionTile(TonedSurface):
+class MissionTile(OfHome, TonedSurface):
     """What runs, or what is wrong and what to do."""
-    vm = ObjectProperty(NOT_YET, rebind=True)
 
 
-class RobotSays(Surface):
-    """The robot's own words, with its speed and way where there is room."""
-    vm = ObjectProperty(NOT_YET, rebind=True)
+class RobotMessage(OfHome, Surface):
+    """The robot's own words, with its speed and distance where there is room."""
     labelled = BooleanProperty(False)
     roomy = BooleanProperty(False)
 
 
-class PromptPanel(Surface):
-    """The robot asks a person."""
-    vm = ObjectProperty(NOT_YET, rebind=True)
+@dataclass(frozen=True)
+class Answer:
+    """One possible answer to the robot's question; ``busy`` while one is sent."""
+    key: str
+    text: str
+    busy: bool
 
-    def options(self, prompt: Any, busy: list[Any]) -> list[dict[str, Any]]:
-        return [{"key": option, "text": option, "busy": "answer" in busy} for option in prompt.options]
+
+class PromptPanel(OfHome, Surface):
+    """The robot asks a person."""
+
+    def answers(self, prompt: PromptView, busy: Sequence[Hashable]) -> list[Answer]:
+        return [Answer(option, option, "answer" in busy) for option in prompt.options]
 
 
 class PromptOption(Row, CommandButton):
@@ -119,7 +128,7 @@ class RobotPlace(Part):
         super().__init__(**kwargs)
 
     def show(self, picture: MapPicture) -> None:
-        """The ground, made anew only when it is another one."""
+        """The texture of the map, made only when it is another picture."""
         if picture is not self._picture:
             self._picture, self.texture = picture, ground(picture)
 
@@ -151,7 +160,7 @@ class Slot(Part):
         self._choose()
 
     def _choose(self, *_: Any) -> None:
-        wanted = {PromptPanel: bool(self.prompt.guid), RobotPlace: self.map.picture is not None, RobotSays: True}
+        wanted = {PromptPanel: bool(self.prompt.guid), RobotPlace: self.map.picture is not None, RobotMessage: True}
         kind = next((kind for kind in self.order if wanted[kind]), None)
         if [type(child) for child in self.children] != [kind]:
             self.clear_widgets()
@@ -164,26 +173,26 @@ class Slot(Part):
 
 
 class PromptSlot(Slot):
-    """In the upright card: the question or nothing."""
+    """In the narrow card: the question or nothing."""
     order = (PromptPanel,)
 
 
 class PlaceSlot(Slot):
-    """In the upright card below the tiles: the map or the robot's words."""
-    order = (RobotPlace, RobotSays)
+    """In the narrow card below the tiles: the map or the robot's words."""
+    order = (RobotPlace, RobotMessage)
 
 
 class BelowTiles(Slot):
-    """In the lying card: the question, the map, or the robot's words."""
-    order = (PromptPanel, RobotPlace, RobotSays)
+    """In the wide card: the question, the map, or the robot's words."""
+    order = (PromptPanel, RobotPlace, RobotMessage)
 
 
 class RobotCard(Card):
-    """The selected robot, upright."""
+    """The selected robot in landscape, a narrow card."""
 
 
 class RobotCardWide(Card):
-    """The same, lying."""
+    """The same in portrait, a wide card."""
 
 
 class QueueCard(Card):
@@ -194,18 +203,19 @@ class NextCard(Card):
     """What is planned."""
 
 
-class FinishedRow(DoneRow, Tap):
-    """An ended run, whose story is a tap away, beside the bar of its list."""
+class OpensOnTap(Tap):
+    """Mixin of rows that open what they show."""
 
     def on_release(self) -> None:
         self.act("open")
 
 
-class PlannedRow(PlanRow, Tap):
-    """A planned start; its schedule is a tap away."""
+class FinishedRow(DoneRow, OpensOnTap):
+    """An ended run; opens its story."""
 
-    def on_release(self) -> None:
-        self.act("open")
+
+class PlannedRow(PlanRow, OpensOnTap):
+    """A planned start; opens its schedule."""
 
 
 class FinishedCard(Card):

@@ -1,43 +1,109 @@
-"""The lists of Home as rows: the robot's queue, what is planned next, what ended last. Pure."""
+"""The lists of Home: the robot's queue, what is planned next, what ended last. Pure."""
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import Any
 
-from app.domain.models import Execution, ReasonCode, Robot, State, Trigger, Wait
+from app.domain.models import Execution, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
-from app.screens.common.robot_appearance import STOPPED, is_old
+from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
 from app.screens.home.facts import HomeFacts
-
-Row = dict[str, Any]
 
 HOLDING = (RobotState.PAUSE, RobotState.MANUAL_CONTROL, *STOPPED)
 
 
+@dataclass(frozen=True)
+class RobotSummary:
+    """``key``: id of the robot."""
+    key: int
+    name: str
+    icon: str
+    tone: str
+    battery: str
+    battery_icon: str
+    battery_tone: str
+    selected: bool
+
+
+@dataclass(frozen=True)
+class QueueEntry:
+    """``key``: ("execution", id) of ours, else ("item", id of the queue item). Either a number or an icon says where it is."""
+    key: tuple[str, int]
+    mission: str
+    origin: str
+    number: str = ""
+    icon: str = ""
+    tone: str = "neutral"
+    loud: bool = False
+    cancellable: bool = True
+
+
+@dataclass(frozen=True)
+class PlannedStart:
+    """``key``: id of the schedule and instant."""
+    key: tuple[int, datetime]
+    time: str
+    mission: str
+    note: str
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """``key``: id of the execution."""
+    key: int
+    icon: str
+    tone: str
+    abnormal: bool
+    mission: str
+    when: str
+    reason: str
+
+
+def robot_summaries(facts: HomeFacts, now: datetime) -> list[RobotSummary]:
+    """Every robot with its state and battery."""
+    return [_summary(robot, facts.snapshots.get(robot.id) or RobotSnapshot(robot.id), facts, now) for robot in facts.robots]
+
+
+def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datetime) -> RobotSummary:
+    old, battery = is_old(snapshot, now, facts.settings), battery_appearance(snapshot.status, facts.settings)
+    state = state_appearance(robot, snapshot, old)
+    return RobotSummary(robot.id, robot.name, state.icon, state.tone, battery.text, battery.icon, "offline" if old else battery.tone,
+                        robot is facts.robot)
+
+
 # ---------------------------------------------------------------------- the queue
-def queue_rows(facts: HomeFacts, now: datetime) -> list[Row]:
-    """Running on top, then pending in order, then what waits here to be sent. Keys: ("execution", id) for ours, else ("item", id)."""
-    rows: list[Row] = []
+def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
+    """Running on top, then pending in order, then what waits here to be sent."""
+    entries = []
     held, old = _is_held(facts), is_old(facts.snapshot, now, facts.settings)
     number = 0
     for item in facts.snapshot.queue:
         ours = facts.execution_of(item)
-        number += item.state is not QueueState.EXECUTING
-        rows.append({"key": ("execution", ours.id) if ours else ("item", item.id), "mission": facts.name_of(item),
-                     **(_running(facts, item, ours, held, old) if item.state is QueueState.EXECUTING
-                        else _pending(facts, item, ours, number)),
-                     **_cancelling(ours, item.id in facts.cancelling)})
+        if item.state is QueueState.EXECUTING:
+            entry = _running(facts, item, ours, held, old)
+        else:
+            number += 1
+            entry = QueueEntry(_key(item, ours), facts.name_of(item), _pending_origin(facts, item, ours), str(number))
+        entries.append(_cancelling(entry) if item.id in facts.cancelling or (ours and ours.cancel_code) else entry)
     for e in facts.not_in_queue:
         if e.state in (State.WAITING, State.SUBMITTING):
-            words = _waiting(facts, e, now)
-        else:                                # the robot has it, but its queue was read before that; the row stays where it is
+            entry = _waiting(facts, e, now)
+        else:                                # the robot has it, but its queue was read before that; the entry stays where it is
             number += 1
-            words = {"number": str(number), "origin": _since(facts, e)}
-        rows.append({"key": ("execution", e.id), "mission": e.mission, **words, **_cancelling(e, False)})
-    return rows
+            entry = QueueEntry(("execution", e.id), e.mission, _since(facts, e), str(number))
+        entries.append(_cancelling(entry) if e.cancel_code else entry)
+    return entries
+
+
+def _key(item: QueueItem, ours: Execution | None) -> tuple[str, int]:
+    return ("execution", ours.id) if ours else ("item", item.id)
+
+
+def _cancelling(entry: QueueEntry) -> QueueEntry:
+    return replace(entry, origin=_("Being cancelled"), cancellable=False)
 
 
 def _is_held(facts: HomeFacts) -> bool:
@@ -45,25 +111,25 @@ def _is_held(facts: HomeFacts) -> bool:
     return status is not None and status.state in HOLDING
 
 
-def _running(facts: HomeFacts, item: QueueItem, ours: Execution | None, held: bool, old: bool) -> Row:
+def _running(facts: HomeFacts, item: QueueItem, ours: Execution | None, held: bool, old: bool) -> QueueEntry:
     status = facts.snapshot.status
-    since = ours.started_at if ours and ours.started_at else facts.seen_running.get(item.id)
+    since = facts.running_since(item)
     started = formats.clock_time(since, facts.settings.timezone) if since else "–"
     words = _("{source} · held, started {time}") if held else _("{source} · started {time}")
     stopped = status is not None and status.state in STOPPED
-    return {"icon": "pause" if held else "play", "tone": "offline" if old else "fault" if stopped else "accent",
-            "loud": not held and not old,
-            "origin": words.format(source=source_of(item, ours), time=started)}
+    return QueueEntry(_key(item, ours), facts.name_of(item), words.format(source=source_of(item, ours), time=started),
+                      icon="pause" if held else "play", tone="offline" if old else "fault" if stopped else "accent",
+                      loud=not held and not old)
 
 
-def _pending(facts: HomeFacts, item: QueueItem, ours: Execution | None, number: int) -> Row:
+def _pending_origin(facts: HomeFacts, item: QueueItem, ours: Execution | None) -> str:
     if ours:
-        return {"number": str(number), "origin": _since(facts, ours)}
+        return _since(facts, ours)
     source = source_of(item, ours)
     if item.ordered is None:
-        return {"number": str(number), "origin": source}
-    by_robot = formats.wall_time(item.ordered)       # the robot's clock, which may be another one than ours
-    return {"number": str(number), "origin": _("{source} · {time} by its clock").format(source=source, time=by_robot)}
+        return source
+    by_robot = formats.wall_time(item.ordered)       # the robot's clock, which may differ from ours
+    return _("{source} · {time} robot time").format(source=source, time=by_robot)
 
 
 def _since(facts: HomeFacts, execution: Execution) -> str:
@@ -85,30 +151,26 @@ def trigger_words(execution: Execution) -> str:
     return execution.schedule or _("Schedule")
 
 
-def _cancelling(ours: Execution | None, asked: bool) -> Row:
-    return {"origin": _("Being cancelled"), "cancellable": False} if asked or (ours and ours.cancel_code) else {}
-
-
 _WAIT_ICONS = {Wait.DUE: "timer-sand", Wait.RETRY: "refresh", Wait.BATTERY: "battery-alert-variant-outline",
                Wait.HOLD: "hand-back-right-outline", Wait.LATE_START: "timer-alert-outline", Wait.CLOCK: "clock-alert-outline"}
 
 
-def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> Row:
+def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntry:
     """Not on the robot yet: what holds it, and until when."""
     words = waiting_sentence(execution, facts.settings.timezone, _)
     if execution.wait is Wait.LATE_START and execution.hold_until is not None:
         words = _("late, because the app was off; starts in {n} s").format(n=max(0, round((execution.hold_until - now).total_seconds())))
     is_due = execution.wait is Wait.DUE or execution.state is State.SUBMITTING
-    return {"icon": "upload-outline" if execution.state is State.SUBMITTING else _WAIT_ICONS[execution.wait],
-            "tone": "neutral" if is_due else "attention",
-            "origin": _("{source} · {sentence}").format(source=trigger_words(execution), sentence=words)}
+    return QueueEntry(("execution", execution.id), execution.mission,
+                      _("{source} · {sentence}").format(source=trigger_words(execution), sentence=words),
+                      icon="upload-outline" if execution.state is State.SUBMITTING else _WAIT_ICONS[execution.wait],
+                      tone="neutral" if is_due else "attention")
 
 
 def queue_note(facts: HomeFacts, now: datetime) -> str:
-    """How many run and wait; of a robot out of sight, when that was read."""
-    rows = queue_rows(facts, now)
+    """How many run and wait; of a robot that doesn't answer, when that was read."""
     running = sum(1 for item in facts.snapshot.queue if item.state is QueueState.EXECUTING)
-    waiting = len(rows) - running
+    waiting = len(facts.snapshot.queue) + len(facts.not_in_queue) - running
     if is_old(facts.snapshot, now, facts.settings) and facts.snapshot.queue_read_at is not None:
         return _("as of {time}").format(time=formats.clock_time(facts.snapshot.queue_read_at, facts.settings.timezone))
     parts = []
@@ -122,35 +184,34 @@ def queue_note(facts: HomeFacts, now: datetime) -> str:
 def queue_empty(facts: HomeFacts, robot: Robot) -> str:
     if facts.snapshot.queue_read_at is None:
         return _("Not read yet")
-    return _("{robot} has nothing to do. Missions from a schedule, from Run now or from the robot's own screen stand here.").format(
+    return _("{robot} has nothing to do. Missions from a schedule, from Run now or from the robot's own screen appear here.").format(
         robot=robot.name)
 
 
 # ---------------------------------------------------------------------- before and after
-def planned_rows(facts: HomeFacts, now: datetime) -> list[Row]:
+def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
     """The next starts of all robots, in the zone of the settings."""
     zone = facts.settings.timezone
-    return [{"key": (run.schedule.id, run.at), "time": formats.clock_time(run.at, zone), "mission": run.mission.name,
-             "note": f"{run.robot.name} · {_how_soon(run.at, now, zone)}"} for run in facts.planned]
+    return [PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
+                         f"{run.robot.name} · {_how_soon(run.at, now, zone)}") for run in facts.planned]
 
 
 def _how_soon(at: datetime, now: datetime, zone: str) -> str:
-    """Within a day how long until then; beyond it the day, as the time stands beside it."""
+    """Within a day how long until then; beyond it the day, as the time is shown beside it."""
     seconds = (at - now).total_seconds()
     return formats.ahead(seconds) if seconds < formats.DAY else formats.day(at, zone)
 
 
-def finished_rows(facts: HomeFacts, now: datetime) -> list[Row]:
+def finished_runs(facts: HomeFacts, now: datetime) -> list[FinishedRun]:
     """The last ended executions of all robots with their reason line."""
     return [_finished(facts, e, now) for e in facts.finished]
 
 
-def _finished(facts: HomeFacts, execution: Execution, now: datetime) -> Row:
+def _finished(facts: HomeFacts, execution: Execution, now: datetime) -> FinishedRun:
     icon, tone = execution_appearance.LOOKS[execution.state]
-    zone = facts.settings.timezone
-    at = execution.ended_at or execution.planned_at
-    return {"key": execution.id, "icon": icon, "tone": tone, "abnormal": tone in ("fault", "attention"), "mission": execution.mission,
-            "when": f"{execution.robot} {formats.day_and_time(at, zone, now)}", "reason": outcome_line(execution)}
+    at = formats.day_and_time(execution.ended_at or execution.planned_at, facts.settings.timezone, now)
+    return FinishedRun(execution.id, icon, tone, tone in ("fault", "attention"), execution.mission, f"{execution.robot} {at}",
+                       outcome_line(execution))
 
 
 def outcome_line(execution: Execution) -> str:
@@ -167,5 +228,5 @@ def _reason(execution: Execution) -> str:
     if reason is None:
         return "–"
     if reason.code is ReasonCode.ROBOT_ABORTED and (message := reason.details.get("message")):
-        return str(message)              # the line says already that it failed; the robot's words are what is new
+        return str(message)              # the line says already that it failed
     return sentence(reason, execution.timezone, _)

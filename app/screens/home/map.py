@@ -9,27 +9,27 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import words_of
 from app.screens.home.facts import HomeFacts
-from app.services.robots.map_picture import MapPicture
+from app.services.robots.map_picture import MapPicture, Place
 
 
 @dataclass(frozen=True)
 class MapView:
-    """Without ``picture`` there is nothing to show, and its place is the robot's words'. Points are fractions of the picture."""
+    """Without ``picture`` the robot's words are shown in its place. Points are fractions of the picture."""
     picture: MapPicture | None = None
     name: str = ""
     at: tuple[float, ...] = ()
     heading: float = 0.0
     tone: str = "accent"                 # of the robot on the map
-    places: tuple[tuple[float, float, str], ...] = ()
+    places: tuple[Place, ...] = ()
     goal: tuple[tuple[float, float], ...] = ()           # none or one
-    says: str = ""
+    message: str = ""
 
 
 NO_MAP = MapView()
 
 
 def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
-    """``tone`` is that of the robot's state; ``old``: what is known must not look fresh. Unless robot and map are known: NO_MAP."""
+    """``tone`` is that of the robot's state; ``old``: what is known is out of date. Unless robot and map are known: NO_MAP."""
     picture, snapshot = facts.map, facts.snapshot
     status = snapshot.status
     if picture is None or status is None or status.position is None:
@@ -37,18 +37,17 @@ def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
     at = picture.fraction(status.position.x, status.position.y)
     if at is None:
         return NO_MAP
-    places = tuple((place.x, place.y, place.name) for place in picture.places)
     if old:
         seen = formats.day_and_time(snapshot.read_at, facts.settings.timezone, now) if snapshot.read_at else "–"
-        says, tone = words_of(snapshot.problem) or _("Seen here {time}").format(time=seen), "offline"
+        message, tone = words_of(snapshot.problem) or _("Seen here {time}").format(time=seen), "offline"
     else:
-        says, tone = status.mission_text, "accent" if tone == "neutral" else tone
-    return MapView(picture, picture.name, at, picture.heading(status.position.orientation), tone, places,
-                   () if old else _goal(picture, status), says)
+        message, tone = status.mission_text, "accent" if tone == "neutral" else tone
+    return MapView(picture, picture.name, at, picture.heading(status.position.orientation), tone, picture.places,
+                   () if old else _goal(picture, status), message)
 
 
 def _goal(picture: MapPicture, status: RobotStatus) -> tuple[tuple[float, float], ...]:
-    """The place that the robot says it drives to: "Moving to 'Line 2' (12.4 meters to goal)" (recorded; G: quotes hold names)."""
+    """The place that the robot says it drives to: "Moving to 'Line 2' (12.4 meters to goal)"."""
     if status.state is not RobotState.EXECUTING:
         return ()
     named = [place for place in picture.places if f"'{place.name}'" in status.mission_text]

@@ -3,33 +3,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from kivy.clock import Clock
 from kivy.core.window import Window
 
+from app.domain.clock import Clock as AppClock
 from app.i18n import _, ngettext
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell
-from app.services.live.access import Verdict
-
-if TYPE_CHECKING:
-    from app.container import Container
+from app.services.live.access import Access, Verdict
 
 BEHIND = "settings"
 LEFT_ALONE_S = 120.0                     # of no touch and no key, until Settings closes
 
 
-class Gate:
-    """The guard of the navigator. What it let in stays in until another screen is chosen, or nobody is there for two minutes."""
+@dataclass(frozen=True)
+class GateServices:
+    """What the gate uses of the app."""
+    access: Access
+    clock: AppClock
 
-    def __init__(self, container: Container, shell: Shell) -> None:
-        self._container, self._shell = container, shell
+
+class Gate:
+    """The guard of the navigator. Settings stays open until another screen is chosen, or nothing is touched for two minutes."""
+    Services = GateServices
+
+    def __init__(self, services: GateServices, shell: Shell) -> None:
+        self._access, self._clock, self._shell = services.access, services.clock, shell
         self._dialog: PinDialog | None = None
         self._proceed: Callable[[], object] = lambda: None
         self._is_open = False
         self._used_at = 0.0
-        self._tick = Clock.create_trigger(self._look, 1, interval=True)
+        self._tick = Clock.create_trigger(self._every_second, 1, interval=True)
 
     def start(self) -> None:
         self._shell.navigator.guard = self.passes
@@ -45,7 +52,7 @@ class Gate:
 
     def passes(self, screen: str, proceed: Callable[[], object]) -> None:
         """Let pass at once, or after the right PIN."""
-        if screen != BEHIND or self._is_open or not self._container.access.is_set():
+        if screen != BEHIND or self._is_open or not self._access.is_set():
             proceed()
             return
         self._proceed = proceed
@@ -56,14 +63,14 @@ class Gate:
         self._dialog = dialog = PinDialog(title=_("Settings"), text=_("Enter the PIN"))
         dialog.bind(on_entered=self._entered, on_dismiss=self._dismissed)
         self._shell.dialogs.open(dialog)
-        self._tell_wait()
+        self._show_wait()
 
     def _dismissed(self, _dialog: PinDialog) -> None:
         self._dialog = None
 
     def _entered(self, dialog: PinDialog, pin: str) -> None:
         dialog.busy = True
-        self._shell.background.run(lambda: self._container.access.check(pin), self._checked, self._failed)
+        self._shell.background.run(lambda: self._access.check(pin), self._checked, self._failed)
 
     def _checked(self, verdict: Verdict) -> None:
         dialog = self._dialog
@@ -78,7 +85,7 @@ class Gate:
             return
         left = verdict.tries_left
         dialog.ask_again(ngettext("Wrong PIN; {n} try left", "Wrong PIN; {n} tries left", left).format(n=left))
-        self._tell_wait()
+        self._show_wait()
 
     def _failed(self, problem: BaseException) -> None:
         if self._dialog is not None:
@@ -86,9 +93,9 @@ class Gate:
         self._shell.say_problem(problem)
 
     # ------------------------------------------------------------------ time
-    def _tell_wait(self) -> None:
-        """While nothing is taken, say for how long."""
-        dialog, wait_s = self._dialog, self._container.access.wait_s()
+    def _show_wait(self) -> None:
+        """For how long no PIN is accepted."""
+        dialog, wait_s = self._dialog, self._access.wait_s()
         if dialog is None:
             return
         if wait_s > 0:
@@ -98,18 +105,17 @@ class Gate:
         dialog.waiting = wait_s > 0
 
     def _used(self, *_args: Any) -> None:
-        """Somebody is there."""
-        self._used_at = self._container.clock.monotonic()
+        """Something was touched or typed."""
+        self._used_at = self._clock.monotonic()
 
     def _went(self, _navigator: object, screen: str) -> None:
         self._used()
         if screen != BEHIND:
             self._is_open = False
 
-    def _look(self, _dt: float) -> None:
-        """Once a second."""
-        self._tell_wait()
-        is_alone = self._container.clock.monotonic() - self._used_at >= LEFT_ALONE_S
-        if is_alone and self._shell.navigator.current == BEHIND and self._container.access.is_set():
+    def _every_second(self, _dt: float) -> None:
+        self._show_wait()
+        is_alone = self._clock.monotonic() - self._used_at >= LEFT_ALONE_S
+        if is_alone and self._shell.navigator.current == BEHIND and self._access.is_set():
             self._shell.dialogs.close_all()
             self._shell.go("home")

@@ -17,7 +17,7 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
-from app.screens.common.robot_appearance import link_look
+from app.screens.common.robot_appearance import link_appearance
 from app.screens.settings.facts import SettingsFacts
 
 # key, icon (empty: the robot glyph); the names are in section_names
@@ -182,7 +182,7 @@ def robot_panels(facts: SettingsFacts, now: datetime) -> list[RobotPanelView]:
 
 
 def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
-    badge = link_look(robot, facts.snapshot(robot.id), now, facts.settings)
+    badge = link_appearance(robot, facts.snapshot(robot.id), now, facts.settings)
     icon, text, tone = badge.icon, badge.word, badge.tone
     if robot.needs_password:
         icon, text, tone = "key-alert-outline", _("Needs a password"), "attention"

@@ -384,10 +384,11 @@ class Dispatcher:
         if item.is_pending:
             self._cancel_item(item.id)
         self._alarms.raise_("duplicate_healed" if item.is_pending else "duplicate_running", f"execution:{execution.id}",
-                            robot=self._robot.name, mission=execution.mission, queue_id=item.id)
+                            robot=self._robot.name, robot_id=self._robot.id, mission=execution.mission, queue_id=item.id)
 
     def _give_up_unknown(self, intent: Execution, problem: Message) -> None:
-        self._alarms.raise_("unknown_outcome", f"execution:{intent.id}", robot=self._robot.name, mission=intent.mission, problem=problem)
+        self._alarms.raise_("unknown_outcome", f"execution:{intent.id}", robot=self._robot.name, robot_id=self._robot.id,
+                            mission=intent.mission, problem=problem)
         self._ledger.end(intent, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
 
     def _absent(self, intent: Execution, window_is_over: bool, settings: Settings) -> None:

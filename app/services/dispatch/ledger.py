@@ -188,9 +188,9 @@ class Ledger:
         """Raise the alarm of a failed or skipped execution; repetitions of one schedule are counted."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
         if code and ended.reason:
-            about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot}"
-            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, reason=to_store(ended.reason),
-                                timezone=ended.timezone)
+            about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot_id}"
+            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, robot_id=ended.robot_id,
+                                reason=to_store(ended.reason), timezone=ended.timezone)
 
     def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
         changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))

@@ -125,7 +125,7 @@ class Alarms:
     def unshelve(self, alarm_id: int) -> None:
         """Show it again before that time."""
         self._shelve(alarm_id, None)
-        log.info("alarm %d taken back from the shelf", alarm_id)
+        log.info("alarm %d unshelved", alarm_id)
 
     def _shelve(self, alarm_id: int, until: datetime | None) -> None:
         self._db.write(lambda c: self._repository.shelve(c, alarm_id, until))

@@ -12,14 +12,13 @@ from app.screens.common.alarms_view import (
     Way,
     acknowledging,
     alarm_note,
-    alarm_row,
     alarm_text,
     bell,
     menu_of,
+    open_entry,
     past_count,
-    past_row,
-    robot_of,
-    shelved_row,
+    past_entry,
+    shelved_entry,
     state_words,
     tab_words,
     way_to,
@@ -82,18 +81,12 @@ def test_instants_in_an_alarm_are_told_in_the_zone_of_the_settings():
     assert alarm_text(alarm("app_was_off", "app"), SETTINGS, NOW) == "The app was off or asleep from 12:38 to 13:38"
 
 
-def test_what_an_alarm_is_about():
-    assert robot_of(alarm("unreachable", "robot:12")) == 12
-    assert robot_of(alarm("app_was_off", "app")) is None
-    assert robot_of(alarm("clock_stepped", "robot:x")) is None
-
-
 # ---------------------------------------------------------------------- where it leads
 HOME, SETUP, DATA, LOGS = Act.SHOW_ROBOT, Act.ROBOT_SETTINGS, Act.DATA_SETTINGS, Act.LOGS
 DESTINATIONS = {                         # code: (key as the services give it, what the button does, about what)
     "robot_error": ("robot:1", HOME, 1), "emergency_stop": ("robot:1", HOME, 1), "unreachable": ("robot:1", HOME, 1),
     "unauthorized": ("robot:1", SETUP, 1), "not_a_robot": ("robot:1", SETUP, 1), "wrong_robot": ("robot:1", SETUP, 1),
-    "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7), "execution_skipped": ("manual:Aino", LOGS, None),
+    "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7), "execution_skipped": ("manual:1", LOGS, None),
     "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
     "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9), "duplicate_running": ("execution:9", HOME, 1),
     "database": ("database", DATA, None), "backup_failed": ("backup", DATA, None),
@@ -126,7 +119,7 @@ def test_what_is_over_needs_no_solving(code):
 def test_the_alarm_of_a_robot_that_is_gone_leads_nowhere():
     gone = alarm("unreachable", "robot:99", details={"robot": "Nobody"})
     assert way_to(gone, ROBOTS) is None
-    assert menu_of(gone, ROBOTS)[0]["key"] == "note"
+    assert menu_of(gone, ROBOTS)[0].key == "note"
 
 
 def test_nothing_leads_to_where_one_is():
@@ -140,38 +133,38 @@ def test_nothing_leads_to_where_one_is():
 
 # ---------------------------------------------------------------------- rows and menus
 def test_the_button_acknowledges_and_the_menu_has_the_rest():
-    row = alarm_row(alarm("emergency_stop"), ROBOTS, SETTINGS, NOW)
-    assert (row["key"], row["action"], row["has_menu"], row["tone"]) == (("alarm", 1), "Acknowledge", True, "fault")
-    assert [(item["key"], item["text"]) for item in menu_of(alarm("emergency_stop"), ROBOTS)] == [
+    row = open_entry(alarm("emergency_stop"), ROBOTS, SETTINGS, NOW)
+    assert (row.key, row.action, row.has_menu, row.tone) == (("alarm", 1), "Acknowledge", True, "fault")
+    assert [(item.key, item.text) for item in menu_of(alarm("emergency_stop"), ROBOTS)] == [
         ("way", "Show Aino"), ("note", "Acknowledge with a note"), (1, "Shelve for 1 hour"), (4, "Shelve for 4 hours"),
         (8, "Shelve for 8 hours"), (24, "Shelve for 24 hours")]
 
 
 def test_an_acknowledged_one_says_when_and_with_what_note():
     seen = alarm("emergency_stop", acknowledged_at=ago(minutes=1), note="Pallet fell over")
-    row = alarm_row(seen, ROBOTS, SETTINGS, NOW)
-    assert (row["action"], row["answer"]) == ("", "Acknowledged 14:37: Pallet fell over")
-    assert "note" not in [item["key"] for item in menu_of(seen, ROBOTS)]
-    assert alarm_row(alarm("emergency_stop", acknowledged_at=NOW), ROBOTS, SETTINGS, NOW)["answer"] == "Acknowledged 14:38"
+    row = open_entry(seen, ROBOTS, SETTINGS, NOW)
+    assert (row.action, row.answer) == ("", "Acknowledged 14:37: Pallet fell over")
+    assert "note" not in [item.key for item in menu_of(seen, ROBOTS)]
+    assert open_entry(alarm("emergency_stop", acknowledged_at=NOW), ROBOTS, SETTINGS, NOW).answer == "Acknowledged 14:38"
 
 
 def test_the_alarm_that_cannot_be_written_can_be_neither_acknowledged_nor_shelved():
     failing = alarm("database", "database", id=0)
-    row = alarm_row(failing, ROBOTS, SETTINGS, NOW)
-    assert (row["action"], row["has_menu"]) == ("Open settings", False)
-    assert [item["key"] for item in menu_of(failing, ROBOTS)] == ["way"]
+    row = open_entry(failing, ROBOTS, SETTINGS, NOW)
+    assert (row.action, row.has_menu) == ("Open settings", False)
+    assert [item.key for item in menu_of(failing, ROBOTS)] == ["way"]
 
 
-def test_a_shelved_one_can_be_taken_back_and_a_past_one_is_only_told():
-    shelved = shelved_row(alarm("emergency_stop", shelved_until=LATER), SETTINGS, NOW)
-    assert (shelved["action"], shelved["tone"], shelved["state_words"]) == ("Take back", "neutral", "Shelved until 16:00")
-    past = past_row(alarm("emergency_stop", cleared_at=NOW, acknowledged_at=NOW), SETTINGS, NOW)
-    assert "action" not in past
-    assert (past["tone"], past["state_words"]) == ("neutral", "Over, acknowledged")
+def test_a_shelved_one_can_be_unshelved_and_a_past_one_has_no_button():
+    shelved = shelved_entry(alarm("emergency_stop", shelved_until=LATER), SETTINGS, NOW)
+    assert (shelved.action, shelved.tone, shelved.state_words) == ("Unshelve", "neutral", "Shelved until 16:00")
+    past = past_entry(alarm("emergency_stop", cleared_at=NOW, acknowledged_at=NOW), SETTINGS, NOW)
+    assert (past.action, past.has_menu) == ("", False)
+    assert (past.tone, past.state_words) == ("neutral", "Over, acknowledged")
 
 
 def test_counts_are_told():
-    assert [word for _key, word in tab_words(3, 1)] == ["Standing (3)", "Shelved (1)", "Past"]
+    assert [word for _key, word in tab_words(3, 1)] == ["Open (3)", "Shelved (1)", "Past"]
     assert past_count(50, 312) == "The newest 50 of 312"
     assert (past_count(1, 1), past_count(3, 3)) == ("1 past alarm", "3 past alarms")
     assert [bell(2, 1)[1], bell(0, 1)[1], bell(0, 0)[1]] == ["2", "1", ""]

@@ -8,7 +8,8 @@ import pytest
 
 from app.domain.models import Alarm, Connection, Priority, Wait
 from app.screens.common.alarms_view import NOWHERE, Act, Here
-from app.screens.frame.view import OpenIssues, banner, issue_row, late_starts, open_issues, robot_option, top_bar
+from app.screens.frame.facts import OpenIssues, late_starts
+from app.screens.frame.view import banner, issue_entry, open_issues, robot_option, top_bar
 from app.services.live.alarms import SENTENCES
 from app.services.live.holds import Hold
 from tests.support.alarms import alarm
@@ -28,7 +29,7 @@ HOME = Here("home", 1)
 def test_the_bar_shows_time_in_the_zone_of_the_settings_and_the_robot_with_its_age():
     bar = top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
     assert (bar.date, bar.clock) == ("Fri 20 Nov 2026", "14:38")
-    assert (bar.robot, bar.link, bar.tone) == ("Aino", "Connected · 2 s ago", "neutral")
+    assert (bar.robot, bar.link, bar.link_tone) == ("Aino", "Connected · 2 s ago", "neutral")
 
 
 def test_without_a_robot_the_bar_says_so():
@@ -37,7 +38,7 @@ def test_without_a_robot_the_bar_says_so():
 
 def test_the_list_of_robots_tells_state_and_battery():
     option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
-    assert (option["text"], option["note"]) == ("Aino", "Executing · 78 %")
+    assert (option.text, option.note) == ("Aino", "Executing · 78 %")
 
 
 # ---------------------------------------------------------------------- the banner
@@ -123,7 +124,8 @@ def test_a_doubted_clock_is_told_by_its_alarm_alone():
 
 def test_late_starts_come_before_everything_and_count_down():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
-    assert late_starts([RUNNING, HELD, late]) == [late]
+    assert late_starts([RUNNING, HELD, late], ROBOTS) == [late]
+    assert [e.robot for e in late_starts([late], {1: replace(AINO, name="Alma")})] == ["Alma"]
     view = show(alarm("emergency_stop"), late=[late])
     assert view.text == "1 late mission starts in 24 s"
     assert view.note == "Due while the app was off: Waste to compactor on Aino (14:35)"
@@ -135,11 +137,11 @@ def test_the_banner_counts_what_the_list_shows_and_shows_its_first_line():
     issues = OpenIssues((alarm("app_was_off", "app", id=1), alarm("emergency_stop", id=2), alarm("unreachable", "robot:2", id=3),
                        alarm("robot_error", id=4, shelved_until=NOW + timedelta(hours=1))),
                       [Hold("fire drill", None), Hold("", None, robot_id=2), Hold("", clock=True)], [late])
-    lines = [issue_row(issue, ROBOTS, SETTINGS, NOW) for issue in open_issues(issues, ROBOTS, SETTINGS, NOW)]
-    assert [line["key"] for line in lines] == [("late", 0), ("alarm", 2), ("hold", 0), ("hold", 2), ("alarm", 3), ("alarm", 1)]
-    assert [line["action"] for line in lines] == ["Hold", "Acknowledge", "Release", "Release", "Acknowledge", "Acknowledge"]
+    lines = [issue_entry(issue, ROBOTS, SETTINGS, NOW) for issue in open_issues(issues, ROBOTS, SETTINGS, NOW)]
+    assert [line.key for line in lines] == [("late", 0), ("alarm", 2), ("hold", 0), ("hold", 2), ("alarm", 3), ("alarm", 1)]
+    assert [line.action for line in lines] == ["Hold", "Acknowledge", "Release", "Release", "Acknowledge", "Acknowledge"]
     view = banner(issues, ROBOTS, SETTINGS, NOW)
-    assert (view.text, view.others) == (lines[0]["text"], "+5 more")
+    assert (view.text, view.others) == (lines[0].text, "+5 more")
 
 
 def test_priorities_are_those_of_the_list():
@@ -148,4 +150,4 @@ def test_priorities_are_those_of_the_list():
 
 def test_an_unreachable_robot_shows_in_the_bar():
     bar = top_bar(AINO, snapshot(1, EXECUTING, connection=Connection.UNREACHABLE), SETTINGS, NOW)
-    assert (bar.link, bar.tone, bar.icon) == ("No answer since 14:18", "attention", "wifi-off")
+    assert (bar.link, bar.link_tone, bar.link_icon) == ("No answer since 14:18", "attention", "wifi-off")

@@ -6,13 +6,13 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Connection, Reason, ReasonCode, Settings, State, Trigger, Wait
+from app.domain.models import Connection, DurationEstimate, Reason, ReasonCode, Settings, State, Trigger, Wait
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.i18n import translator
 from app.mir.errors import Unreachable
-from app.screens.common.robot_appearance import battery_look, chips, link_look
+from app.screens.common.robot_appearance import battery_appearance, link_appearance
 from app.screens.home.facts import HomeFacts
-from app.screens.home.lists import finished_rows, outcome_line, planned_rows, queue_note, queue_rows
+from app.screens.home.lists import finished_runs, outcome_line, planned_starts, queue_entries, queue_note, robot_summaries
 from app.screens.home.view import can_reset, present
 from tests.support.home_facts import (
     AINO,
@@ -55,55 +55,55 @@ def test_a_robot_that_is_gone_gives_its_place_to_the_first():
 
 
 def test_every_robot_has_a_chip_with_state_and_battery():
-    rows = chips(FACTS.robots, FACTS.snapshots, 2, NOW, SETTINGS)
-    assert [(row["name"], row["battery"], row["selected"]) for row in rows] == [
+    rows = robot_summaries(replace(FACTS, settings=replace(SETTINGS, selected_robot_id=2)), NOW)
+    assert [(row.name, row.battery, row.selected) for row in rows] == [
         ("Aino", "78 %", False), ("Veikko", "64 %", True), ("Sisu", "19 %", False)]
-    assert rows[0]["tone"] == "accent"
-    assert rows[1]["tone"] == "neutral"                      # normal is grey
-    assert rows[2]["battery_icon"].startswith("battery-charging")
-    assert rows[2]["battery_tone"] == "attention"            # under the minimum of 30 %
+    assert rows[0].tone == "accent"
+    assert rows[1].tone == "neutral"                      # normal is grey
+    assert rows[2].battery_icon.startswith("battery-charging")
+    assert rows[2].battery_tone == "attention"            # under the minimum of 30 %
 
 
 # ---------------------------------------------------------------------- the card
 def test_a_running_mission_shows_elapsed_against_usual():
     card = view(FACTS).card
     assert (card.state, card.tone) == ("Executing", "accent")
-    assert card.mission == KITS.name
-    assert card.elapsed == "4 min 12 s"
-    assert card.usual == "of usually 6 min 30 s"
-    assert card.progress == pytest.approx(252 / 390)
+    assert card.mission.name == KITS.name
+    assert card.mission.elapsed == "4 min 12 s"
+    assert card.mission.note == "of usually 6 min 30 s"
+    assert card.mission.progress == pytest.approx(252 / 390)
 
 
 def test_elapsed_runs_on_between_two_readings():
-    assert present(FACTS, NOW + timedelta(seconds=3), None).card.elapsed == "4 min 15 s"
+    assert present(FACTS, NOW + timedelta(seconds=3), None).card.mission.elapsed == "4 min 15 s"
 
 
 def test_much_longer_than_usual_is_told():
-    facts = replace(FACTS, usual_s={KITS.guid: 100.0})
+    facts = replace(FACTS, expected={KITS.guid: DurationEstimate(100.0, 110.0)})
     card = view(facts).card
-    assert card.mission_tone == "attention"
-    assert card.progress == 1.0
+    assert card.mission.tone == "attention"
+    assert card.mission.progress == 1.0
 
 
 def test_a_typed_duration_is_called_one_and_raises_no_concern():
-    facts = replace(FACTS, usual_s={KITS.guid: 120.0}, typed=frozenset({KITS.guid}))
+    facts = replace(FACTS, expected={KITS.guid: DurationEstimate(120.0, 120.0, typed=True)})
     card = view(facts).card
-    assert (card.usual, card.progress) == ("of 2 min as typed in Settings", 1.0)
-    assert card.mission_tone != "attention"
+    assert (card.mission.note, card.mission.progress) == ("of 2 min as typed in Settings", 1.0)
+    assert card.mission.tone != "attention"
 
 
 def test_a_first_run_has_nothing_to_compare_with():
-    card = view(replace(FACTS, usual_s={})).card
-    assert card.progress == -1
-    assert card.usual == "no earlier run to compare with"
+    card = view(replace(FACTS, expected={})).card
+    assert card.mission.progress == -1
+    assert card.mission.note == "no earlier run to compare with"
 
 
 def test_somebody_elses_mission_counts_from_when_this_tablet_saw_it():
     facts = replace(with_aino(EXECUTING, (QueueItem(7, QueueState.EXECUTING, mission_id="strange"),)), open=(),
                     names={"strange": "Wash the floor"}, seen_running={7: ago(seconds=65)})
     card = view(facts).card
-    assert card.mission == "Wash the floor"
-    assert card.elapsed == "1 min 05 s"
+    assert card.mission.name == "Wash the floor"
+    assert card.mission.elapsed == "1 min 05 s"
 
 
 def test_unknown_values_are_a_dash_and_never_zero():
@@ -111,14 +111,14 @@ def test_unknown_values_are_a_dash_and_never_zero():
     card = view(facts).card
     assert card.battery.text == "–"
     assert card.battery.level == -1
-    assert {row["value"] for row in card.facts} == {"–"}
+    assert {row.value for row in card.facts} == {"–"}
 
 
 def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_work():
     shown = view(with_aino(STOPPED))
     assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Emergency stop", "fault", True)
-    assert shown.card.mission == "Emergency stop is pressed"
-    assert "red button" in shown.card.usual
+    assert shown.card.mission.name == "Emergency stop is pressed"
+    assert "red button" in shown.card.mission.note
     assert shown.controls.pause == "Resume"
     assert shown.controls.pause_off
     assert shown.controls.reset_off
@@ -128,7 +128,7 @@ def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_w
 
 def test_an_error_that_can_be_reset_lights_reset_up_and_resume_only_after_it():
     shown = view(with_aino(FAILED))
-    assert shown.card.mission == "Failed to reach goal position 'Line 2'"
+    assert shown.card.mission.name == "Failed to reach goal position 'Line 2'"
     assert not shown.controls.reset_off
     assert shown.controls.pause_off
     afterwards = view(with_aino(replace(EXECUTING, state=RobotState.PAUSE)))
@@ -142,7 +142,7 @@ def test_an_error_that_needs_hands_on_the_robot_says_so():
     hardware = replace(FAILED, errors=(RobotProblem(9000, "Scanner broken", "Safety", resettable=False),))
     shown = view(with_aino(hardware))
     assert shown.controls.reset_off
-    assert shown.card.usual == "It can't be reset from here: see to the robot itself"
+    assert shown.card.mission.note == "It can't be reset from here: check the robot itself"
     assert not can_reset(hardware)
     assert can_reset(replace(FAILED, errors=()))             # some software names no error
 
@@ -150,7 +150,7 @@ def test_an_error_that_needs_hands_on_the_robot_says_so():
 def test_a_paused_robot_offers_to_go_on():
     shown = view(with_aino(replace(EXECUTING, state=RobotState.PAUSE)))
     assert (shown.card.state, shown.card.tone) == ("Paused", "action")
-    assert shown.queue[0]["origin"] == "Run now · held, started 14:33"
+    assert shown.queue[0].origin == "Run now · held, started 14:33"
 
 
 def test_pause_can_be_tried_on_a_robot_that_does_not_answer():
@@ -163,21 +163,21 @@ def test_what_is_old_looks_old_and_says_since_when():
     shown = view(with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem="10.40.12.21 doesn't answer"))
     assert shown.card.state == "No connection"
     assert shown.card.old
-    assert shown.card.usual == "unknown since 14:33"
+    assert shown.card.mission.note == "unknown since 14:33"
     assert shown.card.link == "No answer since 14:18"
-    assert shown.card.says == "10.40.12.21 doesn't answer"
-    assert shown.card.elapsed == ""
+    assert shown.card.message == "10.40.12.21 doesn't answer"
+    assert shown.card.mission.elapsed == ""
     assert shown.queue_note == "as of 14:33"
-    assert shown.queue[0]["tone"] == "offline"
+    assert shown.queue[0].tone == "offline"
 
 
 def test_what_is_wrong_is_told_in_the_language_of_the_screen():
     problem = Unreachable(code="refused", address="10.40.12.21").message
     facts = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem)
-    assert view(facts).card.says == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
+    assert view(facts).card.message == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
     translator.use("fi")
     try:
-        assert view(facts).card.says == "10.40.12.21 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?"
+        assert view(facts).card.message == "10.40.12.21 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?"
         ended = execution(1, AINO, "Deliver", State.FAILED, reason=Reason(ReasonCode.REFUSED, {"problem": problem}))
         assert outcome_line(ended).endswith("osoite oikein?")
     finally:
@@ -186,14 +186,14 @@ def test_what_is_wrong_is_told_in_the_language_of_the_screen():
 
 def test_connected_but_silent_for_three_polls_is_old_too():
     old = snapshot(1, EXECUTING, age=91)
-    assert link_look(AINO, old, NOW, SETTINGS).word == "No news · 1 min ago"
-    assert link_look(AINO, snapshot(1, EXECUTING, age=89), NOW, SETTINGS).tone == "neutral"
+    assert link_appearance(AINO, old, NOW, SETTINGS).word == "No news · 1 min ago"
+    assert link_appearance(AINO, snapshot(1, EXECUTING, age=89), NOW, SETTINGS).tone == "neutral"
 
 
 @pytest.mark.parametrize(("connection", "words"), [
     (Connection.UNAUTHORIZED, "Wrong password"), (Connection.WRONG_ROBOT, "Another robot"), (Connection.NOT_A_ROBOT, "Not a MiR robot")])
 def test_each_trouble_with_the_connection_has_its_words(connection, words):
-    look = link_look(AINO, snapshot(1, EXECUTING, connection=connection), NOW, SETTINGS)
+    look = link_appearance(AINO, snapshot(1, EXECUTING, connection=connection), NOW, SETTINGS)
     assert look.word.startswith(words)
     assert look.tone == "attention"
 
@@ -218,70 +218,70 @@ def test_a_question_of_the_robot_can_be_answered():
 def test_an_idle_robot_says_what_comes_next():
     card = view(with_aino(READY, ())).card
     assert (card.state, card.tone) == ("Ready", "neutral")
-    assert card.usual == "next: Deliver kits to line 2, in 22 min"
+    assert card.mission.note == "next: Deliver kits to line 2, in 22 min"
 
 
 @pytest.mark.parametrize(("percent", "icon"), [(100.0, "battery"), (78.0, "battery-80"), (3.0, "battery-alert-variant-outline")])
 def test_battery_icons(percent, icon):
-    assert battery_look(replace(READY, battery_percentage=percent), Settings()).icon == icon
+    assert battery_appearance(replace(READY, battery_percentage=percent), Settings()).icon == icon
 
 
 def test_charging_is_seen():
-    look = battery_look(CHARGING, SETTINGS)
+    look = battery_appearance(CHARGING, SETTINGS)
     assert look.note == "under 30 %"
-    assert battery_look(replace(CHARGING, battery_percentage=50.0), SETTINGS).note == "charging"
+    assert battery_appearance(replace(CHARGING, battery_percentage=50.0), SETTINGS).note == "charging"
 
 
 # ---------------------------------------------------------------------- the queue
 def test_the_queue_names_the_source_of_every_item():
-    rows = queue_rows(FACTS, NOW)
-    assert [(row["mission"], row["origin"]) for row in rows] == [
+    rows = queue_entries(FACTS, NOW)
+    assert [(row.mission, row.origin) for row in rows] == [
         ("Deliver kits to line 2", "Run now · started 14:33"),
         ("Collect empties", "Idle automation · since 14:36"),
-        ("Bring pallet to dock", "Matti · 14:37 by its clock"),
+        ("Bring pallet to dock", "Matti · 14:37 robot time"),
         ("Waste to compactor", "Evening waste · Battery 19 % is under 30 %; waits until 14:50"),
     ]
-    assert [row["key"] for row in rows] == [("execution", 1), ("execution", 2), ("item", 103), ("execution", 3)]
-    assert [row.get("number", "") for row in rows] == ["", "1", "2", ""]
+    assert [row.key for row in rows] == [("execution", 1), ("execution", 2), ("item", 103), ("execution", 3)]
+    assert [row.number for row in rows] == ["", "1", "2", ""]
     assert queue_note(FACTS, NOW) == "1 running, 3 waiting"
 
 
 def test_an_item_without_a_creator_belongs_to_the_robot():
     facts = replace(with_aino(READY, (QueueItem(9, QueueState.PENDING, mission_id="g4"),)), open=())
-    assert queue_rows(facts, NOW)[0]["origin"] == "The robot itself"
+    assert queue_entries(facts, NOW)[0].origin == "The robot itself"
 
 
 def test_a_submission_of_ours_is_known_by_its_token_before_its_number_is_written_down():
     ours = execution(5, AINO, KITS.name, State.SUBMITTING, guid=KITS.guid, schedule="Kits")
     facts = replace(with_aino(READY, (QueueItem(110, QueueState.PENDING, mission_id=KITS.guid, description="token-5"),)), open=(ours,))
-    rows = queue_rows(facts, NOW)
+    rows = queue_entries(facts, NOW)
     assert len(rows) == 1
-    assert rows[0]["origin"].startswith("Kits")
+    assert rows[0].origin.startswith("Kits")
 
 
 def test_a_row_stays_while_the_robot_has_taken_it_but_its_queue_was_not_read_yet():
     taken = execution(5, AINO, KITS.name, State.QUEUED, guid=KITS.guid, schedule="Kits", queue_id=111, submitted_at=NOW)
-    row, = queue_rows(replace(with_aino(READY, ()), open=(taken,)), NOW)
-    assert (row["key"], row["number"], row["origin"]) == (("execution", 5), "1", "Kits · since 14:38")
+    row, = queue_entries(replace(with_aino(READY, ()), open=(taken,)), NOW)
+    assert (row.key, row.number, row.origin) == (("execution", 5), "1", "Kits · since 14:38")
 
 
 def test_what_is_being_cancelled_cannot_be_cancelled_again():
     asked = replace(RUNNING, cancel_code=ReasonCode.USER_CANCELLED)
     facts = replace(FACTS, open=(asked,), cancelling=frozenset({103}))
-    rows = {row["key"]: row for row in queue_rows(facts, NOW)}
-    assert rows["execution", 1]["origin"] == rows["item", 103]["origin"] == "Being cancelled"
-    assert not rows["execution", 1]["cancellable"]
+    rows = {row.key: row for row in queue_entries(facts, NOW)}
+    assert rows["execution", 1].origin == rows["item", 103].origin == "Being cancelled"
+    assert not rows["execution", 1].cancellable
 
 
 def test_a_late_start_counts_down():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
-    row = queue_rows(replace(FACTS, open=(late,), snapshots={}), NOW)[0]
-    assert row["origin"] == "Evening waste · late, because the app was off; starts in 24 s"
+    row = queue_entries(replace(FACTS, open=(late,), snapshots={}), NOW)[0]
+    assert row.origin == "Evening waste · late, because the app was off; starts in 24 s"
 
 
 def test_other_robots_items_stay_away():
     theirs = execution(6, VEIKKO, "Elsewhere", State.WAITING)
-    assert all(row["mission"] != "Elsewhere" for row in queue_rows(replace(FACTS, open=(*FACTS.open, theirs)), NOW))
+    assert all(row.mission != "Elsewhere" for row in queue_entries(replace(FACTS, open=(*FACTS.open, theirs)), NOW))
 
 
 def test_clearing_counts_what_is_on_the_robot_and_what_waits_here():
@@ -298,19 +298,19 @@ def test_a_mission_nobody_entered_here_is_called_as_the_robot_does():
 
 # ---------------------------------------------------------------------- before and after
 def test_planned_starts_say_when_and_where():
-    rows = planned_rows(FACTS, NOW)
-    assert [(row["time"], row["mission"], row["note"]) for row in rows[:2]] == [
+    rows = planned_starts(FACTS, NOW)
+    assert [(row.time, row.mission, row.note) for row in rows[:2]] == [
         ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:15", "Bring pallet to dock", "Sisu · in 37 min")]
-    assert "Sat 21 Nov" in rows[4]["note"]
+    assert "Sat 21 Nov" in rows[4].note
 
 
 def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
-    rows = finished_rows(FACTS, NOW)
-    assert [row["reason"] for row in rows[:4]] == [
+    rows = finished_runs(FACTS, NOW)
+    assert [row.reason for row in rows[:4]] == [
         "Skipped: Battery 12 % stayed under 30 % until 14:30", "Completed in 8 min 05 s", "Completed in 6 min 18 s",
         "Failed: could not reach 'Dock 3' within 4 min"]
-    assert [row["abnormal"] for row in rows[:4]] == [True, False, False, True]
-    assert rows[0]["when"] == "Sisu 14:30"
+    assert [row.abnormal for row in rows[:4]] == [True, False, False, True]
+    assert rows[0].when == "Sisu 14:30"
 
 
 @pytest.mark.parametrize("code", list(ReasonCode))
@@ -322,13 +322,13 @@ def test_every_reason_makes_a_line(code):
 
 def test_yesterdays_run_shows_its_day():
     yesterday = execution(21, AINO, "M", State.COMPLETED, ended_at=ago(hours=20))
-    assert finished_rows(replace(FACTS, finished=(yesterday,)), NOW)[0]["when"] == "Aino Thu 19 Nov 18:38"
+    assert finished_runs(replace(FACTS, finished=(yesterday,)), NOW)[0].when == "Aino Thu 19 Nov 18:38"
 
 
 # ---------------------------------------------------------------------- run now
 def test_favourites_are_offered_by_one_tap_and_the_chosen_one_is_marked():
     run = view(FACTS, chosen=2).run
-    assert [(row["text"], row["icon"], row["selected"]) for row in run.chips] == [
+    assert [(row.text, row.icon, row.selected) for row in run.chips] == [
         ("Collect empties", "star", False), ("Deliver kits to line 2", "star", True), ("Return to charger", "star", False)]
     assert run.text == "Run on Aino"
     assert not run.off

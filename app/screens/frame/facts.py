@@ -1,0 +1,61 @@
+"""What the frame needs to know at one moment, read on a background thread; view.py turns it into words."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from app.domain.clock import Clock
+from app.domain.models import Alarm, Execution, Robot, Settings, State, Wait
+from app.services.catalogue.catalogue import Catalogue
+from app.services.dispatch.poll_loop import PollLoop
+from app.services.history.runs import History
+from app.services.live.alarms import Alarms
+from app.services.live.holds import Hold, Holds
+from app.services.live.snapshots import Snapshots
+
+
+@dataclass(frozen=True)
+class FrameServices:
+    """What the frame uses of the app."""
+    alarms: Alarms
+    catalogue: Catalogue
+    clock: Clock
+    history: History
+    holds: Holds
+    loop: PollLoop
+    settings: Callable[[], Settings]
+    snapshots: Snapshots
+
+
+@dataclass(frozen=True)
+class OpenIssues:
+    """Everything that a banner may show."""
+    alarms: Sequence[Alarm] = ()         # open ones, shelved ones among them
+    holds: Sequence[Hold] = ()           # the operator's, of all robots or of one
+    late_starts: Sequence[Execution] = ()
+
+
+@dataclass(frozen=True)
+class FrameFacts:
+    settings: Settings = field(default_factory=Settings)
+    robots: Mapping[int, Robot] = field(default_factory=dict)
+    issues: OpenIssues = field(default_factory=OpenIssues)
+
+    @property
+    def robot(self) -> Robot | None:
+        """The selected one; the first while the chosen one is gone."""
+        return self.robots.get(self.settings.selected_robot_id or 0) or next(iter(self.robots.values()), None)
+
+
+def read(services: FrameServices) -> FrameFacts:
+    """Called off the UI thread."""
+    robots = {robot.id: robot for robot in services.catalogue.robots()}
+    holds = sorted(services.holds.standing(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
+    return FrameFacts(services.settings(), robots,
+                      OpenIssues(services.alarms.standing(), holds, late_starts(services.history.open(), robots)))
+
+
+def late_starts(executions: Sequence[Execution], robots: Mapping[int, Robot]) -> list[Execution]:
+    """Fell due while the app was off; sent when the time to object is over. With the names that the robots have now."""
+    late = [e for e in executions if e.state is State.WAITING and e.wait is Wait.LATE_START]
+    return [replace(e, robot=robot.name) if (robot := robots.get(e.robot_id or 0)) else e for e in late]
