@@ -1,21 +1,21 @@
-"""The figures of a period as read from the services: the thesis's five, adherence, their history day by day."""
+"""The figures of a period as read from the services: the five of the cards, their history day by day, and those of the page of figures."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import date, datetime, timedelta
-from typing import TYPE_CHECKING
+from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
+from app.database.activities import KEPT_FOR
+from app.domain.activity import NO_DATA
 from app.domain.models import Robot
-from app.screens.logs.view import Chosen, period_start
+from app.screens.logs.facts import LogsServices
+from app.screens.logs.view import Filters, period_start
 from app.services.history.kpi import Adherence, DayKpis, Delays, KpiFilter, ThesisKpis, midnight
 from app.services.history.pareto import Cause
 from app.services.planning.durations import Trend
 
-if TYPE_CHECKING:
-    from app.container import Container
-
+DAY = timedelta(days=1)
 SHORTEST_HISTORY, LONGEST_HISTORY = 7, 30        # days
 
 
@@ -29,7 +29,7 @@ class Figures:
     days: Sequence[DayKpis] = ()
     adherence_days: Sequence[float | None] = ()
     utilisation_days: Sequence[float | None] = ()
-    charging_s: Mapping[int, float] = field(default_factory=dict)
+    charging_s: Mapping[int, float] = field(default_factory=dict)        # by robot
     robot: Robot | None = None                   # whose utilisation is shown
     first_day: date | None = None                # of the period; None: from the beginning
     last_day: date | None = None
@@ -42,52 +42,45 @@ class MoreFigures:
     trends: Sequence[Trend] = ()
 
 
-def read(container: Container, chosen: Chosen, robot: Robot | None, now: datetime, zone: ZoneInfo) -> Figures:
-    """Called off the UI thread. ``robot`` is the selected one; a chosen one goes before it."""
-    start = period_start(chosen.period, now, zone)
-    robots = None if chosen.robot_id is None else (chosen.robot_id,)
-    wanted = KpiFilter(start=start, robot_ids=robots)
-    thesis = container.kpis.thesis(wanted)
+def read_figures(services: LogsServices, filters: Filters, robot: Robot | None, now: datetime, zone: ZoneInfo) -> Figures:
+    """Called off the UI thread. ``robot`` is the one whose utilisation is shown."""
+    kpis, wanted = services.kpis, _kpi_filter(filters, now, zone)
+    thesis = kpis.thesis(wanted)
     today = now.astimezone(zone).date()
-    count = min(LONGEST_HISTORY, max(SHORTEST_HISTORY, chosen.period.days or LONGEST_HISTORY))
-    dates = [today - timedelta(days=back) for back in range(count - 1, -1, -1)]
-    first = midnight(dates[0], zone)
-    known = {day.day: day for day in container.kpis.per_day(KpiFilter(start=first, robot_ids=robots))}
-    seen = _observed(container, dates[0], today)
-    charged = _observed(container, start.astimezone(zone).date() if start else date(1970, 1, 1), today)
+    count = min(LONGEST_HISTORY, max(SHORTEST_HISTORY, filters.period.days or LONGEST_HISTORY))
+    dates = [today - back * DAY for back in range(count - 1, -1, -1)]
+    known = {day.day: day for day in kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=filters.robot_ids))}
     return Figures(
-        thesis, thesis if robots is None else container.kpis.thesis(KpiFilter(start=start)), container.kpis.adherence(wanted),
-        container.kpis.delays(wanted), [known.get(day) or DayKpis(day) for day in dates],
-        [_adherence_of(container, day, robots, zone) for day in dates],
-        [] if robot is None else _utilisation_of(container, robot, dates, first, seen),
-        {robot_id: _charging(days) for robot_id, days in charged.items()}, robot,
-        first_day=start.astimezone(zone).date() if start else None, last_day=today)
+        thesis, thesis if filters.robot_id is None else kpis.thesis(KpiFilter(wanted.start)), kpis.adherence(wanted), kpis.delays(wanted),
+        [known.get(day) or DayKpis(day) for day in dates],
+        [kpis.adherence(KpiFilter(midnight(day, zone), midnight(day + DAY, zone), filters.robot_ids)).rate for day in dates],
+        [] if robot is None else _utilisation_by_day(services, robot, dates, now, zone),
+        {one.robot_id: one.seconds.get("charging", 0.0) for one in services.robot_states.timelines(wanted.start or now - KEPT_FOR, now)},
+        robot, first_day=wanted.start.astimezone(zone).date() if wanted.start else None, last_day=today)
 
 
-def read_more(container: Container, chosen: Chosen, now: datetime, zone: ZoneInfo) -> MoreFigures:
+def read_more_figures(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> MoreFigures:
     """Called off the UI thread."""
-    wanted = KpiFilter(start=period_start(chosen.period, now, zone), robot_ids=None if chosen.robot_id is None else (chosen.robot_id,))
-    return MoreFigures(container.kpis.failures(wanted), container.kpis.trends(wanted))
+    wanted = _kpi_filter(filters, now, zone)
+    return MoreFigures(services.kpis.failures(wanted), services.kpis.trends(wanted))
 
 
-def _charging(days: Mapping[tuple[str, str], float]) -> float:
-    return sum(seconds for (_day, activity), seconds in days.items() if activity == "charging")
+def _kpi_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> KpiFilter:
+    return KpiFilter(period_start(filters.period, now, zone), robot_ids=filters.robot_ids)
 
 
-def _observed(container: Container, first: date, last: date) -> dict[int, dict[tuple[str, str], float]]:
-    """Seconds by (day, activity) for each robot."""
-    c, observed = container.db.read(), container.repositories.observed
-    return {robot.id: observed.of_robot(c, robot.id, first.isoformat(), last.isoformat()) for robot in container.repositories.robots.all(c)}
+def _utilisation_by_day(services: LogsServices, robot: Robot, dates: Sequence[date], now: datetime, zone: ZoneInfo) -> list[float | None]:
+    """Mission seconds ÷ observed seconds; None for a day on which the robot was not observed."""
+    days = services.kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=(robot.id,)))
+    mission_s = {day.day: day.mission_s for day in days}
+    observed_s = _observed_seconds(services, robot, dates, now, zone)
+    return [min(1.0, mission_s.get(day, 0.0) / observed_s[day]) if observed_s.get(day) else None for day in dates]
 
 
-def _adherence_of(container: Container, day: date, robots: tuple[int, ...] | None, zone: ZoneInfo) -> float | None:
-    return container.kpis.adherence(KpiFilter(midnight(day, zone), midnight(day + timedelta(days=1), zone), robots)).rate
-
-
-def _utilisation_of(container: Container, robot: Robot, dates: Sequence[date], first: datetime,
-                    seen: Mapping[int, Mapping[tuple[str, str], float]]) -> list[float | None]:
-    """Mission seconds ÷ observed seconds, day by day."""
-    mission_s = {day.day: day.mission_s for day in container.kpis.per_day(KpiFilter(start=first, robot_ids=(robot.id,)))}
-    observed_s = {day: sum(seconds for (name, activity), seconds in seen.get(robot.id, {}).items()
-                           if name == day.isoformat() and activity != "offline") for day in dates}
-    return [min(1.0, mission_s.get(day, 0.0) / observed_s[day]) if observed_s[day] else None for day in dates]
+def _observed_seconds(services: LogsServices, robot: Robot, dates: Sequence[date], now: datetime, zone: ZoneInfo) -> Mapping[date, float]:
+    found = {}
+    for day in dates:
+        start, end = midnight(day, zone), min(midnight(day + DAY, zone), now.astimezone(UTC))
+        for one in services.robot_states.timelines(start, end, (robot.id,)) if start < end else ():
+            found[day] = sum(seconds for activity, seconds in one.seconds.items() if activity not in ("offline", NO_DATA))
+    return found
