@@ -25,8 +25,7 @@ Text (labels as high as their lines; they wrap and are never cut off)
 Cards and facts (display.py)
     SectionCard · CardHead(title, note) · Tile · Hair · StatusBadge(tone, icon, text, loud) · Disc · ValueTile(icon, label, value, note,
     note_icon, level, mark, stale, tone) · Fact(label, value, icon, tone) · Notice(tone, icon, text, note) ·
-    KpiCard(label, value, note, history) with ``with_unit("98.1", "%")`` ·
-    EmptyState(icon, title, text, action, action_icon; on_release) · LegendItem(kind, text)
+    KpiCard(label, value, note, history) · EmptyState(icon, title, text, action, action_icon; on_release) · LegendItem(kind, text)
 
 Buttons (buttons.py; ``on_release`` unless another event is given)
     CommandButton(style filled|tonal|outlined|plain|danger|onsolid, icon, text, stacked, large, busy, natural_width) · IconButton(icon) ·
@@ -94,7 +93,6 @@ def load() -> None:
         lists,
         long_list,
         pickers,
-        robot_bars,
         robot_map,
         rows,
         snackbar,

@@ -1,21 +1,20 @@
-"""What robots did over time: a band per robot. A kind of activity differs in height and pattern too, never in colour alone."""
+"""What robots did over time: a band per robot. Kinds of activity differ in height and pattern too, never in colour alone."""
 from kivy.metrics import dp
-from kivy.properties import ListProperty, NumericProperty, StringProperty
+from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.chart import Chart
 from app.widgets.tokens import tk
 
-KINDS = ("executing", "charging", "idle", "paused", "error", "offline", "no_data")
-LEAST_ICON = 22              # dp of width that an icon in a span needs
+MIN_ICON_WIDTH = 22          # dp that an icon in a span needs
 
 
 class ActivityDrawing(Chart):
     """Draws one span of an activity in a box."""
 
     def span(self, kind, x, y, w, h):
-        """Full height: something goes on or is wrong; low: idle; a line: nobody looked."""
+        """Full height: at work or in trouble; low: idle; a line: nothing was recorded."""
         if kind == "executing":
             self.box(x, y, w, h, tk.accent)
         elif kind == "charging":
@@ -30,13 +29,13 @@ class ActivityDrawing(Chart):
             self.box(x, y, w, h, tk.attention, ring=1)
         elif kind == "error":
             self.box(x, y, w, h, tk.fault_solid)
-            if w >= dp(LEAST_ICON) and h >= dp(16):
+            if w >= dp(MIN_ICON_WIDTH) and h >= dp(16):
                 self.icon("alert", x + w / 2, y + h / 2, tk.solid_ink, 16)
         elif kind == "offline":
             self.box(x, y, w, h, tk.closed)
             self.hatch(x, y, w, h, tk.outline)
             self.box(x, y, w, h, tk.outline, ring=1)
-            if w >= dp(LEAST_ICON) * 1.6 and h >= dp(16):
+            if w >= dp(MIN_ICON_WIDTH) * 1.6 and h >= dp(16):
                 self.box(x + w / 2 - dp(10), y + h / 2 - dp(10), dp(20), dp(20), tk.surface, dp(10))
                 self.icon("wifi-off", x + w / 2, y + h / 2, tk.offline, 16)
         else:
@@ -44,14 +43,17 @@ class ActivityDrawing(Chart):
 
 
 class ActivityBands(ActivityDrawing):
-    """``lanes`` = [{"key", "name", "note", "spans": [(from, to, kind), …]}, …] and ``ticks`` = [(at, label, strong), …]; places are
-    fractions 0..1 of the period. A tap fires ``on_moment(key, at)``; ``marked`` = [key, from, to] draws a frame around a span."""
+    """``lanes`` have ``key``, ``name``, ``note`` and ``spans`` with ``start``, ``end``, ``kind``; ``ticks`` have ``place``, ``label``,
+    ``strong``; ``mark`` with ``key``, ``start``, ``end`` draws a frame around a span. Places are fractions 0..1 of the period.
+
+    A tap fires ``on_moment(key, place)``.
+    """
     lanes = ListProperty()
     ticks = ListProperty()
-    marked = ListProperty()
+    mark = ObjectProperty(None, allownone=True)
     lane_height = NumericProperty("64sp")
     wanted_height = NumericProperty(0)
-    watch = ("lanes", "ticks", "marked")
+    watch = ("lanes", "ticks", "mark")
 
     __events__ = ("on_moment",)
     AXIS = 28                                # dp
@@ -61,7 +63,7 @@ class ActivityBands(ActivityDrawing):
         self._left, self._room = 0., 1.
         super().__init__(**kwargs)
 
-    def on_moment(self, key, at):
+    def on_moment(self, key, place):
         """A band was tapped there."""
 
     def on_lanes(self, *_):
@@ -85,7 +87,7 @@ class ActivityBands(ActivityDrawing):
         self._places = []
         if not self.lanes:
             return
-        names = max(max(self.width_of(lane["name"], 16, "RobotoMedium"), self.width_of(lane.get("note", ""))) for lane in self.lanes)
+        names = max(max(self.width_of(lane.name, 16, "RobotoMedium"), self.width_of(lane.note)) for lane in self.lanes)
         self._left = self.x + min(names + dp(16), self.width * .35)
         self._room = self.right - self._left
         axis = dp(self.AXIS)
@@ -94,31 +96,29 @@ class ActivityBands(ActivityDrawing):
         for n, lane in enumerate(self.lanes):
             top = self.top - axis - height * n
             self.box(self.x, top, self.width, 1, tk.line)
-            self._places.append((top - height, top, lane.get("key")))
+            self._places.append((top - height, top, lane.key))
             self._lane(lane, top - height / 2, min(height - dp(20), dp(40)))
 
     def _axis(self, height):
         y, last = self.top - dp(self.AXIS) / 2 + dp(2), self._left - dp(6)
-        for at, label, strong in self.ticks:
-            x = self._left + self._room * at
-            self.box(x, self.y, 1, height, tk.outline if strong else tk.grid)
-            width = self.width_of(label)
+        for tick in self.ticks:
+            x = self._left + self._room * tick.place
+            self.box(x, self.y, 1, height, tk.outline if tick.strong else tk.grid)
+            width = self.width_of(tick.label)
             left = min(max(x - width / 2, self._left), self.right - width)
-            if label and left >= last + dp(6):
-                self.text(label, left, y, tk.ink2 if strong else tk.ink3)
+            if tick.label and left >= last + dp(6):
+                self.text(tick.label, left, y, tk.ink2 if tick.strong else tk.ink3)
                 last = left + width
 
     def _lane(self, lane, y, height):
-        note = lane.get("note", "")
-        self.text(lane["name"], self.x, y + (dp(10) if note else 0), tk.ink, 16, font="RobotoMedium")
-        self.text(note, self.x, y - dp(11), tk.ink3)
+        self.text(lane.name, self.x, y + (dp(10) if lane.note else 0), tk.ink, 16, font="RobotoMedium")
+        self.text(lane.note, self.x, y - dp(11), tk.ink3)
         bottom = y - height / 2
-        for start, end, kind in lane["spans"]:
-            x, x2 = round(self._left + self._room * start), round(self._left + self._room * end)
-            self.span(kind, x, bottom, max(dp(2) if kind == "error" else 1, x2 - x), height)
-        if self.marked and self.marked[0] == lane.get("key"):
-            _key, start, end = self.marked
-            x, x2 = self._left + self._room * start, self._left + self._room * end
+        for span in lane.spans:
+            x, x2 = round(self._left + self._room * span.start), round(self._left + self._room * span.end)
+            self.span(span.kind, x, bottom, max(dp(2) if span.kind == "error" else 1, x2 - x), height)
+        if self.mark is not None and self.mark.key == lane.key:
+            x, x2 = self._left + self._room * self.mark.start, self._left + self._room * self.mark.end
             self.box(x - dp(2), bottom - dp(4), max(dp(6), x2 - x + dp(4)), height + dp(8), tk.ink, dp(3), ring=dp(2))
 
 
@@ -138,7 +138,7 @@ class ActivityLegend(BoxLayout):
 
 
 class LegendFlow(StackLayout):
-    """Legend items side by side, as many lines as they need: ``items`` = [(kind, word), …]."""
+    """Legend items side by side, on as many lines as they need: ``items`` have ``kind`` and ``text``."""
     items = ListProperty()
 
     def __init__(self, **kwargs):
@@ -148,5 +148,5 @@ class LegendFlow(StackLayout):
 
     def _build(self, *_):
         self.clear_widgets()
-        for kind, word in self.items:
-            self.add_widget(ActivityLegend(kind=kind, text=word))
+        for item in self.items:
+            self.add_widget(ActivityLegend(kind=item.kind, text=item.text))

@@ -1,23 +1,23 @@
-"""Outcomes per day."""
-from kivy.metrics import dp
-from kivy.properties import ListProperty
+"""Charts of runs: outcomes per day, utilisation of robots side by side."""
+from kivy.metrics import dp, sp
+from kivy.properties import ListProperty, NumericProperty
 
 from app.widgets.chart import Chart, nice_step
 from app.widgets.tokens import tk
 
-OUTCOME_SERIES = ("accent_mid", "attention_solid", "fault_solid", "neutral_solid")   # completed, skipped, failed, cancelled
+OUTCOMES = {"completed": "accent_mid", "not_run": "attention_solid", "failed": "fault_solid", "cancelled": "neutral_solid"}
 
 
 class StackedBars(Chart):
-    """One column per day: ``days`` = [(label, value, value, …), …], as many values as ``series`` has tokens; the last day is today."""
+    """One column per day: ``days`` have a ``label`` and a number for each of ``OUTCOMES``; the last day is today."""
     days = ListProperty()
-    series = ListProperty(OUTCOME_SERIES)
-    watch = ("days", "series")
+    watch = ("days",)
 
     def draw(self):
         if not self.days:
             return
-        top = max(1, *(sum(day[1:]) for day in self.days))
+        columns = [[getattr(day, name) for name in OUTCOMES] for day in self.days]
+        top = max(1, *map(sum, columns))
         step = nice_step(top)
         left = self.width_of(str(int(top) // step * step)) + dp(12)
         bottom = dp(22)
@@ -28,19 +28,19 @@ class StackedBars(Chart):
             self.box(x0, y, width, 1, tk.grid)
             self.text(str(value), x0 - dp(8), y, tk.ink3, ax=1)
         slot = width / len(self.days)
-        widest = max(self.width_of(day[0], font="RobotoMedium") for day in self.days) + dp(6)
+        widest = max(self.width_of(day.label, font="RobotoMedium") for day in self.days) + dp(6)
         every = max(1, -int(-widest // slot))           # names of days, as many as fit
-        for n, (label, *values) in enumerate(self.days):
+        for n, (day, values) in enumerate(zip(self.days, columns, strict=True)):
             self._column(x0 + slot * n, y0, slot, height / top, values)
             last = n == len(self.days) - 1
             if (len(self.days) - 1 - n) % every == 0:
-                self.text(label, x0 + slot * (n + .5), self.y + dp(8), tk.ink if last else tk.ink3, ax=.5,
+                self.text(day.label, x0 + slot * (n + .5), self.y + dp(8), tk.ink if last else tk.ink3, ax=.5,
                           font="RobotoMedium" if last else "Roboto")
 
     def _column(self, x, y, slot, unit, values):
         width = min(dp(28), slot * .62)
         x += (slot - width) / 2
-        parts = [(value, token) for value, token in zip(values, self.series, strict=False) if value]
+        parts = [(value, token) for value, token in zip(values, OUTCOMES.values(), strict=True) if value]
         for k, (value, token) in enumerate(parts):
             height = max(dp(3), unit * value)
             gap = 1 if k else 0
@@ -49,3 +49,38 @@ class StackedBars(Chart):
             if tk.strong:                # amber on white has no edge of its own
                 self.box(x, y + gap, width, height - gap, tk.ink, corners, ring=dp(1))
             y += height
+
+
+class RobotBars(Chart):
+    """``rows`` have ``robot``, ``share`` and ``time`` as text, and ``busy`` and ``charging`` as fractions 0..1 of the observed time."""
+    rows = ListProperty()
+    row_height = NumericProperty("40sp")
+    wanted_height = NumericProperty(0)       # of all rows; for lists that scroll
+    watch = ("rows",)
+
+    def on_rows(self, *_):
+        self.wanted_height = len(self.rows) * self.row_height
+
+    def draw(self):
+        if not self.rows:
+            return
+        slot = self.height / len(self.rows)
+        names = min(max(self.width_of(row.robot, 16) for row in self.rows) + dp(16), self.width * .4)
+        words = max(max(self.width_of(row.share, 20, "RobotoMedium"), self.width_of(row.time)) for row in self.rows) + dp(16)
+        x, w, h = self.x + names, max(dp(8), self.width - names - words), dp(16)
+        for n, row in enumerate(self.rows):
+            y = self.top - slot * (n + .5)
+            self.text(row.robot, self.x, y, tk.ink, 16)
+            self._track(x, y - h / 2, w, h, row.busy, row.charging)
+            self.text(row.share, self.right, y + sp(7), tk.ink, 20, 1, font="RobotoMedium")
+            self.text(row.time, self.right, y - sp(11), tk.ink3, 14, 1)
+
+    def _track(self, x, y, w, h, busy, charging):
+        self.box(x, y, w, h, tk.track, dp(4))
+        on_mission = w * min(1., busy)
+        on_charger = min(w * charging, w - on_mission - 1)
+        if on_mission > 1:
+            self.box(x, y, on_mission, h, tk.accent, (dp(4), 0, 0, dp(4)))
+        if on_charger > 1:
+            self.box(x + on_mission + 1, y, on_charger, h, tk.accent_soft)
+            self.box(x + on_mission + 1, y, on_charger, h, tk.accent, ring=1)

@@ -63,11 +63,6 @@ class KpiCard(Surface):
     history = ListProperty()
 
 
-def with_unit(value: str, unit: str) -> str:
-    """Markup of a KPI value with its unit set smaller behind it."""
-    return f"{value}[size=18sp][font=Roboto] {unit}[/font][/size]"
-
-
 class EmptyState(BoxLayout):
     """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button."""
     icon = StringProperty()

@@ -1,7 +1,7 @@
 """Drawings of the page of figures: ranked bars with a cumulative line, a duration day by day in its usual band, two parts of a whole."""
 from kivy.graphics import Color, SmoothLine
 from kivy.metrics import dp
-from kivy.properties import ListProperty, NumericProperty, StringProperty
+from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.chart import Chart
@@ -52,14 +52,15 @@ class RankRow(Row, BoxLayout):
 
 
 class TrendChart(Chart):
-    """``points`` = [(0..1 from left to right, value), …]; ``band`` = [low, middle, high] of what is usual, or nothing."""
+    """``points`` have ``place`` (0..1 from left to right) and ``value``; ``band`` has ``low``, ``middle``, ``high`` of what is usual."""
     points = ListProperty()
-    band = ListProperty()
+    band = ObjectProperty(None, allownone=True)
     tone = StringProperty("neutral")
     watch = ("points", "band", "tone")
 
     def draw(self):
-        values = [value for _, value in self.points] + list(self.band)
+        band = (self.band.low, self.band.middle, self.band.high) if self.band else ()
+        values = [*(point.value for point in self.points), *band]
         if not values:
             return
         low, high = min(values), max(values)
@@ -71,14 +72,14 @@ class TrendChart(Chart):
         def at(value):
             return self.y + pad + height * (value - low) / span
 
-        if self.band:
-            bottom, middle, top = (at(value) for value in self.band)
+        if band:
+            bottom, middle, top = map(at, band)
             self.box(self.x, bottom, self.width, max(dp(2), top - bottom), tk.accent_soft, dp(4), alpha=.45)
             for edge in (bottom, top):
                 self.box(self.x, edge, self.width, 1, tk.accent)
-            for start in range(0, int(self.width), int(dp(10))):             # dashed: it is of before, not of now
+            for start in range(0, int(self.width), int(dp(10))):             # dashed: from before the period
                 self.box(self.x + start, middle - 1, min(dp(6), self.width - start), 2, tk.accent)
-        points = [(self.x + pad + width * min(1., max(0., x)), at(value)) for x, value in self.points]
+        points = [(self.x + pad + width * min(1., max(0., point.place)), at(point.value)) for point in self.points]
         if len(points) > 1:
             Color(*tk.ink2)
             SmoothLine(points=[c for point in points for c in point], width=dp(1))
@@ -96,7 +97,7 @@ class TrendRow(Row, Toned, BoxLayout):
     count = StringProperty()
     icon = StringProperty()
     points = ListProperty()
-    band = ListProperty()
+    band = ObjectProperty(None, allownone=True)
 
 
 class PartsBar(Chart):

@@ -1,4 +1,4 @@
-"""Cards of figures that can be asked what they mean."""
+"""Cards of figures that explain themselves when tapped."""
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -16,8 +16,8 @@ class FigureCard(Row, Tap, KpiCard):
 
 
 class FigureGrid(BoxLayout):
-    """One FigureCard per dict of ``data``, ``cols`` in a row; a tap fires ``on_action(key, "explain")``. The cards of each row share its
-    whole width, those of the last one too."""
+    """One FigureCard per row of ``data``, ``cols`` beside each other; a tap fires ``on_action(key, "explain")``. The cards of each line
+    share its whole width, those of the last one too."""
     data = ListProperty()
     cols = NumericProperty(1)
 

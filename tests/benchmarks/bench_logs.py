@@ -15,10 +15,11 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Robot
-from app.screens.logs import facts as logs_facts
-from app.screens.logs import figures as logs_figures
-from app.screens.logs import robot_states as logs_states
-from app.screens.logs.view import Chosen, Period
+from app.screens.common.shell import pick
+from app.screens.logs.facts import LogsServices, execution_filter, read_facts
+from app.screens.logs.figures import read_figures, read_more_figures
+from app.screens.logs.robot_states import read_states
+from app.screens.logs.view import Filters, Period
 from app.services.history.shift_report import ReportPeriod, ShiftReports
 from tests.benchmarks.bench_kpi import DAYS, ROBOTS, START, _Clock, best_ms, rows
 from tests.support.clock import VirtualClock
@@ -37,19 +38,20 @@ def make(number: int, directory: Path) -> None:
 def measure(directory: Path) -> None:
     clock = VirtualClock(_Clock().now())
     container = Container(Database.open(directory / DATABASE_NAME, clock=clock, durable=False), clock)
-    known = {robot.name for robot in container.repositories.robots.all(container.db.read())}
+    services = pick(LogsServices, container)
+    known = {robot.name for robot in container.catalogue.robots()}
     for number in range(1, ROBOTS + 1):
         if f"R{number}" not in known:
             container.catalogue.save_robot(Robot(f"R{number}", f"10.0.0.{number}", "user"), "secret")
-    print(f"{container.history.count(logs_facts.filter_of(Chosen(period=Period.ALL), clock.now(), ZONE)):,} rows since {START:%Y-%m-%d}, "
+    print(f"{container.history.count(execution_filter(Filters(Period.ALL), clock.now(), ZONE)):,} rows since {START:%Y-%m-%d}, "
           f"{DAYS} days")
     for period in (Period.WEEK, Period.TODAY, Period.MONTH, Period.ALL):
-        chosen = Chosen(period=period)
-        facts = logs_facts.read(container, chosen)
-        steps = {"first page": lambda chosen=chosen: logs_facts.read(container, chosen),
-                 "figures": lambda chosen=chosen, facts=facts: logs_figures.read(container, chosen, facts.robot, clock.now(), ZONE),
-                 "page of figures": lambda chosen=chosen: logs_figures.read_more(container, chosen, clock.now(), ZONE),
-                 "page of robots": lambda chosen=chosen: logs_states.read(container, chosen, clock.now(), ZONE)}
+        filters = Filters(period)
+        facts = read_facts(services, filters)
+        steps = {"first page": lambda filters=filters: read_facts(services, filters),
+                 "figures": lambda filters=filters, facts=facts: read_figures(services, filters, facts.robot, clock.now(), ZONE),
+                 "page of figures": lambda filters=filters: read_more_figures(services, filters, clock.now(), ZONE),
+                 "page of robots": lambda filters=filters: read_states(services, filters, clock.now(), ZONE)}
         spent = {name: best_ms(work, 2 if period is Period.ALL else 5) for name, work in steps.items()}
         opens = spent["first page"] + spent["figures"]
         print(f"  {period:6} opens in {opens:7.1f}   " + "   ".join(f"{name} {ms:.1f}" for name, ms in spent.items()))

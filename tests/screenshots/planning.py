@@ -14,7 +14,7 @@ from app.container import Container
 from app.domain.models import Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
-from app.screens.common.shell import Shell
+from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.frame import controller as frame_controller
 from app.screens.logs.screen import LogsScreen
@@ -37,7 +37,8 @@ class Stand:
         bus = UiBus()
         self.background = Background(bus)
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background)
-        self.screen = SCREENS[name](self.container, self.shell)
+        kind = SCREENS[name]
+        self.screen = kind(pick(kind.Services, self.container) if hasattr(kind, "Services") else self.container, self.shell)
         frame = Factory.Frame(date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · 2 s ago", link_icon="wifi")
         frame.items = [(key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION]
         frame.current, frame.title = name, frame_controller.screen_word(name)
@@ -192,7 +193,7 @@ def empty(studio: Any) -> Any:
 @picture("logs", sizes=EVERY_SIZE)
 def logs(studio: Any) -> Any:
     stand = Stand(studio, "logs")
-    failed = next(row["key"] for row in stand.vm.rows if row["outcome"] == _("Failed"))
+    failed = next(row.key for row in stand.vm.rows if row.outcome == _("Failed"))
     stand.vm.toggle(failed)
     return stand.settle()
 
@@ -208,14 +209,14 @@ def logs_month(studio: Any) -> Any:
 def search(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.toggle_search()
-    stand.vm._choose(outcomes=("failed", "skipped"), mission="Move coils to press")
+    stand.vm.set_filters(outcomes=("failed", "skipped"), mission="Move coils to press")
     return stand.settle()
 
 
 @picture("logs-nothing", sizes=(LANDSCAPE,))
 def nothing(studio: Any) -> Any:
     stand = Stand(studio, "logs")
-    stand.vm._choose(outcomes=("missed",))
+    stand.vm.set_filters(outcomes=("missed",))
     return stand.settle()
 
 
@@ -292,7 +293,7 @@ def logs_robot_span(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.choose_part("robots")
     stand.settle()
-    stand.vm.tell_moment(stand.vm.lanes[0]["key"], .93)
+    stand.vm.show_moment(stand.vm.lanes[0].key, .93)
     return studio.dialogs.top
 
 

@@ -1,8 +1,8 @@
 """An invented Friday afternoon in a Finnish plant: what the gallery shows."""
 from __future__ import annotations
 
+from app.screens.logs.kpi_view import DayBar, RobotBar, with_unit
 from app.services.robots.map_picture import Place
-from app.widgets.display import with_unit
 
 NAV = [("home", "Home", "home-variant-outline", "home-variant"), ("scheduler", "Scheduler", "calendar-clock-outline", "calendar-clock"),
        ("logs", "Logs", "text-box-outline", "text-box"), ("settings", "Settings", "cog-outline", "cog")]
@@ -62,10 +62,10 @@ KPIS = [
      "history": [6.6, 6.4, 6.5, 6.3, 6.35, 6.1, 6.2]},
     {"key": 3, "label": "Missions per day", "value": "–", "note": "no recorded day", "history": []},
 ]
-UTILISATION = [("Aino", "46 %", "3 h 41 min", .46, .14), ("Veikko", "31 %", "2 h 29 min", .31, .11),
-               ("Sisu", "22 %", "1 h 46 min", .22, .27)]
-DAYS = [("Sa", 20, 0, 0, 0), ("Su", 12, 0, 0, 1), ("Mo", 74, 2, 1, 0), ("Tu", 79, 1, 2, 1), ("We", 76, 0, 1, 0), ("Th", 82, 2, 1, 0),
-        ("Fr", 62, 3, 3, 0)]
+UTILISATION = [RobotBar("Aino", "46 %", "3 h 41 min", .46, .14), RobotBar("Veikko", "31 %", "2 h 29 min", .31, .11),
+               RobotBar("Sisu", "22 %", "1 h 46 min", .22, .27)]
+DAYS = [DayBar("Sa", 20, 0, 0, 0), DayBar("Su", 12, 0, 0, 1), DayBar("Mo", 74, 2, 1, 0), DayBar("Tu", 79, 1, 2, 1),
+        DayBar("We", 76, 0, 1, 0), DayBar("Th", 82, 2, 1, 0), DayBar("Fr", 62, 3, 3, 0)]
 LANES = [
     {"name": "Aino", "note": "MiR250", "bars": [
         {"key": 1, "start": .5, "end": .62, "state": "past"}, {"key": 2, "start": 1.55, "end": 1.7, "state": "running"},

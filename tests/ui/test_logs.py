@@ -10,8 +10,7 @@ import pytest
 
 from app.database.executions import ExecutionFilter
 from app.domain.models import State
-from app.screens.logs import facts as logs_facts
-from app.screens.logs.cards import RunsCard
+from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
 from app.services.history.kpi import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
@@ -41,7 +40,7 @@ def tick(app, ui, chip: str, *options: str) -> None:
 
 
 def outcomes(app) -> set[str]:
-    return {row["outcome"] for row in app.logs.rows}
+    return {row.outcome for row in app.logs.rows}
 
 
 def rows(ui) -> list[LogRow]:
@@ -55,11 +54,11 @@ def test_five_figures_with_their_counts_and_the_charts(screen, container, ui):
         "Success rate", "Mean duration", "Missions per day", "Utilisation, Aino", "Schedule adherence"]
     kpis = container.kpis.thesis(KpiFilter(start=datetime(2026, 11, 13, 22, tzinfo=UTC)))         # Saturday's midnight there
     assert cards[0].note == f"{kpis.completed} of {kpis.completed + kpis.failed} ended runs"
-    assert [name for name, *_rest in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]
-    assert [day[0] for day in screen.logs.days] == ["Sa", "Su", "Mo", "Tu", "We", "Th", "Fr"]
+    assert [bar.robot for bar in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]
+    assert [day.label for day in screen.logs.days] == ["Sa", "Su", "Mo", "Tu", "We", "Th", "Fr"]
 
 
-def test_runs_stand_newest_first_with_their_reasons(screen, ui):
+def test_runs_are_listed_newest_first_with_their_reasons(screen, ui):
     first, second, *_rest = rows(ui)
     assert (first.outcome, first.mission, first.robot, first.trigger, first.reason) == (
         "Running", "Deliver kits to line 2", "Aino", "Run now", "Running on the robot")
@@ -82,7 +81,7 @@ def test_a_story_that_finds_no_room_where_it_was_opened_comes_into_sight(screen,
     ui.advance(.6)
     opened = next(row for row in ui.find_all(LogRow) if row.opened)
     assert opened.key == last.key
-    assert opened.to_window(0, opened.y)[1] >= ui.find(RunsCard).to_window(0, ui.find(RunsCard).y)[1]
+    assert opened.to_window(0, opened.y)[1] >= ui.find(RunsList).to_window(0, ui.find(RunsList).y)[1]
     assert "queue item" in opened.message.casefold()
 
 
@@ -90,7 +89,7 @@ def test_a_figure_says_what_it_means(screen, ui):
     tap(screen, ui, ui.find(FigureCard, label="Schedule adherence"))
     dialog = ui.find(FigureDialog)
     assert dialog.text.startswith("Planned starts that ran")
-    assert {"Planned", "Ran"} <= {row["label"] for row in dialog.rows}
+    assert {"Planned", "Ran"} <= {line.label for line in dialog.rows}
     ui.key(27)
     assert not ui.find_all(FigureDialog)
 
@@ -109,9 +108,9 @@ def test_a_longer_period_has_more_runs_and_other_figures(screen, ui):
 def test_one_robot_can_be_looked_at_alone(screen, ui):
     tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Sisu"))
-    assert {row["robot"] for row in screen.logs.rows} == {"Sisu"}
+    assert {row.robot for row in screen.logs.rows} == {"Sisu"}
     assert ui.find_all(FigureCard, label="Utilisation, Sisu")
-    assert [name for name, *_rest in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]       # still side by side
+    assert [bar.robot for bar in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]       # still side by side
 
 
 def test_outcomes_missions_and_triggers_narrow_the_list_and_one_tap_takes_them_away(screen, ui):
@@ -120,22 +119,22 @@ def test_outcomes_missions_and_triggers_narrow_the_list_and_one_tap_takes_them_a
     assert outcomes(screen) == {"Failed", "Skipped"}
     assert ui.find_all(ChoiceChip, text="2 outcomes", selected=True)
     tick(screen, ui, "Trigger", "Run now")
-    assert {row["trigger"] for row in screen.logs.rows} == {"Run now"}
+    assert {row.trigger for row in screen.logs.rows} == {"Run now"}
     tap(screen, ui, ui.find(ChoiceChip, text="Mission"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Bring pallet to dock"))
-    assert [(row["outcome"], row["mission"]) for row in screen.logs.rows] == [("Failed", "Bring pallet to dock")]
-    assert screen.logs.found == "1 found, newest first"
+    assert [(row.outcome, row.mission) for row in screen.logs.rows] == [("Failed", "Bring pallet to dock")]
+    assert screen.logs.count_text == "1 found, newest first"
     tap(screen, ui, ui.find(IconButton, icon="filter-remove-outline"))
     assert screen.logs._facts.count == everything
 
 
-def test_typing_searches_and_closing_the_search_forgets_it(screen, ui):
+def test_typing_searches_and_closing_the_search_clears_it(screen, ui):
     tap(screen, ui, ui.find(IconButton, icon="magnify"))
     ui.type(ui.find(SearchField), "pallet")
     settle(screen, ui)
-    assert {row["mission"] for row in screen.logs.rows} == {"Bring pallet to dock"}
+    assert {row.mission for row in screen.logs.rows} == {"Bring pallet to dock"}
     tap(screen, ui, ui.find(IconButton, icon="magnify"))
-    assert len({row["mission"] for row in screen.logs.rows}) > 1
+    assert len({row.mission for row in screen.logs.rows}) > 1
 
 
 def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):
@@ -153,12 +152,12 @@ def test_what_ends_shows_at_once(screen, container, ui):
     assert rows(ui)[0].took == "4 min"
 
 
-def test_the_story_asked_for_by_another_screen_is_told(screen, container, ui):
+def test_the_story_asked_for_by_another_screen_is_shown(screen, container, ui):
     old = container.history.page(failures(container)).rows[-1]
     screen.shell.go("home")
     screen.shell.go("logs", execution_id=old.id)
     settle(screen, ui)
-    assert screen.logs.told == old.id
+    assert screen.logs.opened_run == old.id
     ui.wait(lambda: [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id])
     screen.shell.go("logs", execution_id=10**6)
     settle(screen, ui)
@@ -168,11 +167,11 @@ def test_the_story_asked_for_by_another_screen_is_told(screen, container, ui):
 def test_a_story_comes_into_sight_however_long_its_list_takes_to_be_read(screen, container, ui, monkeypatch):
     tap(screen, ui, ui.find(Segment, text="Today"))          # which does not have it
     old = container.history.page(failures(container)).rows[-1]
-    read, may_read = logs_facts.read, threading.Event()
-    monkeypatch.setattr(logs_facts, "read", lambda *given: may_read.wait(60) and read(*given))
+    page, may_read = container.history.page, threading.Event()
+    monkeypatch.setattr(container.history, "page", lambda *given, **more: may_read.wait(60) and page(*given, **more))
     screen.shell.go("home")
     screen.shell.go("logs", execution_id=old.id)
-    ui.wait(lambda: screen.logs.told == old.id)
+    ui.wait(lambda: screen.logs.opened_run == old.id)
     ui.advance(2)
     may_read.set()
     ui.wait(lambda: [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id])
@@ -190,15 +189,15 @@ def test_the_list_loads_more_as_it_is_scrolled_until_everything_is_there(screen,
     for _page in range(20):
         if len(screen.logs.rows) == everything:
             break
-        ui.find(RunsCard).ids.runs.scroll_y = 0
+        ui.find(RunsList).scroll_y = 0
         settle(screen, ui)
-    ids = [row["key"] for row in screen.logs.rows]
+    ids = [row.key for row in screen.logs.rows]
     assert len(ids) == len(set(ids)) == everything
     planned = [row.planned_at for row in screen.logs._facts.rows]
     assert planned == sorted(planned, reverse=True)
 
 
-def test_what_is_filtered_is_exported_and_its_place_is_told(screen, ui, tmp_path, monkeypatch):
+def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, tmp_path, monkeypatch):
     documents = tmp_path / "Documents"
     documents.mkdir()
     monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
@@ -214,7 +213,7 @@ def test_what_is_filtered_is_exported_and_its_place_is_told(screen, ui, tmp_path
     assert {line[COLUMNS.index("state")] for line in lines[1:]} == {"failed"}
 
 
-def test_an_export_that_cannot_be_written_is_told_in_one_sentence(screen, ui, tmp_path, monkeypatch):
+def test_an_export_that_cannot_be_written_says_why_in_one_sentence(screen, ui, tmp_path, monkeypatch):
     monkeypatch.setattr("app.services.files.exports.tempfile.mkstemp", no_room)
     tap(screen, ui, ui.find(CommandButton, text="Export CSV"))
     assert "No space left on device" in ui.find(Snackbar).text

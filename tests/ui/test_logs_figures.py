@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.models import ReasonCode
-from app.screens.logs.cards import FiguresPart, MoreCard, RunsCard, RunsPart
+from app.screens.logs.cards import FiguresPart, MoreCard, RunsList, RunsPart
 from app.services.history.kpi import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
@@ -35,7 +35,7 @@ def test_the_figures_take_the_place_of_the_runs_and_the_cards_stay(screen, ui):
     assert {card.title for card in ui.find_all(MoreCard)} == {
         "Reasons for failure", "Schedule adherence", "Starting and waiting", "Duration of missions"}
     tap(screen, ui, ui.find(Segment, text="Runs"))
-    assert ui.find_all(RunsCard)
+    assert ui.find_all(RunsList)
     assert not ui.find_all(FiguresPart)
 
 
@@ -52,7 +52,7 @@ def test_failures_are_ranked_and_their_shares_add_up(screen, container, ui):
     assert sum(cause.number for cause in causes) == screen.logs._figures.thesis.failed
 
 
-def test_why_planned_runs_did_not_run_is_told(screen, container, ui):
+def test_why_planned_runs_did_not_run_is_shown(screen, container, ui):
     rows = ui.find_all(RankRow, root=ui.find(MoreCard, title="Schedule adherence"))
     not_run = screen.logs._figures.adherence.not_run
     assert [int(row.value) for row in rows] == list(not_run.values())
@@ -79,8 +79,8 @@ def test_what_a_figure_means_is_one_tap_away(screen, ui, title, beginning):
     tap(screen, ui, button)
     dialog = ui.find(FigureDialog)
     assert dialog.text.startswith(beginning)
-    assert dialog.rows[-1]["label"] == "Period"
-    assert dialog.rows[-1]["value"] == "Sat 14 Nov – Fri 20 Nov"
+    assert dialog.rows[-1].label == "Period"
+    assert dialog.rows[-1].value == "Sat 14 Nov – Fri 20 Nov"
 
 
 def _above(widget):
@@ -90,7 +90,7 @@ def _above(widget):
 
 
 @pytest.mark.parametrize(("choice", "words"), [("This shift", "06:38–14:38"), ("Yesterday", "Thu 19 Nov 00:00 – Fri 20 Nov 2026 00:00")])
-def test_a_report_is_written_and_its_place_is_told(screen, ui, tmp_path, monkeypatch, choice, words):
+def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatch, choice, words):
     documents = tmp_path / "Documents"
     documents.mkdir()
     monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
@@ -109,7 +109,7 @@ def test_a_report_is_written_and_its_place_is_told(screen, ui, tmp_path, monkeyp
     assert not screen.logs.reporting
 
 
-def test_a_report_that_cannot_be_written_is_told_in_one_sentence(screen, ui, monkeypatch):
+def test_a_report_that_cannot_be_written_says_why_in_one_sentence(screen, ui, monkeypatch):
     def no_room(**_where):
         raise OSError(28, "No space left on device")
 

@@ -1,9 +1,11 @@
-"""The page of robots in the Logs, by taps: bands of what they did, and what a tap on one tells."""
+"""The page of robots in the Logs, by taps: bands of what they did, and what a tap on one shows."""
 from __future__ import annotations
+
+from itertools import pairwise
 
 import pytest
 
-from app.screens.logs.cards import BandsCard
+from app.screens.logs.cards import RobotsPart
 from app.widgets.activity_bands import ActivityBands, ActivityLegend
 from app.widgets.buttons import ChoiceChip, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
@@ -23,7 +25,7 @@ def screen(container, ui):
 def tap_band(screen, ui, robot: str, place: float) -> FigureDialog:
     """Tap the robot's band at 0..1 of the period; returns the dialog that opens."""
     bands = ui.find(ActivityBands)
-    key = next(lane["key"] for lane in bands.lanes if lane["name"] == robot)
+    key = next(lane.key for lane in bands.lanes if lane.name == robot)
     bottom, top, _key = next(band for band in bands._places if band[2] == key)
     ui.tap_at(*bands.to_window(bands._left + bands._room * place, (bottom + top) / 2))
     settle(screen, ui)
@@ -31,47 +33,47 @@ def tap_band(screen, ui, robot: str, place: float) -> FigureDialog:
 
 
 def span_of(bands: ActivityBands, robot: str, kind: str) -> tuple[float, float]:
-    lane = next(lane for lane in bands.lanes if lane["name"] == robot)
-    return next((start, end) for start, end, what in lane["spans"] if what == kind)
+    lane = next(lane for lane in bands.lanes if lane.name == robot)
+    return next((span.start, span.end) for span in lane.spans if span.kind == kind)
 
 
 def test_every_robot_has_a_band_that_fills_the_period(screen, ui):
     bands = ui.find(ActivityBands)
-    assert [lane["name"] for lane in bands.lanes] == ["Aino", "Sisu", "Veikko"]
+    assert [lane.name for lane in bands.lanes] == ["Aino", "Sisu", "Veikko"]
     for lane in bands.lanes:
-        assert (lane["spans"][0][0], lane["spans"][-1][1]) == pytest.approx((0, 1))
-        assert all(first[1] == second[0] for first, second in zip(lane["spans"], lane["spans"][1:], strict=False))
+        assert (lane.spans[0].start, lane.spans[-1].end) == pytest.approx((0, 1))
+        assert all(first.end == second.start for first, second in pairwise(lane.spans))
     assert sorted(item.text for item in ui.find_all(ActivityLegend)) == sorted([
         "On a mission", "Charging", "Idle", "Paused", "Error", "Offline", "No data"])
 
 
-def test_a_tap_tells_what_from_when_to_when_and_how_long(screen, ui):
+def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
     tap(screen, ui, ui.find(Segment, text="Today"))
     start, end = span_of(ui.find(ActivityBands), "Sisu", "charging")
     dialog = tap_band(screen, ui, "Sisu", (start + end) / 2)
     assert dialog.title == "Sisu: Charging"
-    assert [(row["label"], row["value"]) for row in dialog.rows] == [("From", "10:06"), ("To", "11:30"), ("For", "1 h 24 min")]
-    assert screen.logs.marked[1:] == pytest.approx([start, end])
+    assert [(line.label, line.value) for line in dialog.rows] == [("From", "10:06"), ("To", "11:30"), ("For", "1 h 24 min")]
+    assert (screen.logs.mark.start, screen.logs.mark.end) == pytest.approx((start, end))
     ui.key(27)
     settle(screen, ui)
-    assert screen.logs.marked == []
+    assert screen.logs.mark is None
 
 
 def test_what_still_goes_on_has_no_end(screen, ui):
     tap(screen, ui, ui.find(Segment, text="Today"))
     dialog = tap_band(screen, ui, "Aino", .999)
-    assert (dialog.title, dialog.rows[1]["value"]) == ("Aino: On a mission", "still so")
+    assert (dialog.title, dialog.rows[1].value) == ("Aino: On a mission", "ongoing")
 
 
 def test_one_robot_alone_and_what_the_bands_mean(screen, ui):
     tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Veikko"))
-    assert [lane["name"] for lane in ui.find(ActivityBands).lanes] == ["Veikko"]
-    tap(screen, ui, ui.find(IconButton, root=ui.find(BandsCard)))
+    assert [lane.name for lane in ui.find(ActivityBands).lanes] == ["Veikko"]
+    tap(screen, ui, ui.find(IconButton, root=ui.find(RobotsPart)))
     dialog = ui.find(FigureDialog)
-    assert dialog.text.startswith("Written down at every poll")
-    assert dialog.rows[0]["label"] == "Veikko"
-    assert "On a mission" in dialog.rows[0]["note"]
+    assert dialog.text.startswith("Recorded at every poll")
+    assert dialog.rows[0].label == "Veikko"
+    assert "On a mission" in dialog.rows[0].note
 
 
 def test_longer_periods_are_thinned_out_but_keep_every_robot(screen, ui):
@@ -79,8 +81,8 @@ def test_longer_periods_are_thinned_out_but_keep_every_robot(screen, ui):
         tap(screen, ui, ui.find(Segment, text=period))
         lanes = ui.find(ActivityBands).lanes
         assert len(lanes) == 3
-        assert all(0 < len(lane["spans"]) <= 600 for lane in lanes)
-        assert all("error" in {kind for *_, kind in lane["spans"]} for lane in lanes if lane["name"] == "Aino")
+        assert all(0 < len(lane.spans) <= 600 for lane in lanes)
+        assert all("error" in {span.kind for span in lane.spans} for lane in lanes if lane.name == "Aino")
 
 
 def test_without_robots_the_page_says_so(tmp_path, ui):

@@ -83,4 +83,4 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         assert (row.mission, row.robot, row.trigger, row.when) == ("Home", "Aino", "Schedule", "06:30")
         ui.wait(lambda: ui.find_all(FigureCard, label="Success rate", note="1 of 1 ended run (21–100 %)"))
         ui.tap(row)
-        ui.wait(lambda: [step["label"] for step in ui.find(LogRow).steps] == ["Planned", "Submitted", "Started", "Completed"])
+        ui.wait(lambda: [step.label for step in ui.find(LogRow).steps] == ["Planned", "Submitted", "Started", "Completed"])

@@ -128,7 +128,7 @@ def test_a_past_bar_goes_to_its_story_in_the_logs(screen, ui):
     tap_bar(ui, failed["key"])
     settle(screen, ui)
     assert screen.shell.navigator.current == "logs"
-    assert screen.shell.navigator.screen("logs").vm.told == failed["key"][1]
+    assert screen.shell.navigator.screen("logs").vm.opened_run == failed["key"][1]
 
 
 def test_seven_days_are_a_list_that_opens_schedules(screen, ui):

@@ -9,11 +9,11 @@ from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
+from app.screens.logs.kpi_view import DayBar, RobotBar
 from app.widgets.chart import Meter, Sparkline, nice_step
-from app.widgets.charts import StackedBars
-from app.widgets.display import EmptyState, KpiCard, StatusBadge, ValueTile, with_unit
+from app.widgets.charts import RobotBars, StackedBars
+from app.widgets.display import EmptyState, KpiCard, StatusBadge, ValueTile
 from app.widgets.frame import AlarmBanner, Frame, NavItem, TopBar
-from app.widgets.robot_bars import RobotBars
 from app.widgets.robot_map import RobotMap
 from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt
@@ -117,7 +117,7 @@ def test_an_empty_state_without_a_way_has_no_button(ui):
 
 
 def test_a_kpi_card_shows_value_unit_and_count(ui):
-    ui.show(KpiCard(label="Success rate", value=with_unit("98.1", "%"), note="405 of 413", history=[97, None, 98]), (260, 104))
+    ui.show(KpiCard(label="Success rate", value="98.1[size=18sp] %[/size]", note="405 of 413", history=[97, None, 98]), (260, 104))
     assert {"Success rate", "405 of 413"} <= set(ui.texts())
     assert any(isinstance(w, Label) and w.markup and w.text.startswith("98.1") for w in ui.seen())
 
@@ -324,8 +324,8 @@ def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
 
 @pytest.mark.parametrize("chart", [
     lambda: Timeline(), lambda: Timeline(lanes=[{"name": "Aino", "bars": []}]),
-    lambda: StackedBars(), lambda: StackedBars(days=[("Mo", 0, 0)]),
-    lambda: RobotBars(), lambda: RobotBars(rows=[("Aino", "0 %", "0 min", 0, 0), ("Sisu", "100 %", "8 h", 1, .5)]),
+    lambda: StackedBars(), lambda: StackedBars(days=[DayBar("Mo", 0, 0, 0, 0)]),
+    lambda: RobotBars(), lambda: RobotBars(rows=[RobotBar("Aino", "0 %", "0 min", 0, 0), RobotBar("Sisu", "100 %", "8 h", 1, .5)]),
     lambda: Sparkline(), lambda: Sparkline(values=[None, None]), lambda: Sparkline(values=[5]), lambda: Sparkline(values=[5, 5, None, 5]),
     lambda: RobotMap(), lambda: RobotMap(at=[.5, .5], path=[(.5, .5), (.5, .5)])])
 def test_charts_draw_whatever_there_is(ui, chart):

@@ -61,7 +61,7 @@ class Wear:
         if name == "logs":
             rows = self._ui.find_all(LongList)
             if rows and rows[0].data:
-                shell.navigator.screen("logs").vm.toggle(rows[0].data[n % min(4, len(rows[0].data))]["key"])
+                shell.navigator.screen("logs").vm.toggle(rows[0].data[n % min(4, len(rows[0].data))].key)
         shell.snackbars.show(f"Round {n}", icon="check")
         self._dialogs[n % len(self._dialogs)]()
         self._ui.wait(lambda: shell.background.idle)

@@ -1,63 +1,36 @@
-"""The parts of the Logs as kv/logs/screen.kv lays them out."""
+"""The widgets of the Logs that kv/logs lays out."""
 from __future__ import annotations
 
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets import activity_bands, figure_charts, figures, pages, slots  # noqa: F401  (kv's Factory learns them)
 from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField
+from app.widgets.long_list import LongList
 
-SETTLED = 0.35               # s in which rows have found their height and the list its rest
-
-
-class FilterBar(BoxLayout):
-    """Period, robot, export."""
-    vm = ObjectProperty(None, allownone=True)
-    period = StringProperty()
-    periods = ListProperty()
-    part = StringProperty()
-    parts = ListProperty()
-    robot = StringProperty()
-    all_robots = BooleanProperty(True)
-    exporting = BooleanProperty(False)
-    reporting = BooleanProperty(False)
-    empty = BooleanProperty(True)
+LAYOUT_S = 0.35              # until rows have found their height and the list is at rest
 
 
 class LogsBody(BoxLayout):
     """What is below the figures: one part of ``PARTS``; the others do not exist."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
-    portrait = BooleanProperty(False)
     part = StringProperty()
 
-    def __init__(self, **kwargs: Any) -> None:
-        self._shown: tuple[str, object] = ("", None)
-        super().__init__(**kwargs)
-        for name in ("part", "vm"):
-            self.fbind(name, self._build)
-        self.fbind("portrait", self._turn)
+    def on_vm(self, *_: Any) -> None:
+        if self.vm is not None and self.part in PARTS and not any(type(child) is PARTS[self.part] for child in self.children):
+            self.clear_widgets()
+            self.add_widget(PARTS[self.part](vm=self.vm))
 
-    def _build(self, *_: Any) -> None:
-        wanted = (self.part, self.vm)
-        if wanted == self._shown or self.vm is None or self.part not in PARTS:
-            return
-        self._shown = wanted
-        self.clear_widgets()
-        self.add_widget(PARTS[self.part](vm=self.vm, portrait=self.portrait))
-
-    def _turn(self, *_: Any) -> None:
-        for part in self.children:
-            part.portrait = self.portrait
+    on_part = on_vm
 
 
 class LogsPart(BoxLayout):
-    """Base of what can stand there."""
+    """Base of the parts."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
-    portrait = BooleanProperty(False)
 
 
 class RunsPart(LogsPart):
@@ -76,35 +49,16 @@ PARTS = {"runs": RunsPart, "figures": FiguresPart, "robots": RobotsPart}
 
 
 class MoreCard(SectionCard):
-    """A figure with its words; the button in its head says what it means: ``vm.explain(key)``."""
+    """A figure with its words; the button in its head explains it: ``vm.explain(key)``."""
     title = StringProperty()
     note = StringProperty()
     about = StringProperty()
 
 
 class Ranking(BoxLayout):
-    """Words, and reasons as ranked bars (RankRow)."""
-    words = StringProperty()
+    """A text, and reasons as ranked bars (RankRow)."""
+    text = StringProperty()
     rows = ListProperty()
-
-
-class Facts(BoxLayout):
-    """Labels and values (FactRow)."""
-    rows = ListProperty()
-
-
-class BandsCard(SectionCard):
-    """Bands of all robots, and what they mean."""
-    lanes = ListProperty()
-    ticks = ListProperty()
-    marked = ListProperty()
-    legend = ListProperty()
-
-
-class Waiting(BoxLayout):
-    """Waiting against running: a bar, its legend, words."""
-    share = NumericProperty(0)
-    words = StringProperty()
 
 
 class LineLegend(BoxLayout):
@@ -114,58 +68,35 @@ class LineLegend(BoxLayout):
     shown = BooleanProperty(True)
 
 
-class UtilisationCard(SectionCard):
-    """Bars of all robots."""
-    rows = ListProperty()
-    note = StringProperty()
-    wanted = NumericProperty(0)
-
-
-class OutcomesCard(SectionCard):
-    """How runs ended, day by day."""
-    days = ListProperty()
-
-
 class RunsSearch(SearchField):
-    """What is searched for; ``card`` is the RunsCard."""
+    """The search field of the runs; ``card`` is the view model."""
     card = ObjectProperty(None, rebind=True)
 
 
-class RunsCard(SectionCard):
-    """The executions with their filters. ``told`` is the one whose story is told: it stays in sight, also when it has grown."""
-    rows = ListProperty()
-    told = ObjectProperty(None, allownone=True)
-    found = StringProperty()
-    outcome = StringProperty()
-    mission = StringProperty()
-    trigger = StringProperty()
-    narrows = BooleanProperty(False)
-    searching = BooleanProperty(False)
-    query = StringProperty()
-    empty_title = StringProperty()
-    empty_text = StringProperty()
+class RunsList(LongList):
+    """The runs. ``opened_run`` is the key of the row that shows its story: it is scrolled into sight, also when it has grown."""
+    opened_run = ObjectProperty(None, allownone=True)
 
     def __init__(self, **kwargs: Any) -> None:
-        self._bring_soon = Clock.create_trigger(self._bring_into_sight, SETTLED)
-        self._sought = False                 # told, but not in the list yet: it is still being read
+        self._scroll_soon = Clock.create_trigger(self._scroll_to_opened, LAYOUT_S)
+        self._is_pending = False             # opened, but perhaps not in the list yet: it is still being read
         super().__init__(**kwargs)
-        self.fbind("told", self._seek)
-        self.fbind("rows", self._rows_came)
+        self.fbind("opened_run", self._opened)
+        self.fbind("data", self._data_changed)
 
-    def _seek(self, *_args: object) -> None:
-        self._sought = self.told is not None
-        self._bring_soon()
+    def _opened(self, *_args: object) -> None:
+        self._is_pending = self.opened_run is not None
+        self._scroll_soon()
 
-    def _rows_came(self, *_args: object) -> None:
-        if self._sought:
-            self._bring_soon()
+    def _data_changed(self, *_args: object) -> None:
+        if self._is_pending:
+            self._scroll_soon()
 
-    def _bring_into_sight(self, _dt: float) -> None:
-        """A list that rests on whole rows has no place for a row that has become too high where it stood."""
-        if not self._sought or all(row["key"] != self.told for row in self.rows):
+    def _scroll_to_opened(self, _dt: float) -> None:
+        """The list shows whole rows only; a row that has grown too high for its place would be hidden."""
+        if not self._is_pending or all(row.key != self.opened_run for row in self.data):
             return
-        self._sought = False
-        runs = self.ids.runs
-        row = next((row for row in runs.views if row.key == self.told), None)
-        if row is None or row.to_window(0, row.y)[1] < runs.to_window(0, runs.y)[1] - 1:
-            runs.show(self.told)
+        self._is_pending = False
+        view = next((view for view in self.views if view.key == self.opened_run), None)
+        if view is None or view.to_window(0, view.y)[1] < self.to_window(0, self.y)[1] - 1:
+            self.show(self.opened_run)

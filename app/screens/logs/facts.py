@@ -1,31 +1,51 @@
-"""What the Logs need to know at one moment, read on a background thread; logs_view and logs_kpi_view turn it into words."""
+"""What the Logs show at one moment, read on a background thread; view.py turns it into words."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
 from zoneinfo import ZoneInfo
 
+from app.database.executions import ExecutionFilter, PageKey
+from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Robot, Settings
-from app.screens.logs.view import Chosen, Period, period_start
-
-if TYPE_CHECKING:
-    from app.container import Container
-    from app.services.history.runs import Page
+from app.screens.logs.view import Filters, Period, UsualSeconds, period_start
+from app.services.catalogue.catalogue import Catalogue
+from app.services.dispatch.ledger import Ledger
+from app.services.files.log_export import LogExport
+from app.services.history.kpi import Kpis
+from app.services.history.robot_states import RobotStates
+from app.services.history.runs import History
+from app.services.history.shift_report import ShiftReports
 
 PAGE = 100
 
 
 @dataclass(frozen=True)
+class LogsServices:
+    """The services that the Logs use, named as in the container."""
+    catalogue: Catalogue
+    clock: Clock
+    history: History
+    kpis: Kpis
+    ledger: Ledger
+    log_files: LogExport
+    robot_states: RobotStates
+    settings: Callable[[], Settings]
+    shift_reports: ShiftReports
+
+
+@dataclass(frozen=True)
 class LogsFacts:
+    """The newest runs that ``filters`` let through, and what is needed to show them."""
+    filters: Filters = field(default_factory=Filters)
     settings: Settings = field(default_factory=Settings)
     robots: tuple[Robot, ...] = ()
     missions: tuple[str, ...] = ()
     rows: tuple[Execution, ...] = ()
-    next: Any = None                     # where the next page begins; None: there is none
+    next: PageKey | None = None          # where the next page begins; None: there is none
     count: int = 0                       # rows that the filters let through
-    usual_s: Mapping[tuple[int | None, str], float] = field(default_factory=dict)
+    usual_s: UsualSeconds = field(default_factory=dict)
     expected: Mapping[int, DurationEstimate] = field(default_factory=dict)      # by id, of what is open
 
     @property
@@ -34,50 +54,50 @@ class LogsFacts:
 
     @property
     def robot(self) -> Robot | None:
-        """The selected one."""
-        chosen = self.settings.selected_robot_id
-        return next((robot for robot in self.robots if robot.id == chosen), self.robots[0] if self.robots else None)
+        """The robot whose utilisation is shown: that of the filters, else the selected one, else the first."""
+        by_id = {robot.id: robot for robot in self.robots}
+        return by_id.get(self.filters.robot_id or 0) or by_id.get(self.settings.selected_robot_id or 0) or next(iter(self.robots), None)
+
+    def with_more(self, page: LogsFacts) -> LogsFacts:
+        """The same with the rows of the next page, unless they are known already."""
+        known = {row.id for row in self.rows}
+        return replace(self, rows=(*self.rows, *(row for row in page.rows if row.id not in known)), next=page.next, usual_s=page.usual_s)
 
 
-def filter_of(chosen: Chosen, now: datetime, zone: ZoneInfo) -> Any:
-    """The repository's filter for what is chosen."""
-    from app.database.executions import ExecutionFilter
-
+def execution_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> ExecutionFilter:
+    """The filters of the screen as those of the history."""
     return ExecutionFilter(
-        robot_ids=None if chosen.robot_id is None else (chosen.robot_id,), mission=chosen.mission, states=chosen.states or None,
-        triggers=chosen.triggers or None, start=period_start(chosen.period, now, zone), text=chosen.text.strip())
+        robot_ids=filters.robot_ids, mission=filters.mission, states=filters.states or None,
+        triggers=filters.triggers or None, start=period_start(filters.period, now, zone), text=filters.text.strip())
 
 
-def read(container: Container, chosen: Chosen, rows: int = PAGE) -> LogsFacts:
+def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> LogsFacts:
     """The newest ``rows`` runs and their surroundings. Called off the UI thread: it asks the database, never a robot."""
-    settings, c, now = container.settings(), container.db.read(), container.clock.now()
-    wanted = filter_of(chosen, now, ZoneInfo(settings.timezone))
-    page = container.history.page(wanted, size=rows)
-    names = sorted({mission.name for mission in container.repositories.missions.all(c)}, key=str.casefold)
-    facts = LogsFacts(settings=settings, robots=tuple(container.repositories.robots.all(c)), missions=tuple(names), rows=tuple(page.rows),
-                      next=page.next, count=container.history.count(wanted))
-    return replace(facts, usual_s=usual_durations(container, page.rows, {}), expected={
-        row.id: found for row in page.rows if row.state.is_open and row.robot_id is not None
-        and (found := container.history.expected(row.robot_id, row.mission_guid)) is not None})
+    settings, history = services.settings(), services.history
+    wanted = execution_filter(filters, services.clock.now(), ZoneInfo(settings.timezone))
+    page = history.page(wanted, size=rows)
+    return LogsFacts(
+        filters, settings, tuple(services.catalogue.robots()),
+        tuple(sorted({mission.name for mission in services.catalogue.missions()}, key=str.casefold)), tuple(page.rows), page.next,
+        history.count(wanted), usual_durations(history, page.rows, {}),
+        {row.id: found for row in page.rows if row.state.is_open and row.robot_id is not None
+         and (found := history.expected(row.robot_id, row.mission_guid)) is not None})
 
 
-def read_more(container: Container, chosen: Chosen, before: Any) -> Page:
-    """The page behind that key."""
-    zone = ZoneInfo(container.settings().timezone)
-    return container.history.page(filter_of(chosen, container.clock.now(), zone), before=before, size=PAGE)
+def read_next_page(services: LogsServices, facts: LogsFacts) -> LogsFacts:
+    """The runs that follow those of ``facts``. Called off the UI thread."""
+    wanted = execution_filter(facts.filters, services.clock.now(), facts.zone)
+    page = services.history.page(wanted, before=facts.next, size=PAGE)
+    return replace(facts, rows=tuple(page.rows), next=page.next, usual_s=usual_durations(services.history, page.rows, facts.usual_s))
 
 
-def usual_durations(container: Container, rows: Any, known: Mapping[tuple[int | None, str], float]) -> dict[tuple[int | None, str], float]:
+def usual_durations(history: History, rows: Sequence[Execution], known: UsualSeconds) -> UsualSeconds:
     """Of the missions of these rows, those already known included."""
     missing = {(row.robot_id, row.mission_guid) for row in rows if row.robot_id is not None} - known.keys()
-    found = {key: container.history.usual_duration(key[0], key[1]) for key in missing if key[0] is not None}
+    found = {key: history.usual_duration(key[0], key[1]) for key in missing if key[0] is not None}
     return {**known, **{key: seconds for key, seconds in found.items() if seconds}}
 
 
 def period_with(instant: datetime, now: datetime, zone: ZoneInfo) -> Period:
-    """The shortest period that holds that instant."""
-    for period in (Period.TODAY, Period.WEEK, Period.MONTH):
-        start = period_start(period, now, zone)
-        if start is not None and instant >= start:
-            return period
-    return Period.ALL
+    """The shortest period that contains that instant."""
+    return next(period for period in Period if (start := period_start(period, now, zone)) is None or instant >= start)

@@ -1,8 +1,8 @@
-"""The figures of the Logs in words: cards with their count, what each means, bars for the charts. Pure."""
+"""The figures of the Logs in words: cards, what each figure means, bars for the charts. Pure."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 from app.domain.intervals import wilson
 from app.domain.models import Reason
@@ -12,62 +12,102 @@ from app.screens.common import formats
 from app.screens.logs.figures import Figures
 from app.services.history.kpi import DayKpis, RobotKpis
 
-Row = dict[str, Any]
+MAX_POINTS = 10              # of a card's small history
+FEW_CASES = 30               # below it a share is shown with its confidence interval
 
-MOST_POINTS = 10             # of a card's small history
-FEW = 30                     # cases, below which a share is told with how far it can be trusted
+
+@dataclass(frozen=True)
+class Card:
+    """A figure, the number of runs or days it is computed from, and its history. ``value`` is markup."""
+    key: str
+    label: str
+    value: str
+    note: str
+    history: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class FactLine:
+    """A label and its value, with a note under the label."""
+    label: str
+    value: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What a figure means, and the numbers behind it."""
+    title: str
+    text: str
+    lines: tuple[FactLine, ...]
+
+
+@dataclass(frozen=True)
+class RobotBar:
+    """Utilisation of a robot: its share and its time on missions as text, then what is drawn, 0..1 of the observed time."""
+    robot: str
+    share: str
+    time: str
+    busy: float
+    charging: float
+
+
+@dataclass(frozen=True)
+class DayBar:
+    """How many runs of a day ended how."""
+    label: str
+    completed: int
+    not_run: int
+    failed: int
+    cancelled: int
 
 
 # ---------------------------------------------------------------------- the cards
-def cards(figures: Figures) -> list[Row]:
-    """Five, each with the number of rows it rests on and its history."""
-    found = [_success(figures), _duration(figures), _per_day(figures), _utilisation(figures), _adherence(figures)]
-    return [{**card, "history": calm(card["history"])} for card in found]
+def cards(figures: Figures) -> list[Card]:
+    return [_success(figures), _duration(figures), _per_day(figures), _utilisation(figures), _adherence(figures)]
 
 
-def _success(figures: Figures) -> Row:
+def _success(figures: Figures) -> Card:
     kpis = figures.thesis
     ended = kpis.completed + kpis.failed
     note = ngettext("{completed} of {n} ended run", "{completed} of {n} ended runs", ended).format(completed=kpis.completed, n=ended) \
         if ended else _("no run has ended")
     note = with_interval(note, kpis.completed, ended)
-    return {"key": "success", "label": _("Success rate"), "value": _share(kpis.success_rate, 1), "note": note,
-            "history": [_ratio(day.completed, day.completed + day.failed) for day in figures.days]}
+    return Card("success", _("Success rate"), _share(kpis.success_rate, 1), note,
+                condense([_ratio(day.completed, day.completed + day.failed) for day in figures.days]))
 
 
-def _duration(figures: Figures) -> Row:
+def _duration(figures: Figures) -> Card:
     kpis = figures.thesis
     note = ngettext("{n} completed run", "{n} completed runs", kpis.timed).format(n=kpis.timed) if kpis.timed else _("no completed run")
-    return {"key": "duration", "label": _("Mean duration"), "value": _span(kpis.mean_duration_s), "note": note,
-            "history": [day.completed_s / day.timed if day.timed else None for day in figures.days]}
+    return Card("duration", _("Mean duration"), _span(kpis.mean_duration_s), note,
+                condense([_ratio(day.completed_s, day.timed) for day in figures.days]))
 
 
-def _per_day(figures: Figures) -> Row:
+def _per_day(figures: Figures) -> Card:
     kpis = figures.thesis
     rate = kpis.completed_per_day
     note = ngettext("{n} recorded day", "{n} recorded days", kpis.recorded_days).format(n=kpis.recorded_days) \
         if kpis.recorded_days else _("no recorded day")
     digits = 0 if rate is None or rate >= 10 else 1
-    return {"key": "per_day", "label": _("Missions per day"), "value": formats.number(rate, digits), "note": note,
-            "history": [float(day.completed) if day.total else None for day in figures.days]}
+    return Card("per_day", _("Missions per day"), formats.number(rate, digits), note,
+                condense([float(day.completed) if day.total else None for day in figures.days]))
 
 
-def _utilisation(figures: Figures) -> Row:
+def _utilisation(figures: Figures) -> Card:
     robot = _of(figures.everyone.robots, figures.robot.id) if figures.robot else None
-    seen = robot.observed_s if robot else 0.0
-    note = _("of {duration} observed").format(duration=formats.rough_duration(seen)) if seen else _("never observed")
+    observed_s = robot.observed_s if robot else 0.0
+    note = _("of {duration} observed").format(duration=formats.rough_duration(observed_s)) if observed_s else _("never observed")
     label = _("Utilisation, {robot}").format(robot=figures.robot.name) if figures.robot else _("Utilisation")
-    return {"key": "utilisation", "label": label, "value": _share(robot.utilisation if robot else None, 0), "note": note,
-            "history": list(figures.utilisation_days)}
+    return Card("utilisation", label, _share(robot.utilisation if robot else None, 0), note, condense(figures.utilisation_days))
 
 
-def _adherence(figures: Figures) -> Row:
+def _adherence(figures: Figures) -> Card:
     found = figures.adherence
     note = ngettext("{ran} of {n} planned", "{ran} of {n} planned", found.planned).format(ran=found.ran, n=found.planned) \
         if found.planned else _("nothing was planned")
     note = with_interval(note, found.ran, found.planned)
-    return {"key": "adherence", "label": _("Schedule adherence"), "value": _share(found.rate, 1), "note": note,
-            "history": list(figures.adherence_days)}
+    return Card("adherence", _("Schedule adherence"), _share(found.rate, 1), note, condense(figures.adherence_days))
 
 
 def _share(value: float | None, digits: int) -> str:
@@ -85,27 +125,27 @@ def _span(seconds: float | None) -> str:
 
 
 def with_interval(note: str, successes: int, cases: int) -> str:
-    """Of few cases: how far their share can be trusted, behind it."""
-    ends = wilson(successes, cases) if cases < FEW else None
+    """``note``, and for few cases the 95 % confidence interval of their share behind it."""
+    ends = wilson(successes, cases) if cases < FEW_CASES else None
     if ends is None:
         return note
     return _("{note} ({low}–{high} %)").format(note=note, low=formats.number(ends[0] * 100), high=formats.number(ends[1] * 100))
 
 
 def with_unit(value: str, unit: str) -> str:
-    """Markup of a figure with its unit set smaller behind it, as ``app.widgets.display.with_unit`` writes it, without kivy."""
+    """Markup of a figure with its unit set smaller behind it."""
     return f"{value}[size=18sp][font=Roboto] {unit}[/font][/size]"
 
 
-def calm(history: Sequence[float | None]) -> list[float | None]:
-    """At most MOST_POINTS of it: means of days side by side, so that the small line shows where things go and not every day."""
-    size = -(-len(history) // MOST_POINTS) or 1
+def condense(history: Sequence[float | None]) -> tuple[float | None, ...]:
+    """At most MAX_POINTS of it, the means of neighbouring days: a small line shows the trend and not every day."""
+    size = -(-len(history) // MAX_POINTS) or 1
     groups = [history[max(0, end - size):end] for end in range(len(history), 0, -size)]
     known = [[value for value in group if value is not None] for group in reversed(groups)]
-    return [sum(values) / len(values) if values else None for values in known]
+    return tuple(sum(values) / len(values) if values else None for values in known)
 
 
-def _ratio(part: int, whole: int) -> float | None:
+def _ratio(part: float, whole: int) -> float | None:
     return part / whole if whole else None
 
 
@@ -114,104 +154,101 @@ def _of(robots: Sequence[RobotKpis], robot_id: int) -> RobotKpis | None:
 
 
 # ---------------------------------------------------------------------- what they mean
-def explanation(key: str, figures: Figures) -> tuple[str, str, list[Row]]:
-    """Title, what the figure is, and the numbers behind it as rows of label and value."""
-    title, text, rows = {"success": _about_success, "duration": _about_duration, "per_day": _about_per_day,
-                         "utilisation": _about_utilisation, "adherence": _about_adherence}[key](figures)
-    return title, text, [*rows, period_row(figures)]
+def explanation(key: str, figures: Figures) -> Explanation:
+    """Of a card."""
+    return {"success": _about_success, "duration": _about_duration, "per_day": _about_per_day,
+            "utilisation": _about_utilisation, "adherence": _about_adherence}[key](figures)
 
 
-def period_row(figures: Figures) -> Row:
-    """For which days a figure holds."""
-    if figures.last_day is None:
-        return {"label": _("Period"), "value": formats.NOTHING}
-    last = formats.wall_day(figures.last_day)
-    if figures.first_day is None:
-        return {"label": _("Period"), "value": _("up to {day}").format(day=last)}
-    if figures.first_day == figures.last_day:
-        return {"label": _("Period"), "value": last}
-    return {"label": _("Period"), "value": f"{formats.wall_day(figures.first_day)} – {last}"}
+def period_line(figures: Figures) -> FactLine:
+    """The days that a figure covers."""
+    text = formats.wall_day(figures.last_day)
+    if figures.last_day is not None and figures.first_day is None:
+        text = _("up to {day}").format(day=text)
+    elif figures.first_day != figures.last_day:
+        text = f"{formats.wall_day(figures.first_day)} – {text}"
+    return FactLine(_("Period"), text)
 
 
-def _about_success(figures: Figures) -> tuple[str, str, list[Row]]:
+def _about_success(figures: Figures) -> Explanation:
     kpis = figures.thesis
-    rows = [_fact(_("Completed"), kpis.completed), _fact(_("Failed"), kpis.failed), _fact(_("Cancelled, not counted"), kpis.cancelled)]
-    return _("Success rate"), _("Completed runs out of completed and failed ones. What a person cancelled is left out."), \
-        [*rows, *_trust(kpis.completed, kpis.completed + kpis.failed)]
+    return Explanation(_("Success rate"), _("Completed runs out of completed and failed ones. What a person cancelled is left out."), (
+        FactLine(_("Completed"), str(kpis.completed)), FactLine(_("Failed"), str(kpis.failed)),
+        FactLine(_("Cancelled, not counted"), str(kpis.cancelled)), *_interval_lines(kpis.completed, kpis.completed + kpis.failed),
+        period_line(figures)))
 
 
-def _about_duration(figures: Figures) -> tuple[str, str, list[Row]]:
+def _about_duration(figures: Figures) -> Explanation:
     kpis = figures.thesis
-    rows = [{"label": _("Completed runs"), "value": str(kpis.timed)}, {"label": _("Together"), "value": formats.duration(kpis.completed_s)}]
-    return _("Mean duration"), \
-        _("Of completed runs, from start to end by the robot's own clock. Waiting in the robot's queue is left out."), rows
+    return Explanation(
+        _("Mean duration"), _("Of completed runs, from start to end in robot time. Waiting in the robot's queue is left out."), (
+            FactLine(_("Completed runs"), str(kpis.timed)), FactLine(_("Total"), formats.duration(kpis.completed_s)),
+            period_line(figures)))
 
 
-def _about_per_day(figures: Figures) -> tuple[str, str, list[Row]]:
+def _about_per_day(figures: Figures) -> Explanation:
     kpis = figures.thesis
-    rows = [_fact(_("Completed"), kpis.completed), _fact(_("Recorded days"), kpis.recorded_days)]
-    return _("Missions per day"), _("Completed runs per recorded day. A day is recorded when at least one run ended on it."), rows
+    return Explanation(
+        _("Missions per day"), _("Completed runs per recorded day. A day is recorded when at least one run ended on it."), (
+            FactLine(_("Completed"), str(kpis.completed)), FactLine(_("Recorded days"), str(kpis.recorded_days)), period_line(figures)))
 
 
-def _about_utilisation(figures: Figures) -> tuple[str, str, list[Row]]:
-    rows = []
+def _about_utilisation(figures: Figures) -> Explanation:
+    lines = []
     for robot in figures.everyone.robots:
         text = _("{missions} of {observed}").format(missions=formats.rough_duration(robot.mission_s),
                                                     observed=formats.rough_duration(robot.observed_s))
         share = formats.percent(None if robot.utilisation is None else robot.utilisation * 100)
         working = robot.utilisation_of_working_days
         note = _("{share} of the working days").format(share=formats.percent(working * 100)) if working is not None else ""
-        rows.append({"label": robot.robot, "value": f"{share} · {text}", "note": note})
-    return _("Utilisation"), _("Time on missions out of the time for which the robot was seen. Times without connection, and those when "
-                               "the app was off, are left out."), rows
+        lines.append(FactLine(robot.robot, f"{share} · {text}", note))
+    return Explanation(_("Utilisation"), _(
+        "Time on missions out of the time for which the robot was observed. Times without connection, and those when the app was off, are "
+        "left out."), (*lines, period_line(figures)))
 
 
-def _about_adherence(figures: Figures) -> tuple[str, str, list[Row]]:
+def _about_adherence(figures: Figures) -> Explanation:
     found, delays = figures.adherence, figures.delays
-    rows = [{"label": _("Planned"), "value": str(found.planned)}, {"label": _("Ran"), "value": str(found.ran)}]
-    rows += [{"label": sentence(Reason(code), "UTC", _), "value": str(number)} for code, number in found.not_run.items()]
-    rows += _trust(found.ran, found.planned)
+    lines = [FactLine(_("Planned"), str(found.planned)), FactLine(_("Ran"), str(found.ran))]
+    lines += [FactLine(sentence(Reason(code), "UTC", _), str(number)) for code, number in found.not_run.items()]
+    lines += _interval_lines(found.ran, found.planned)
     if delays.count:
-        rows.append({"label": _("Start delay, median and 90 %"), "value": _("{half}, {most}").format(
-            half=formats.duration(delays.p50_s), most=formats.duration(delays.p90_s))})
-    return _("Schedule adherence"), _("Planned starts that ran: they reached the robot and were carried out or tried there. "
-                                      "The others, by why they did not:"), rows
+        lines.append(FactLine(_("Start delay, median and 90 %"), _("{half}, {most}").format(
+            half=formats.duration(delays.p50_s), most=formats.duration(delays.p90_s))))
+    return Explanation(_("Schedule adherence"), _(
+        "Planned starts that ran: they reached the robot and were carried out or tried there. The others, by why they did not:"),
+        (*lines, period_line(figures)))
 
 
-def _fact(label: str, number: int) -> Row:
-    return {"label": label, "value": str(number)}
-
-
-def _trust(successes: int, cases: int) -> list[Row]:
-    """Of few cases: between which shares the true one lies, 19 times out of 20."""
-    ends = wilson(successes, cases) if cases < FEW else None
+def _interval_lines(successes: int, cases: int) -> list[FactLine]:
+    """For few cases: the 95 % confidence interval of their share."""
+    ends = wilson(successes, cases) if cases < FEW_CASES else None
     if ends is None:
         return []
-    return [{"label": _("Few cases: probably between"), "value": _("{low} and {high}").format(
-        low=formats.percent(ends[0] * 100), high=formats.percent(ends[1] * 100))}]
+    return [FactLine(_("Few cases: probably between"), _("{low} and {high}").format(
+        low=formats.percent(ends[0] * 100), high=formats.percent(ends[1] * 100)))]
 
 
 # ---------------------------------------------------------------------- the charts
-def utilisation_rows(figures: Figures) -> list[tuple[str, str, str, float, float]]:
-    """(robot, share, time on missions, on missions 0..1, on the charger 0..1) of all robots."""
-    rows = []
+def utilisation_bars(figures: Figures) -> list[RobotBar]:
+    """Of all robots."""
+    bars = []
     for robot in figures.everyone.robots:
-        seen = robot.observed_s
+        observed_s = robot.observed_s
         share = formats.percent(None if robot.utilisation is None else robot.utilisation * 100)
-        time = formats.rough_duration(robot.mission_s if seen or robot.mission_s else None)
-        rows.append((robot.robot, share, time, robot.utilisation or 0.0,
-                     figures.charging_s.get(robot.robot_id, 0.0) / seen if seen else 0.0))
-    return rows
+        time = formats.rough_duration(robot.mission_s if observed_s or robot.mission_s else None)
+        bars.append(RobotBar(robot.robot, share, time, robot.utilisation or 0.0,
+                             figures.charging_s.get(robot.robot_id, 0.0) / observed_s if observed_s else 0.0))
+    return bars
 
 
 def total_note(figures: Figures) -> str:
-    """Cumulative duration of all robots."""
-    return _("{duration} in all").format(duration=formats.rough_duration(figures.everyone.mission_s)) if figures.everyone.robots else ""
+    """Time on missions of all robots together."""
+    return _("{duration} total").format(duration=formats.rough_duration(figures.everyone.mission_s)) if figures.everyone.robots else ""
 
 
-def outcome_days(days: Sequence[DayKpis]) -> list[tuple[str, int, int, int, int]]:
-    """(day, completed, skipped and missed, failed, cancelled)."""
+def outcome_days(days: Sequence[DayKpis]) -> list[DayBar]:
     names = formats.current().weekdays_short
     long = len(days) > 14
-    return [(str(day.day.day) if long else names[day.day.weekday()], day.completed, day.skipped + day.missed, day.failed, day.cancelled)
-            for day in days]
+    return [DayBar(str(day.day.day) if long else names[day.day.weekday()], day.completed, day.skipped + day.missed, day.failed,
+                   day.cancelled) for day in days]

@@ -2,34 +2,93 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from datetime import date
-from typing import Any
+from typing import Generic, TypeVar
 
 from app.domain.models import Reason
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.logs.figures import Figures, MoreFigures
-from app.screens.logs.kpi_view import period_row, with_interval
+from app.screens.logs.kpi_view import Explanation, FactLine, period_line, with_interval
 from app.services.history.kpi import Adherence, Delays
 from app.services.history.pareto import Cause
 from app.services.planning.durations import Trend
 
-Row = dict[str, Any]
+Row = TypeVar("Row")
 
-VITAL = 0.8                  # share of all failures that the first few causes are told to make up
-ROUGHLY = 0.05               # of the usual duration, within which the median is called as usual
+MOST_FAILURES = 0.8          # share of all failures that the first few causes are said to make up
+ABOUT_USUAL = 0.05           # of the usual duration, within which the median is called as usual
 
 
-def pages(figures: Figures, more: MoreFigures) -> tuple[Row, Row, Row, Row]:
-    """The four cards: planned and run, waiting, reasons of failure, durations. Each has ``note`` for its head, ``words``, ``rows``."""
+@dataclass(frozen=True)
+class RankedBar:
+    """One bar of a ranking, ``share`` 0..1. ``cumulative`` is the share down to here, ``above`` and ``below`` those of the neighbours; -1:
+    there is none."""
+    label: str
+    value: str
+    note: str
+    share: float
+    cumulative: float = -1
+    above: float = -1
+    below: float = -1
+
+
+@dataclass(frozen=True)
+class Point:
+    """A day's median in seconds, at 0..1 of the period."""
+    place: float
+    value: float
+
+
+@dataclass(frozen=True)
+class UsualBand:
+    """What was usual before the period: eight of ten runs took between ``low`` and ``high`` seconds; ``middle`` is the median."""
+    low: float
+    middle: float
+    high: float
+
+
+@dataclass(frozen=True)
+class TrendLine:
+    """How long a mission takes: in words, and day by day as a chart."""
+    key: str
+    mission: str
+    value: str
+    note: str
+    tone: str
+    icon: str
+    points: tuple[Point, ...]
+    band: UsualBand | None
+    count: str
+
+
+@dataclass(frozen=True)
+class Panel(Generic[Row]):
+    """What a card of the page shows; ``note`` goes into its head."""
+    note: str = ""
+    text: str = ""
+    rows: tuple[Row, ...] = ()
+
+
+@dataclass(frozen=True)
+class FiguresPage:
+    adherence: Panel[RankedBar] = Panel()
+    waiting: Panel[FactLine] = Panel()
+    causes: Panel[RankedBar] = Panel()
+    durations: Panel[TrendLine] = Panel()
+    queue_share: float = 0.0             # of the time from submission to end
+
+
+def page(figures: Figures, more: MoreFigures) -> FiguresPage:
     found, delays = figures.adherence, figures.delays
-    return (
-        {"note": adherence_head(found), "words": adherence_words(found), "rows": adherence_rows(found)},
-        {"note": delay_head(delays), "words": waiting_words(delays), "rows": delay_rows(delays), "share": delays.queue_share or 0.0},
-        {"note": cause_head(more.causes), "words": cause_words(more.causes), "rows": cause_rows(more.causes)},
-        {"note": "", "words": "" if more.trends else _("No mission was completed."),
-         "rows": trend_rows(more.trends, figures.first_day, figures.last_day)})
+    return FiguresPage(
+        Panel(adherence_head(found), adherence_text(found), adherence_rows(found)),
+        Panel(delay_head(delays), waiting_text(delays), delay_rows(delays)),
+        Panel(cause_head(more.causes), cause_summary(more.causes), cause_rows(more.causes)),
+        Panel("", "" if more.trends else _("No mission was completed."), trend_rows(more.trends, figures.first_day, figures.last_day)),
+        delays.queue_share or 0.0)
 
 
 # ---------------------------------------------------------------------- planned and run
@@ -42,39 +101,37 @@ def adherence_head(found: Adherence) -> str:
     return with_interval(text, found.ran, found.planned)
 
 
-def adherence_rows(found: Adherence) -> list[Row]:
+def adherence_rows(found: Adherence) -> tuple[RankedBar, ...]:
     """Why planned runs did not run, the most frequent reason first."""
-    return [{"key": str(code), "label": sentence(Reason(code), "UTC", _), "value": str(number),
-             "note": formats.percent(number / found.planned * 100, 1), "share": number / found.planned}
-            for code, number in found.not_run.items()]
+    return tuple(RankedBar(sentence(Reason(code), "UTC", _), str(number), formats.percent(number / found.planned * 100, 1),
+                         number / found.planned) for code, number in found.not_run.items())
 
 
-def adherence_words(found: Adherence) -> str:
+def adherence_text(found: Adherence) -> str:
     if found.planned and found.ran == found.planned:
         return _("Everything that was planned ran.")
     return ""
 
 
 # ---------------------------------------------------------------------- waiting
-def delay_rows(delays: Delays) -> list[Row]:
-    """Figures of starting and waiting: label and value."""
+def delay_rows(delays: Delays) -> tuple[FactLine, ...]:
     if not delays.count:
-        return []
-    return [{"key": "half", "label": _("Half started within"), "value": formats.duration(delays.p50_s)},
-            {"key": "most", "label": _("Nine of ten within"), "value": formats.duration(delays.p90_s)},
-            {"key": "queue", "label": _("Wait in the robot's queue, median"), "value": formats.duration(delays.queue_p50_s)},
-            {"key": "run", "label": _("Run, median"), "value": formats.duration(delays.run_p50_s)}]
+        return ()
+    return (FactLine(_("Half started within"), formats.duration(delays.p50_s)),
+            FactLine(_("Nine of ten within"), formats.duration(delays.p90_s)),
+            FactLine(_("Wait in the robot's queue, median"), formats.duration(delays.queue_p50_s)),
+            FactLine(_("Run, median"), formats.duration(delays.run_p50_s)))
 
 
 def delay_head(delays: Delays) -> str:
     return ngettext("{n} run", "{n} runs", delays.count).format(n=delays.count) if delays.count else _("No planned run has started")
 
 
-def waiting_words(delays: Delays) -> str:
+def waiting_text(delays: Delays) -> str:
     """Waiting against running."""
     if delays.queue_share is None:
         return ""
-    return _("Of the time from order to end, {share} was waiting in the queue.").format(
+    return _("Of the time from submission to end, {share} was waiting in the queue.").format(
         share=formats.percent(delays.queue_share * 100, 1))
 
 
@@ -85,14 +142,11 @@ def cause_text(cause: Cause) -> str:
     return cause.words or sentence(Reason(cause.code), "UTC", _)
 
 
-def cause_rows(causes: Sequence[Cause]) -> list[Row]:
-    """Bars with, at ``cumulative``, the share of all failures down to here; ``above`` and ``below`` those of the neighbours, -1 none."""
-    rows = []
-    for n, cause in enumerate(causes):
-        rows.append({"key": n, "label": cause_text(cause), "value": str(cause.number), "share": cause.share, "cumulative": cause.cumulative,
-                     "note": formats.percent(cause.cumulative * 100), "above": causes[n - 1].cumulative if n else -1,
-                     "below": causes[n + 1].cumulative if n + 1 < len(causes) else -1})
-    return rows
+def cause_rows(causes: Sequence[Cause]) -> tuple[RankedBar, ...]:
+    return tuple(RankedBar(
+        cause_text(cause), str(cause.number), formats.percent(cause.cumulative * 100), cause.share, cause.cumulative,
+        above=causes[n - 1].cumulative if n else -1, below=causes[n + 1].cumulative if n + 1 < len(causes) else -1)
+        for n, cause in enumerate(causes))
 
 
 def cause_head(causes: Sequence[Cause]) -> str:
@@ -100,11 +154,11 @@ def cause_head(causes: Sequence[Cause]) -> str:
     return ngettext("{n} failed run", "{n} failed runs", number).format(n=number) if number else ""
 
 
-def cause_words(causes: Sequence[Cause]) -> str:
+def cause_summary(causes: Sequence[Cause]) -> str:
     """How few causes make up most of it."""
     if not causes:
         return _("No run failed.")
-    first = next(n for n, cause in enumerate(causes, 1) if cause.cumulative >= VITAL)
+    first = next(n for n, cause in enumerate(causes, 1) if cause.cumulative >= MOST_FAILURES)
     if first == len(causes) or causes[first - 1].code is None:
         return ""
     share = formats.percent(causes[first - 1].cumulative * 100)
@@ -113,24 +167,24 @@ def cause_words(causes: Sequence[Cause]) -> str:
 
 
 # ---------------------------------------------------------------------- how long missions take
-def trend_rows(trends: Sequence[Trend], first: date | None, last: date | None) -> list[Row]:
-    """One per mission: its median in words, and day by day as points of a chart that runs from ``first`` to ``last``."""
-    return [_trend_row(trend, first or trend.days[0].day, last or trend.days[-1].day) for trend in trends]
+def trend_rows(trends: Sequence[Trend], first: date | None, last: date | None) -> tuple[TrendLine, ...]:
+    """One per mission; the charts run from ``first`` to ``last``."""
+    return tuple(_trend_row(trend, first or trend.days[0].day, last or trend.days[-1].day) for trend in trends)
 
 
-def _trend_row(trend: Trend, first: date, last: date) -> Row:
+def _trend_row(trend: Trend, first: date, last: date) -> TrendLine:
     length = max(1, (last - first).days)
     usual = trend.usual
-    return {
-        "key": trend.guid, "mission": trend.mission, "value": formats.duration(trend.median_s), "note": _against(trend),
-        "tone": "attention" if trend.is_longer else "neutral",
-        "icon": "arrow-up-bold" if trend.is_longer else "arrow-down-bold" if trend.is_shorter else "",
-        "points": [((day.day - first).days / length, day.median_s) for day in trend.days],
-        "band": [usual.p10_s, usual.p50_s, usual.p90_s] if usual else [],
-        "count": ngettext("{n} run", "{n} runs", trend.count).format(n=trend.count)}
+    return TrendLine(
+        trend.guid, trend.mission, formats.duration(trend.median_s), _comparison(trend),
+        tone="attention" if trend.is_longer else "neutral",
+        icon="arrow-up-bold" if trend.is_longer else "arrow-down-bold" if trend.is_shorter else "",
+        points=tuple(Point((day.day - first).days / length, day.median_s) for day in trend.days),
+        band=UsualBand(usual.p10_s, usual.p50_s, usual.p90_s) if usual else None,
+        count=ngettext("{n} run", "{n} runs", trend.count).format(n=trend.count))
 
 
-def _against(trend: Trend) -> str:
+def _comparison(trend: Trend) -> str:
     """The median against what was usual before the period."""
     usual = trend.usual
     if usual is None:
@@ -142,9 +196,9 @@ def _against(trend: Trend) -> str:
         text = _("Clearly longer than usual: {usual} ({low} to {high})")
     elif trend.is_shorter:
         text = _("Clearly shorter than usual: {usual} ({low} to {high})")
-    elif change > ROUGHLY:
+    elif change > ABOUT_USUAL:
         text = _("A little longer than usual: {usual} ({low} to {high})")
-    elif change < -ROUGHLY:
+    elif change < -ABOUT_USUAL:
         text = _("A little shorter than usual: {usual} ({low} to {high})")
     return text.format(**values)
 
@@ -153,41 +207,40 @@ def _against(trend: Trend) -> str:
 MORE = ("delays", "causes", "durations")
 
 
-def explanation(key: str, figures: Figures, more: MoreFigures) -> tuple[str, str, list[Row]]:
-    """Title, what the figure is, and the numbers behind it, of the keys in ``MORE``."""
-    title, text, rows = {"delays": lambda: _about_delays(figures.delays), "causes": lambda: _about_causes(more.causes),
-                         "durations": lambda: _about_durations(more.trends)}[key]()
-    return title, text, [*rows, period_row(figures)]
+def explanation(key: str, figures: Figures, more: MoreFigures) -> Explanation:
+    """Of one of the keys in ``MORE``."""
+    found = {"delays": lambda: _about_delays(figures.delays), "causes": lambda: _about_causes(more.causes),
+             "durations": lambda: _about_durations(more.trends)}[key]()
+    return replace(found, lines=(*found.lines, period_line(figures)))
 
 
-def _about_delays(delays: Delays) -> tuple[str, str, list[Row]]:
-    rows = [{"label": _("Runs"), "value": str(delays.count)}]
-    for label, value in ((_("Start delay, median"), delays.p50_s), (_("Start delay, nine of ten within"), delays.p90_s),
-                         (_("of it until the robot had accepted, median"), delays.app_p50_s),
-                         (_("of it in the robot's queue, median"), delays.queue_p50_s), (_("Run, median"), delays.run_p50_s),
-                         (_("Run, nine of ten within"), delays.run_p90_s)):
-        rows.append({"label": label, "value": formats.duration(value)})
-    return _("Starting and waiting"), _(
+def _about_delays(delays: Delays) -> Explanation:
+    values = ((_("Start delay, median"), delays.p50_s), (_("Start delay, nine of ten within"), delays.p90_s),
+              (_("of it until the robot had accepted, median"), delays.app_p50_s),
+              (_("of it in the robot's queue, median"), delays.queue_p50_s), (_("Run, median"), delays.run_p50_s),
+              (_("Run, nine of ten within"), delays.run_p90_s))
+    return Explanation(_("Starting and waiting"), _(
         "Of the newest 5,000 planned runs that started. The start delay goes from the planned time to the start on the robot: until "
-        "the robot had accepted it, and then in its queue. Waiting is set against the time from start to end, by the robot's own "
-        "clock."), rows
+        "the robot had accepted it, and then in its queue. Waiting is compared with the time from start to end, in robot time."), (
+            FactLine(_("Runs"), str(delays.count)), *(FactLine(label, formats.duration(value)) for label, value in values)))
 
 
-def _about_causes(causes: Sequence[Cause]) -> tuple[str, str, list[Row]]:
-    rows = [{"label": cause_text(cause), "value": _("{n} · {share}").format(n=cause.number, share=formats.percent(cause.share * 100)),
-             "note": ""} for cause in causes]
-    return _("Reasons for failure"), _(
-        "Failed runs, however they had been started, by why they failed, most frequent first. What the robot ended itself is told in its "
-        "own words, without names and numbers. The line shows which share of all failures the reasons down to there make up."), rows
+def _about_causes(causes: Sequence[Cause]) -> Explanation:
+    return Explanation(_("Reasons for failure"), _(
+        "Failed runs, however they had been started, by why they failed, most frequent first. For runs that the robot ended itself this is "
+        "the robot's message, without names and numbers. The line shows which share of all failures the reasons down to there make up."),
+        tuple(FactLine(cause_text(cause), _("{n} · {share}").format(n=cause.number, share=formats.percent(cause.share * 100)))
+              for cause in causes))
 
 
-def _about_durations(trends: Sequence[Trend]) -> tuple[str, str, list[Row]]:
-    rows = []
+def _about_durations(trends: Sequence[Trend]) -> Explanation:
+    lines = []
     for trend in trends:
         before = ngettext("{n} run before the period", "{n} runs before the period", trend.usual.count).format(n=trend.usual.count) \
             if trend.usual else ""
         runs = ngettext("{n} run", "{n} runs", trend.count).format(n=trend.count)
-        rows.append({"label": trend.mission, "value": formats.duration(trend.median_s), "note": f"{runs} · {before}" if before else runs})
-    return _("Duration of missions"), _(
-        "The median duration of completed runs, day by day, of the missions that took the most time in all. The band is what was usual "
-        "before the period: between its edges lay eight of ten of the newest 200 runs. It takes at least 10 runs to draw one."), rows
+        lines.append(FactLine(trend.mission, formats.duration(trend.median_s), f"{runs} · {before}" if before else runs))
+    return Explanation(_("Duration of missions"), _(
+        "The median duration of completed runs, day by day, of the missions that took the most time in total. The band is what was usual "
+        "before the period: between its edges lay eight of ten of the newest 200 runs. It takes at least 10 runs to draw one."),
+        tuple(lines))

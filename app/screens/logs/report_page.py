@@ -1,4 +1,4 @@
-"""The shift report as one HTML page: it needs nothing else, runs nothing, and prints on A4. In the language the app speaks now. Pure.
+"""The shift report as one HTML page without scripts or other files, for printing on A4, in the language of the app. Pure.
 
 Everything that comes from people, robots or files goes through ``html.escape``.
 """
@@ -10,7 +10,7 @@ from datetime import datetime
 from html import escape
 
 from app.domain.activity import NO_DATA
-from app.domain.models import Alarm, Execution, Reason
+from app.domain.models import Alarm, Execution, Reason, State
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext, translator
 from app.screens.common import execution_appearance, formats
@@ -77,11 +77,10 @@ def page(report: ShiftReport) -> str:
 
 
 def _explained() -> str:
-    text: str = _(
+    return _(
         "Runs count that ended in the period. Success rate: completed out of completed and failed ones. Adherence: planned starts that "
-        "reached the robot. Utilisation: time on missions out of the time for which the robot was seen. Late: started more than a "
-        "minute after the planned time. In brackets: where the true share probably lies when there are few cases (95 %).")
-    return text
+        "reached the robot. Utilisation: time on missions out of the time for which the robot was observed. Late: started more than "
+        "a minute after the planned time. In brackets: where the true share probably lies when there are few cases (95 %).")
 
 
 # ---------------------------------------------------------------------- head and figures
@@ -124,20 +123,19 @@ def _figures(report: ShiftReport) -> str:
 
 
 def _unbroken(text: str) -> str:
-    """Numbers stay in one line with their units and ranges."""
+    """Numbers stay on one line with their units and ranges."""
     return _RANGE.sub(JOIN + "–" + JOIN, _UNIT.sub(NO_BREAK, text))
 
 
 def _share(value: float | None) -> str:
-    text: str = formats.percent(None if value is None else value * 100, 0 if value in (0.0, 1.0) else 1)
-    return text
+    return formats.percent(None if value is None else value * 100, 0 if value in (0.0, 1.0) else 1)
 
 
 # ---------------------------------------------------------------------- tables
 def _table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = (), note: str = "",
            short: Sequence[int] = (), some: Sequence[int] = (), more: Sequence[str] = ()) -> str:
-    """A section. ``rows`` are HTML already; ``numbers`` the columns set to the right, ``short`` those that never break, ``some`` those that
-    have some room whatever the others want; ``more`` is for each row what stands below it over its whole width."""
+    """A section. ``rows`` are HTML already; ``numbers`` are the columns aligned right, ``short`` those that never wrap, ``some`` those with
+    a least width; ``more`` has for each row a further line below it over the whole width."""
     def kind(n: int) -> str:
         name = "number" if n in numbers else "short" if n in short else "some" if n in some else ""
         return f' class="{name}"' if name else ""
@@ -161,24 +159,20 @@ def _planned(report: ShiftReport) -> str:
               (_("Did not run"), adherence.planned - adherence.ran)]
     rows = [[escape(label), str(number)] for label, number in counts]
     rows += [[f"– {escape(sentence(Reason(code), 'UTC', _))}", str(number)] for code, number in adherence.not_run.items()]
-    ended = [(_("Completed"), thesis.completed), (execution_appearance.word(_state("failed")), thesis.failed),
+    ended = [(_("Completed"), thesis.completed), (execution_appearance.word(State.FAILED), thesis.failed),
              (_("Cancelled"), thesis.cancelled), (_("Skipped"), report.skipped), (_("Missed"), report.missed)]
     note = _("All runs, also those started by hand or by idleness: {counts}.").format(
         counts=", ".join(f"{label}{NO_BREAK}{number}" for label, number in ended))
     return _table(_("Planned and run"), (), rows, (1,), note)
 
 
-def _state(name: str) -> execution_appearance.State:
-    return execution_appearance.State(name)
-
-
 def _robots(report: ShiftReport) -> str:
     timelines = {one.robot_id: one for one in report.timelines}
     robots = report.thesis.robots
-    return _table(_("Robots"), (_("Robot"), _("Utilisation"), "", _("On missions"), _("Seen"), _("Completed"),
-                                execution_appearance.word(_state("failed")), _("Cancelled")),
+    return _table(_("Robots"), (_("Robot"), _("Utilisation"), "", _("On missions"), _("Observed"), _("Completed"),
+                                execution_appearance.word(State.FAILED), _("Cancelled")),
                   [_robot(robot) for robot in robots], (1, 3, 4, 5, 6, 7),
-                  more=[_otherwise(timelines.get(robot.robot_id)) for robot in robots])
+                  more=[_other_time(timelines.get(robot.robot_id)) for robot in robots])
 
 
 def _robot(robot: RobotKpis) -> Sequence[str]:
@@ -189,8 +183,8 @@ def _robot(robot: RobotKpis) -> Sequence[str]:
             str(robot.failed), str(robot.cancelled))
 
 
-def _otherwise(timeline: RobotTimeline | None) -> str:
-    """What a robot did beside missions and waiting for them."""
+def _other_time(timeline: RobotTimeline | None) -> str:
+    """What a robot did other than missions and idling."""
     seconds = timeline.seconds if timeline else {}
     parts = [f"{word(kind)} {formats.rough_duration(seconds[kind])}".replace(" ", NO_BREAK)
              for kind in ("charging", "paused", "error", "offline", NO_DATA) if seconds.get(kind, 0) >= 60]
@@ -227,7 +221,7 @@ def _alarms(report: ShiftReport) -> str:
 
 
 def _alarm(alarm: Alarm, report: ShiftReport) -> Sequence[str]:
-    until = _when(alarm.cleared_at, report) if alarm.cleared_at else escape(_("still so"))
+    until = _when(alarm.cleared_at, report) if alarm.cleared_at else escape(_("ongoing"))
     return (_when(alarm.raised_at, report), escape(alarm_text(alarm, report.settings, report.made_at)), until, escape(alarm.note))
 
 

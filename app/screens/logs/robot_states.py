@@ -3,25 +3,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from datetime import datetime, time, timedelta
-from typing import TYPE_CHECKING, Any
+from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
+from app.database.activities import KEPT_FOR
 from app.domain.activity import NO_DATA, ActivitySpan, as_drawn
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.logs.view import Chosen, period_start
-from app.services.history.robot_states import RobotStates, RobotTimeline
+from app.screens.logs.facts import LogsServices
+from app.screens.logs.kpi_view import Explanation, FactLine
+from app.screens.logs.view import Filters, period_start
+from app.services.history.kpi import midnight
+from app.services.history.robot_states import RobotTimeline
 
-if TYPE_CHECKING:
-    from app.container import Container
-
-Row = dict[str, Any]
-Tick = tuple[float, str, bool]          # place 0..1, label, whether it is strong
-
-LONGEST = timedelta(days=90)         # spans are kept for that long
 COLUMNS = 600                        # of a band; finer can't be seen
 HOUR = 3600.0
+KINDS = ("executing", "charging", "idle", "paused", "error", "offline", NO_DATA)
 
 
 @dataclass(frozen=True)
@@ -35,21 +32,55 @@ class StatesFacts:
         return (instant - self.start) / (self.end - self.start)
 
     def moment(self, place: float) -> datetime:
+        """The instant at 0..1 of the period."""
         return min(self.start + (self.end - self.start) * place, self.end - timedelta(microseconds=1))
 
 
-def read(container: Container, chosen: Chosen, now: datetime, zone: ZoneInfo) -> StatesFacts:
+@dataclass(frozen=True)
+class Span:
+    """One activity from ``start`` to ``end``, both 0..1 of the period."""
+    start: float
+    end: float
+    kind: str
+
+
+@dataclass(frozen=True)
+class Lane:
+    """The band of one robot."""
+    key: int
+    name: str
+    note: str
+    spans: tuple[Span, ...]
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A mark on the axis at 0..1 of the period."""
+    place: float
+    label: str
+    strong: bool
+
+
+@dataclass(frozen=True)
+class Mark:
+    """The frame around a span of the lane ``key``."""
+    key: int
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class LegendEntry:
+    kind: str
+    text: str
+
+
+def read_states(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> StatesFacts:
     """Called off the UI thread."""
-    start = period_start(chosen.period, now, zone) or period_start_of(now - LONGEST, zone)
+    start = period_start(filters.period, now, zone) or midnight((now - KEPT_FOR).astimezone(zone).date(), zone)
     if start >= now:                     # at midnight sharp
         start = now - timedelta(minutes=1)
-    robots = None if chosen.robot_id is None else (chosen.robot_id,)
-    return StatesFacts(start, now, RobotStates(container.db).timelines(start, now, robots))
-
-
-def period_start_of(instant: datetime, zone: ZoneInfo) -> datetime:
-    """The local midnight before it."""
-    return datetime.combine(instant.astimezone(zone).date(), time(), zone)
+    return StatesFacts(start, now, services.robot_states.timelines(start, now, filters.robot_ids))
 
 
 # ---------------------------------------------------------------------- in words
@@ -58,23 +89,23 @@ def word(activity: str) -> str:
             "offline": _("Offline"), NO_DATA: _("No data")}[activity]
 
 
-def legend() -> list[tuple[str, str]]:
-    return [(kind, word(kind)) for kind in ("executing", "charging", "idle", "paused", "error", "offline", NO_DATA)]
+def legend() -> list[LegendEntry]:
+    return [LegendEntry(kind, word(kind)) for kind in KINDS]
 
 
-def lanes(facts: StatesFacts) -> list[Row]:
-    return [{"key": one.robot_id, "name": one.robot, "note": _share_on_missions(one),
-             "spans": [(facts.place(span.start), facts.place(span.end), span.activity) for span in as_drawn(one.spans, COLUMNS)]}
+def lanes(facts: StatesFacts) -> list[Lane]:
+    return [Lane(one.robot_id, one.robot, _share_on_missions(one), tuple(
+                Span(facts.place(span.start), facts.place(span.end), span.activity) for span in as_drawn(one.spans, COLUMNS)))
             for one in facts.timelines]
 
 
 def _share_on_missions(one: RobotTimeline) -> str:
-    """Of the time for which it was seen and could be reached."""
+    """Of the time for which it was observed."""
     seconds = one.seconds
-    seen = sum(value for activity, value in seconds.items() if activity not in (NO_DATA, "offline"))
-    if not seen:
-        return _("never seen")
-    return _("seen on missions {share}").format(share=formats.percent(seconds.get("executing", 0.0) / seen * 100))
+    observed = sum(value for activity, value in seconds.items() if activity not in (NO_DATA, "offline"))
+    if not observed:
+        return _("never observed")
+    return _("{share} on missions").format(share=formats.percent(seconds.get("executing", 0.0) / observed * 100))
 
 
 def ticks(facts: StatesFacts, zone: ZoneInfo) -> list[Tick]:
@@ -91,17 +122,17 @@ def _hours(facts: StatesFacts, zone: ZoneInfo) -> Iterator[Tick]:
     for number in range(27):
         instant = at + timedelta(hours=number)
         if facts.start <= instant < facts.end and instant.hour % step == 0:
-            yield facts.place(instant), formats.wall_time(instant), instant.hour == 0
+            yield Tick(facts.place(instant), formats.wall_time(instant), instant.hour == 0)
 
 
 def _days(facts: StatesFacts, zone: ZoneInfo) -> Iterator[Tick]:
     day, last = facts.start.astimezone(zone).date(), facts.end.astimezone(zone).date()
     names = (last - day).days < 14
     while day <= last:
-        instant = datetime.combine(day, time(), zone)
+        instant = midnight(day, zone)
         if facts.start <= instant < facts.end:
             label = formats.wall_day(day)
-            yield facts.place(instant), label if names else label.partition(" ")[2], day.weekday() == 0
+            yield Tick(facts.place(instant), label if names else label.partition(" ")[2], day.weekday() == 0)
         day += timedelta(days=1)
 
 
@@ -112,26 +143,26 @@ def span_at(facts: StatesFacts, robot_id: int, place: float) -> tuple[RobotTimel
     return (one, span) if one and span else None
 
 
-def story(one: RobotTimeline, span: ActivitySpan, now: datetime, zone: str) -> tuple[str, str, list[Row]]:
-    """Title, what, and from when to when."""
+def span_details(one: RobotTimeline, span: ActivitySpan, now: datetime, zone: str) -> Explanation:
+    """What, and from when to when."""
     texts = {
         "executing": _("The robot was on a mission."), "charging": _("The robot was charging."), "idle": _("The robot was ready and idle."),
         "paused": _("The robot was paused or driven by hand."), "error": _("The robot reported an error or an emergency stop."),
         "offline": _("The robot did not answer."),
-        NO_DATA: _("Nobody looked: the app was off or asleep, or this robot was switched off in Settings.")}
-    ends = formats.day_and_time(span.end, zone, now) if span.end < now else _("still so")
-    return _("{robot}: {what}").format(robot=one.robot, what=word(span.activity)), texts[span.activity], [
-        {"label": _("From"), "value": formats.day_and_time(span.start, zone, now)}, {"label": _("To"), "value": ends},
-        {"label": _("For"), "value": formats.duration(span.seconds)}]
+        NO_DATA: _("Nothing was recorded: the app was off or asleep, or this robot was switched off in Settings.")}
+    ends = formats.day_and_time(span.end, zone, now) if span.end < now else _("ongoing")
+    return Explanation(_("{robot}: {what}").format(robot=one.robot, what=word(span.activity)), texts[span.activity], (
+        FactLine(_("From"), formats.day_and_time(span.start, zone, now)), FactLine(_("To"), ends),
+        FactLine(_("For"), formats.duration(span.seconds))))
 
 
-def explanation(facts: StatesFacts | None) -> tuple[str, str, list[Row]]:
+def explanation(facts: StatesFacts | None) -> Explanation:
     """What the bands mean, and how long each activity took, robot by robot."""
-    rows = []
+    lines = []
     for one in facts.timelines if facts else ():
-        seconds = one.seconds
-        parts = [f"{word(kind)} {formats.rough_duration(seconds[kind])}" for kind, _word in legend() if kind in seconds]
-        rows.append({"label": one.robot, "value": "", "note": " · ".join(parts)})
-    return _("What the robots did"), _(
-        "Written down at every poll. The time since the last look belongs to what is seen now; gaps of more than three polls have no data. "
-        "Kept for 90 days. Where much lies close together, a band shows what took most of the time, and every error."), rows
+        parts = [f"{word(kind)} {formats.rough_duration(one.seconds[kind])}" for kind in KINDS if kind in one.seconds]
+        lines.append(FactLine(one.robot, "", " · ".join(parts)))
+    return Explanation(_("What the robots did"), _(
+        "Recorded at every poll. The time since the poll before counts as the activity seen now; gaps of more than three polls have no "
+        "data. Kept for 90 days. Where many spans are close together, a band shows the activity that took the most time, and every "
+        "error."), tuple(lines))

@@ -1,30 +1,30 @@
-"""The Logs in words: runs as rows, a run as its story, what is filtered. Pure; the figures are logs_kpi_view's."""
+"""The Logs in words: runs as rows, a run as its story, the filters. Pure; the figures are in kpi_view.py."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime, time, timedelta
+from datetime import datetime, timedelta
 from enum import StrEnum
-from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
+from app.screens.common.options import Option
+from app.services.history.kpi import midnight
 from app.services.history.shift_report import ReportPeriod
 
-Row = dict[str, Any]
 UsualSeconds = Mapping[tuple[int | None, str], float]       # usual seconds by robot and guid
 
-ON_TIME_S = 60.0             # submitted later than this is told
+ON_TIME_S = 60.0             # later than this, the delay is shown
 AS_USUAL = 0.2               # of the usual duration, within which a run took as long as usual
-LONGEST_CHIP = 26            # characters of a mission's name on its chip
-UNDER_WAY = "under_way"      # the outcome filter's word for what has not ended
+LONGEST_CHIP = 26            # characters of a mission's name on its button
+UNDER_WAY = "under_way"      # the outcome filter's key of what has not ended
 
 
 class Period(StrEnum):
-    """Whole days up to now, in the zone of the settings."""
+    """Whole days up to now, in the zone of the settings; the shortest first."""
     TODAY = "today"
     WEEK = "week"
     MONTH = "month"
@@ -36,8 +36,8 @@ class Period(StrEnum):
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """What is looked at. ``robot_id`` None: all; ``outcomes`` are states' values and UNDER_WAY, none: all."""
+class Filters:
+    """What is shown. ``robot_id`` None: all robots; ``outcomes`` are values of ``State`` and UNDER_WAY, none: all."""
     period: Period = Period.WEEK
     robot_id: int | None = None
     outcomes: tuple[str, ...] = ()
@@ -51,7 +51,11 @@ class Chosen:
         return (*ended, *(OPEN_STATES if UNDER_WAY in self.outcomes else ()))
 
     @property
-    def narrows(self) -> bool:
+    def robot_ids(self) -> tuple[int, ...] | None:
+        return None if self.robot_id is None else (self.robot_id,)
+
+    @property
+    def narrow_list(self) -> bool:
         """Whether the list shows less than the period and robot have."""
         return bool(self.outcomes or self.mission or self.triggers or self.text.strip())
 
@@ -60,8 +64,7 @@ def period_start(period: Period, now: datetime, zone: ZoneInfo) -> datetime | No
     """Local midnight of its first day, in UTC; None: from the beginning."""
     if period.days is None:
         return None
-    first = now.astimezone(zone).date() - timedelta(days=period.days - 1)
-    return datetime.combine(first, time(), zone).astimezone(UTC)
+    return midnight(now.astimezone(zone).date() - timedelta(days=period.days - 1), zone)
 
 
 # ---------------------------------------------------------------------- the filters
@@ -70,111 +73,136 @@ def periods() -> list[tuple[str, str]]:
 
 
 def parts() -> list[tuple[str, str]]:
-    """What can stand below the figures."""
+    """What can be shown below the figures."""
     return [("runs", _("Runs")), ("figures", _("Figures")), ("robots", _("Robots"))]
 
 
-def report_options() -> list[Row]:
-    return [{"key": ReportPeriod.SHIFT, "text": _("This shift"), "note": _("The last 8 hours"), "icon": "account-clock-outline"},
-            {"key": ReportPeriod.TODAY, "text": _("Today"), "icon": "calendar-today"},
-            {"key": ReportPeriod.YESTERDAY, "text": _("Yesterday"), "icon": "calendar-arrow-left"},
-            {"key": ReportPeriod.WEEK, "text": _("7 days"), "icon": "calendar-week"}]
+def report_options() -> list[Option]:
+    return [Option(ReportPeriod.SHIFT, _("This shift"), "account-clock-outline", _("The last 8 hours")),
+            Option(ReportPeriod.TODAY, _("Today"), "calendar-today"),
+            Option(ReportPeriod.YESTERDAY, _("Yesterday"), "calendar-arrow-left"),
+            Option(ReportPeriod.WEEK, _("7 days"), "calendar-week")]
 
 
-def robot_chip(chosen: Chosen, robots: Sequence[Robot]) -> str:
-    return next((robot.name for robot in robots if robot.id == chosen.robot_id), _("All robots"))
+def robot_chip(filters: Filters, robots: Sequence[Robot]) -> str:
+    return next((robot.name for robot in robots if robot.id == filters.robot_id), _("All robots"))
 
 
-def robot_options(robots: Sequence[Robot]) -> list[Row]:
-    return [{"key": 0, "text": _("All robots")}, *({"key": robot.id, "text": robot.name, "note": robot.model or ""} for robot in robots)]
+def robot_options(robots: Sequence[Robot]) -> list[Option]:
+    return [Option(0, _("All robots")), *(Option(robot.id, robot.name, note=robot.model or "") for robot in robots)]
 
 
-def outcome_options() -> list[Row]:
+def outcome_options() -> list[Option]:
     ended = (State.COMPLETED, State.FAILED, State.CANCELLED, State.SKIPPED, State.MISSED)
-    return [*({"key": str(state), "text": execution_appearance.word(state), "icon": execution_appearance.LOOKS[state][0]}
-              for state in ended),
-            {"key": UNDER_WAY, "text": _("Under way"), "icon": execution_appearance.LOOKS[State.EXECUTING][0]}]
+    return [*(Option(str(state), execution_appearance.word(state), execution_appearance.LOOKS[state][0]) for state in ended),
+            Option(UNDER_WAY, _("Under way"), execution_appearance.LOOKS[State.EXECUTING][0])]
 
 
-def outcome_chip(chosen: Chosen) -> str:
+def outcome_chip(filters: Filters) -> str:
     """The one chosen, how many, or nothing."""
-    words = [option["text"] for option in outcome_options() if option["key"] in chosen.outcomes]
+    words = [option.text for option in outcome_options() if option.key in filters.outcomes]
     return words[0] if len(words) == 1 else ngettext("{n} outcome", "{n} outcomes", len(words)).format(n=len(words)) if words else ""
 
 
-def trigger_options() -> list[Row]:
+def trigger_options() -> list[Option]:
     icons = {Trigger.SCHEDULED: "calendar-clock", Trigger.MANUAL: "gesture-tap", Trigger.IDLE: "sleep"}
-    return [{"key": trigger, "text": execution_appearance.trigger_word(trigger), "icon": icon} for trigger, icon in icons.items()]
+    return [Option(trigger, execution_appearance.trigger_word(trigger), icon) for trigger, icon in icons.items()]
 
 
-def trigger_chip(chosen: Chosen) -> str:
-    return ", ".join(execution_appearance.trigger_word(trigger) for trigger in Trigger if trigger in chosen.triggers)
+def trigger_chip(filters: Filters) -> str:
+    return ", ".join(execution_appearance.trigger_word(trigger) for trigger in Trigger if trigger in filters.triggers)
 
 
-def mission_chip(chosen: Chosen) -> str:
+def mission_chip(filters: Filters) -> str:
     """Its name, unless that would take all the room."""
-    name = chosen.mission or ""
+    name = filters.mission or ""
     return name if len(name) <= LONGEST_CHIP else _("One mission")
 
 
-def mission_options(names: Sequence[str]) -> list[Row]:
-    return [{"key": "", "text": _("All missions"), "icon": ""}, *({"key": name, "text": name, "icon": "flag-outline"} for name in names)]
+def mission_options(names: Sequence[str]) -> list[Option]:
+    return [Option("", _("All missions")), *(Option(name, name, "flag-outline") for name in names)]
 
 
-def found(count: int, chosen: Chosen) -> str:
+def count_text(count: int, filters: Filters) -> str:
     """How many rows the list has."""
-    if chosen.narrows:
+    if filters.narrow_list:
         return ngettext("{n} found, newest first", "{n} found, newest first", count).format(n=count)
     return ngettext("{n}, newest first", "{n}, newest first", count).format(n=count)
 
 
-def nothing(chosen: Chosen) -> tuple[str, str]:
-    """What stands where there are no rows: (title, text)."""
-    if not chosen.narrows and chosen.period is Period.ALL and chosen.robot_id is None:
+def empty_texts(filters: Filters) -> tuple[str, str]:
+    """(title, text) of a list without rows."""
+    if not filters.narrow_list and filters.period is Period.ALL and filters.robot_id is None:
         return _("Nothing has run yet"), \
-            _("Every run of a schedule, of idle automation and of Run now stands here, with how it went and why.")
+            _("Every run of a schedule, of idle automation and of Run now appears here, with its outcome and the reason.")
     return _("Nothing found"), _("Choose a longer period, or fewer filters.")
 
 
 # ---------------------------------------------------------------------- a run as a row
+@dataclass(frozen=True)
+class StepView:
+    """One step of a run's story."""
+    label: str
+    time: str
+    note: str
+    tone: str
+    last: bool
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """A run in the list; only an opened one has ``steps`` and ``message``. ``narrow``: robot and trigger go under the reason."""
+    key: int
+    icon: str
+    tone: str
+    outcome: str
+    mission: str
+    reason: str
+    robot: str
+    trigger: str
+    when: str
+    took: str
+    opened: bool
+    narrow: bool
+    steps: tuple[StepView, ...] = ()
+    message: str = ""
+
+
 def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool, narrow: bool = False,
-        expected: DurationEstimate | None = None) -> Row:
-    """``expected``: how long one that is open will take, as far as anybody knows."""
-    line: Row = {
-        "key": execution.id, **execution_appearance.look(execution), "mission": execution.mission,
-        "reason": reason_line(execution, zone, usual),
-        "robot": execution.robot, "trigger": execution_appearance.trigger_word(execution.trigger),
-        "when": when(execution.planned_at.astimezone(zone), now.astimezone(zone)), "took": formats.duration(execution.duration_s),
-        "opened": opened, "narrow": narrow}
-    if opened:
-        line |= {"steps": story(execution, zone, usual, expected), "message": message(execution)}
-    return line
+        expected: DurationEstimate | None = None) -> RunRow:
+    """``expected``: how long a run that has not ended will take, as far as that is known."""
+    icon, tone = execution_appearance.LOOKS[execution.state]
+    return RunRow(
+        execution.id, icon, tone, execution_appearance.word(execution.state), execution.mission, reason_line(execution, zone, usual),
+        execution.robot, execution_appearance.trigger_word(execution.trigger),
+        when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened, narrow,
+        story(execution, zone, usual, expected) if opened else (), message(execution) if opened else "")
 
 
 class RowCache:
-    """Rows of many runs: a run that is as it was isn't put into words again, so that thousands can be shown anew within a frame."""
+    """Rows of many runs: the row of an unchanged run is not built again, so that thousands can be shown within a frame."""
 
     def __init__(self) -> None:
-        self._alike: object = None                       # what all rows rest on
-        self._rows: dict[int, tuple[Execution, object, Row]] = {}        # by run: as it was, what else its row rests on
+        self._context: object = None                     # what all rows depend on
+        self._rows: dict[int, tuple[Execution, object, RunRow]] = {}     # by run: as it was, what else its row depends on
 
     def forget(self) -> None:
-        """The language is another one."""
+        """The language has changed."""
         self._rows = {}
 
-    def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, told: int | None,
-             narrow: bool, expected: Mapping[int, DurationEstimate]) -> list[Row]:
-        """``row`` of each; ``told`` is the one that is opened, ``expected`` goes by the id of what has not ended."""
-        alike = now.astimezone(zone).date(), zone, narrow
-        known = self._rows if alike == self._alike else {}
-        self._alike, self._rows = alike, {}
+    def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened_run: int | None,
+             narrow: bool, expected: Mapping[int, DurationEstimate]) -> list[RunRow]:
+        """``row`` of each; ``opened_run`` is the id of the one that shows its story, ``expected`` goes by the id of what has not ended."""
+        context = now.astimezone(zone).date(), zone, narrow
+        known = self._rows if context == self._context else {}
+        self._context, self._rows = context, {}
         for execution in executions:
-            details = usual.get((execution.robot_id, execution.mission_guid)), execution.id == told, expected.get(execution.id)
+            details = usual.get((execution.robot_id, execution.mission_guid)), execution.id == opened_run, expected.get(execution.id)
             before = known.get(execution.id)
             if before is not None and details == before[1] and (execution is before[0] or execution == before[0]):
                 self._rows[execution.id] = execution, details, before[2]
             else:
-                line = row(execution, now, zone, usual, execution.id == told, narrow, expected.get(execution.id))
+                line = row(execution, now, zone, usual, execution.id == opened_run, narrow, expected.get(execution.id))
                 self._rows[execution.id] = execution, details, line
         return [line for _execution, _details, line in self._rows.values()]
 
@@ -201,7 +229,7 @@ def reason_line(execution: Execution, zone: ZoneInfo, usual: UsualSeconds) -> st
 
 
 def _completed(execution: Execution, usual: UsualSeconds) -> str:
-    """How punctual and how long, as whole sentences: their halves must not be joined."""
+    """How punctual and how long, as whole sentences, because translations can't be joined from halves."""
     length = _length(execution, usual)
     late = _late_s(execution)
     if execution.trigger is not Trigger.SCHEDULED:
@@ -232,42 +260,38 @@ def _length(execution: Execution, usual: UsualSeconds) -> str:
 
 
 # ---------------------------------------------------------------------- its story
-def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: DurationEstimate | None = None) -> list[Row]:
+def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: DurationEstimate | None = None) -> tuple[StepView, ...]:
     """planned → submitted → started → ended, as far as it came."""
-    steps = [_step(_("Planned"), execution.planned_at, zone, _planned_note(execution))]
+    attempts = ngettext("{n} attempt", "{n} attempts", execution.attempts).format(n=execution.attempts)
+    steps = [(_("Planned"), _time(execution.planned_at, zone), _planned_note(execution))]
     if execution.submitted_at is not None:
-        steps.append(_step(_("Submitted"), execution.submitted_at, zone,
-                           ngettext("{n} attempt", "{n} attempts", execution.attempts).format(n=execution.attempts)))
+        steps.append((_("Submitted"), _time(execution.submitted_at, zone), attempts))
     elif execution.attempts:
-        steps.append({"label": _("Tried"), "time": ngettext("{n} attempt", "{n} attempts", execution.attempts).format(n=execution.attempts),
-                      "note": _("none accepted")})
+        steps.append((_("Tried"), attempts, _("none accepted")))
     if execution.started_at is not None:
-        steps.append(_step(_("Started"), execution.started_at, zone, _queue_note(execution)))
-    if execution.state.is_open:
-        steps.append({"label": execution_appearance.word(execution.state), "time": "–", "note": _open_note(expected),
-                      "tone": execution_appearance.LOOKS[execution.state][1]})
-    else:
-        steps.append({**_step(execution_appearance.word(execution.state), execution.ended_at, zone, _end_note(execution, usual)),
-                      "tone": _end_tone(execution.state)})
-    return [{"tone": "neutral", **step, "key": n, "last": n == len(steps) - 1} for n, step in enumerate(steps)]
+        steps.append((_("Started"), _time(execution.started_at, zone), _queue_note(execution)))
+    state = execution_appearance.word(execution.state)
+    steps.append((state, "–", _open_note(expected)) if execution.state.is_open else
+                 (state, _time(execution.ended_at, zone), _end_note(execution, usual)))
+    last = len(steps) - 1
+    return tuple(StepView(*step, _last_tone(execution.state) if n == last else "neutral", n == last) for n, step in enumerate(steps))
 
 
-def _step(label: str, at: datetime | None, zone: ZoneInfo, note: str) -> Row:
-    return {"label": label, "time": "–" if at is None else formats.wall_time(at.astimezone(zone), seconds=True), "note": note}
+def _time(at: datetime | None, zone: ZoneInfo) -> str:
+    return formats.wall_time(None if at is None else at.astimezone(zone), seconds=True)
 
 
-def _end_tone(state: State) -> str:
-    tone = execution_appearance.LOOKS[state][1]
-    return "neutral" if state is State.COMPLETED else tone
+def _last_tone(state: State) -> str:
+    return "neutral" if state is State.COMPLETED else execution_appearance.LOOKS[state][1]
 
 
 def _planned_note(execution: Execution) -> str:
-    """What asked for it."""
+    """What started it."""
     return execution.schedule or execution_appearance.trigger_word(execution.trigger)
 
 
 def _queue_note(execution: Execution) -> str:
-    """How long it stood in the robot's queue."""
+    """How long it waited in the robot's queue."""
     if execution.robot_delay_s is None:
         return ""
     if execution.robot_delay_s < 1:
@@ -276,7 +300,7 @@ def _queue_note(execution: Execution) -> str:
 
 
 def _open_note(expected: DurationEstimate | None) -> str:
-    """How long it will take, and who says so."""
+    """How long it will take, and where that is known from."""
     if expected is None:
         return _("not ended yet")
     text = _("not ended yet, {duration} as typed in Settings") if expected.typed else _("not ended yet, usually {duration}")
@@ -294,11 +318,11 @@ def _end_note(execution: Execution, usual: UsualSeconds) -> str:
 
 
 def message(execution: Execution) -> str:
-    """What the robot said, and the number of its queue item."""
-    said = execution.reason.details.get("message") if execution.reason and execution.reason.code is ReasonCode.ROBOT_ABORTED else None
+    """The robot's message, and the number of its queue item."""
+    text = execution.reason.details.get("message") if execution.reason and execution.reason.code is ReasonCode.ROBOT_ABORTED else None
     item = execution.queue_id
-    if said and item is not None:
-        return _("Robot: {message} (queue item {n})").format(message=said, n=item)
-    if said:
-        return _("Robot: {message}").format(message=said)
+    if text and item is not None:
+        return _("Robot: {message} (queue item {n})").format(message=text, n=item)
+    if text:
+        return _("Robot: {message}").format(message=text)
     return _("Queue item {n} of the robot").format(n=item) if item is not None else ""

@@ -28,24 +28,24 @@ def test_an_interval_stands_behind_few_cases_only():
 
 def test_reasons_of_not_running_with_their_share_of_what_was_planned():
     rows = view.adherence_rows(Adherence(50, 47, {ReasonCode.BATTERY_LOW: 2, ReasonCode.APP_DOWN: 1}))
-    assert [(row["label"], row["value"], row["note"]) for row in rows] == [
+    assert [(row.label, row.value, row.note) for row in rows] == [
         ("Battery stayed under the minimum for its whole start window", "2", "4.0 %"), ("The app was off or asleep", "1", "2.0 %")]
 
 
 def test_bars_of_causes_form_one_line():
     found = causes([("robot_aborted", "Lost", 6), ("retry_limit", None, 3), ("refused", None, 1)])
     rows = view.cause_rows(found)
-    assert [row["cumulative"] for row in rows] == pytest.approx([.6, .9, 1])
-    assert [row["above"] for row in rows] == pytest.approx([-1, .6, .9])
-    assert [row["below"] for row in rows] == pytest.approx([.9, 1, -1])
-    assert rows[0]["label"] == "Lost"
-    assert view.cause_words(found) == "The first 2 reasons make up 90 % of all failures."
+    assert [row.cumulative for row in rows] == pytest.approx([.6, .9, 1])
+    assert [row.above for row in rows] == pytest.approx([-1, .6, .9])
+    assert [row.below for row in rows] == pytest.approx([.9, 1, -1])
+    assert rows[0].label == "Lost"
+    assert view.cause_summary(found) == "The first 2 reasons make up 90 % of all failures."
     assert view.cause_head(found) == "10 failed runs"
 
 
 def test_no_words_where_all_reasons_are_needed():
-    assert view.cause_words(causes([("refused", None, 5)])) == ""
-    assert view.cause_words([]) == "No run failed."
+    assert view.cause_summary(causes([("refused", None, 5)])) == ""
+    assert view.cause_summary([]) == "No run failed."
 
 
 @pytest.mark.parametrize(("median", "beginning", "tone"), [
@@ -54,21 +54,21 @@ def test_no_words_where_all_reasons_are_needed():
 def test_a_median_is_set_against_the_usual_band(median, beginning, tone):
     trend = Trend("g", "Deliver", 3, median, Band(50, 80, 100, 120), [DayMedian(date(2026, 11, 16), 3, median)])
     [row] = view.trend_rows([trend], date(2026, 11, 14), date(2026, 11, 18))
-    assert row["note"].startswith(beginning)
-    assert row["note"].endswith("1 min 40 s (1 min 20 s to 2 min)")
-    assert row["tone"] == tone
-    assert row["points"] == [(.5, median)]
-    assert bool(row["icon"]) == ("Clearly" in beginning)
+    assert row.note.startswith(beginning)
+    assert row.note.endswith("1 min 40 s (1 min 20 s to 2 min)")
+    assert row.tone == tone
+    assert row.points == (view.Point(.5, median),)
+    assert bool(row.icon) == ("Clearly" in beginning)
 
 
 def test_without_a_history_before_nothing_is_called_usual():
     trend = Trend("g", "Deliver", 1, 60.0, None, [DayMedian(date(2026, 11, 16), 1, 60.0)])
     [row] = view.trend_rows([trend], None, None)
-    assert (row["note"], row["band"], row["points"]) == ("Too few runs before it to say what is usual", [], [(0, 60.0)])
+    assert (row.note, row.band, row.points) == ("Too few runs before it to say what is usual", None, (view.Point(0, 60.0),))
 
 
 def test_waiting_against_running_in_words():
     delays = Delays(3, 5, 9, 1, 4, 8, 2, 40.0, 160.0, 80, 120)
-    assert view.waiting_words(delays) == "Of the time from order to end, 20.0 % was waiting in the queue."
-    assert [row["value"] for row in view.delay_rows(delays)] == ["5 s", "9 s", "4 s", "1 min 20 s"]
-    assert view.delay_rows(Delays(0, None, None, None, None)) == []
+    assert view.waiting_text(delays) == "Of the time from submission to end, 20.0 % was waiting in the queue."
+    assert [row.value for row in view.delay_rows(delays)] == ["5 s", "9 s", "4 s", "1 min 20 s"]
+    assert view.delay_rows(Delays(0, None, None, None, None)) == ()

@@ -21,38 +21,38 @@ def facts(hours: float, *spans: tuple[str, float, float]) -> states.StatesFacts:
 
 
 def test_a_day_has_hours_and_more_has_days():
-    assert [label for _, label, _ in states.ticks(facts(8), ZONE)] == [f"{hour:02}:00" for hour in range(8)]
-    assert [label for _, label, _ in states.ticks(facts(24), ZONE)] == [f"{hour:02}:00" for hour in range(0, 24, 2)]
-    assert [label for _, label, _ in states.ticks(facts(72), ZONE)] == ["Fri 20 Nov", "Sat 21 Nov", "Sun 22 Nov"]
-    assert [label for _, label, _ in states.ticks(facts(20 * 24), ZONE)][:2] == ["20 Nov", "21 Nov"]
+    assert [tick.label for tick in states.ticks(facts(8), ZONE)] == [f"{hour:02}:00" for hour in range(8)]
+    assert [tick.label for tick in states.ticks(facts(24), ZONE)] == [f"{hour:02}:00" for hour in range(0, 24, 2)]
+    assert [tick.label for tick in states.ticks(facts(72), ZONE)] == ["Fri 20 Nov", "Sat 21 Nov", "Sun 22 Nov"]
+    assert [tick.label for tick in states.ticks(facts(20 * 24), ZONE)][:2] == ["20 Nov", "21 Nov"]
 
 
 def test_the_night_of_a_clock_change_has_a_tick_for_each_midnight():
     start = datetime(2026, 10, 23, 21, 0, tzinfo=UTC)
     found = states.StatesFacts(start, start + timedelta(hours=73), [])
-    assert [round(place * 73) for place, _, _ in states.ticks(found, ZONE)] == [0, 24, 49]
+    assert [round(tick.place * 73) for tick in states.ticks(found, ZONE)] == [0, 24, 49]
 
 
-def test_the_share_on_missions_leaves_out_what_was_not_seen():
+def test_the_share_on_missions_leaves_out_what_was_not_observed():
     [lane] = states.lanes(facts(8, ("executing", 0, 1), ("idle", 1, 4), ("offline", 4, 6), (NO_DATA, 6, 8)))
-    assert lane["note"] == "seen on missions 25 %"
-    assert lane["spans"][0] == (0, .125, "executing")
+    assert lane.note == "25 % on missions"
+    assert lane.spans[0] == states.Span(0, .125, "executing")
     [lane] = states.lanes(facts(8, (NO_DATA, 0, 8)))
-    assert lane["note"] == "never seen"
+    assert lane.note == "never observed"
 
 
 @pytest.mark.parametrize("activity", [*ACTIVITIES, NO_DATA])
-def test_every_activity_has_a_word_and_a_story(activity):
+def test_every_activity_has_a_word_and_details(activity):
     found = facts(8, (activity, 1, 2))
     timeline, span = states.span_at(found, 1, 1.5 / 8)
-    title, text, rows = states.story(timeline, span, found.end, "Europe/Helsinki")
-    assert title == f"Aino: {states.word(activity)}"
-    assert text.endswith(".")
-    assert [row["value"] for row in rows] == ["01:00", "02:00", "1 h"]
+    details = states.span_details(timeline, span, found.end, "Europe/Helsinki")
+    assert details.title == f"Aino: {states.word(activity)}"
+    assert details.text.endswith(".")
+    assert [line.value for line in details.lines] == ["01:00", "02:00", "1 h"]
 
 
-def test_a_tap_beside_every_span_or_on_no_robot_tells_nothing():
+def test_a_tap_beside_every_span_or_on_no_robot_finds_nothing():
     found = facts(8, ("idle", 1, 2))
     assert states.span_at(found, 1, .9) is None
     assert states.span_at(found, 2, .2) is None
-    assert states.explanation(None)[2] == []
+    assert states.explanation(None).lines == ()

@@ -1,16 +1,16 @@
 """The words of the Logs from plain values: rows, stories, filters, figures."""
-from dataclasses import replace
+from dataclasses import astuple, replace
 from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 import pytest
 
 from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
-from app.screens.logs import kpi_view as figures_view
-from app.screens.logs import view
-from app.screens.logs.facts import filter_of, period_with
+from app.screens.logs import kpi_view, view
+from app.screens.logs.facts import execution_filter, period_with
 from app.screens.logs.figures import Figures
-from app.screens.logs.view import UNDER_WAY, Chosen, Period
+from app.screens.logs.kpi_view import DayBar, FactLine
+from app.screens.logs.view import UNDER_WAY, Filters, Period
 from app.services.history.kpi import Adherence, DayKpis, Delays, RobotKpis, ThesisKpis
 
 ZONE = ZoneInfo("Europe/Helsinki")
@@ -31,10 +31,10 @@ SKIPPED = replace(DONE, state=State.SKIPPED, attempts=0, queue_id=None, submitte
 # ---------------------------------------------------------------------- rows
 def test_a_completed_run_says_how_punctual_and_how_long_it_was():
     row = view.row(DONE, NOW, ZONE, USUAL, opened=False)
-    assert (row["outcome"], row["tone"], row["mission"], row["robot"], row["trigger"]) == (
+    assert (row.outcome, row.tone, row.mission, row.robot, row.trigger) == (
         "Completed", "done", "Deliver kits", "Aino", "Schedule")
-    assert (row["when"], row["took"], row["reason"]) == ("13:30", "6 min 18 s", "Started on time, as long as usual")
-    assert "steps" not in row
+    assert (row.when, row.took, row.reason) == ("13:30", "6 min 18 s", "Started on time, as long as usual")
+    assert (row.steps, row.message) == ((), "")
 
 
 @pytest.mark.parametrize(("changes", "usual", "line"), [
@@ -55,62 +55,62 @@ def test_what_did_not_complete_says_why_and_what_is_open_what_it_waits_for():
     assert view.reason_line(SKIPPED, ZONE, USUAL) == "Battery 12 % stayed under 30 % until 13:45"
     waiting = replace(SKIPPED, state=State.WAITING, reason=None, wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30})
     assert view.reason_line(waiting, ZONE, USUAL) == "Battery 12 % is under 30 %; waits until 13:45"
-    assert view.row(SKIPPED, NOW, ZONE, USUAL, opened=False)["took"] == "–"
+    assert view.row(SKIPPED, NOW, ZONE, USUAL, opened=False).took == "–"
 
 
 def test_a_run_of_another_day_has_its_date():
-    shown = [view.row(replace(DONE, planned_at=PLANNED - timedelta(days=days)), NOW, ZONE, USUAL, False)["when"] for days in (1, 6, 7, 400)]
+    shown = [view.row(replace(DONE, planned_at=PLANNED - timedelta(days=days)), NOW, ZONE, USUAL, False).when for days in (1, 6, 7, 400)]
     assert shown == ["Thu 13:30", "Sat 13:30", "13 Nov 13:30", "16 Oct 2025 14:30"]
 
 
 # ---------------------------------------------------------------------- the story
-def test_only_what_has_changed_is_put_into_words_again(monkeypatch):
-    worded, made = view.RowCache(), []
+def test_only_what_has_changed_is_built_again(monkeypatch):
+    cache, made = view.RowCache(), []
     row = view.row
     monkeypatch.setattr(view, "row", lambda execution, *args: (made.append(execution.id), row(execution, *args))[1])
     runs = [replace(DONE, id=n) for n in range(5)]
 
-    def rows(runs, now=NOW, usual=USUAL, told=None, narrow=False):
+    def rows(runs, now=NOW, usual=USUAL, opened=None, narrow=False):
         made.clear()
-        found = worded.rows(runs, now, ZONE, usual, told, narrow, {})
-        assert found == [row(run, now, ZONE, usual, run.id == told, narrow) for run in runs]
+        found = cache.rows(runs, now, ZONE, usual, opened, narrow, {})
+        assert found == [row(run, now, ZONE, usual, run.id == opened, narrow) for run in runs]
         return list(made)
 
     assert rows(runs) == [0, 1, 2, 3, 4]
     assert rows([replace(run) for run in runs], NOW + timedelta(minutes=1)) == []
     assert rows([replace(FAILED, id=9), *runs]) == [9]
     assert rows([replace(FAILED, id=9), replace(FAILED, id=0), *runs[1:]]) == [0]
-    assert rows(runs[1:], told=3) == [3]
+    assert rows(runs[1:], opened=3) == [3]
     assert rows(runs[1:]) == [3]
     assert rows(runs[1:], usual={}) == [1, 2, 3, 4]
     assert rows(runs[1:], NOW + timedelta(days=1), {}) == [1, 2, 3, 4]
     assert rows(runs[1:], NOW + timedelta(days=1), {}, narrow=True) == [1, 2, 3, 4]
-    worded.forget()
+    cache.forget()
     assert rows(runs[1:], NOW + timedelta(days=1), {}, narrow=True) == [1, 2, 3, 4]
 
 
 def test_a_story_has_four_steps_and_ends_in_its_outcome():
     row = view.row(FAILED, NOW, ZONE, USUAL, opened=True)
-    assert [(step["label"], step["time"], step["note"]) for step in row["steps"]] == [
+    assert [(step.label, step.time, step.note) for step in row.steps] == [
         ("Planned", "13:30:00", "Kits"), ("Submitted", "13:30:02", "1 attempt"), ("Started", "13:30:09", "after 7 s in the queue"),
         ("Failed", "13:36:27", "after 6 min 18 s")]
-    assert [step["tone"] for step in row["steps"]] == ["neutral", "neutral", "neutral", "fault"]
-    assert [step["last"] for step in row["steps"]] == [False, False, False, True]
-    assert row["message"] == "Robot: Failed to reach goal position 'Dock 3' (queue item 14026)"
+    assert [step.tone for step in row.steps] == ["neutral", "neutral", "neutral", "fault"]
+    assert [step.last for step in row.steps] == [False, False, False, True]
+    assert row.message == "Robot: Failed to reach goal position 'Dock 3' (queue item 14026)"
 
 
 def test_a_completed_story_compares_with_the_usual_duration():
-    assert view.story(DONE, ZONE, USUAL)[-1]["note"] == "after 6 min 18 s, usually 6 min"
+    assert view.story(DONE, ZONE, USUAL)[-1].note == "after 6 min 18 s, usually 6 min"
     assert view.message(DONE) == "Queue item 14026 of the robot"
 
 
 def test_a_story_goes_only_as_far_as_the_run_came():
-    assert [step["label"] for step in view.story(SKIPPED, ZONE, USUAL)] == ["Planned", "Skipped"]
+    assert [step.label for step in view.story(SKIPPED, ZONE, USUAL)] == ["Planned", "Skipped"]
     refused = replace(SKIPPED, state=State.FAILED, attempts=3, reason=Reason(ReasonCode.RETRY_LIMIT))
-    assert [(step["label"], step["time"]) for step in view.story(refused, ZONE, USUAL)] == [
+    assert [(step.label, step.time) for step in view.story(refused, ZONE, USUAL)] == [
         ("Planned", "13:30:00"), ("Tried", "3 attempts"), ("Failed", "13:36:27")]
     running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None, robot_delay_s=0.2)
-    assert [(step["label"], step["note"]) for step in view.story(running, ZONE, USUAL)][2:] == [
+    assert [(step.label, step.note) for step in view.story(running, ZONE, USUAL)][2:] == [
         ("Started", "no wait"), ("Running", "not ended yet")]
     assert view.message(SKIPPED) == ""
 
@@ -121,7 +121,7 @@ def test_a_story_goes_only_as_far_as_the_run_came():
 def test_what_has_not_ended_says_how_long_it_will_take_and_who_says_so(expected, note):
     running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None)
     row = view.row(running, NOW, ZONE, USUAL, opened=True, expected=expected)
-    assert row["steps"][-1]["note"] == note
+    assert row.steps[-1].note == note
 
 
 # ---------------------------------------------------------------------- filters
@@ -138,31 +138,31 @@ def test_the_shortest_period_with_an_instant(ago, period):
     assert period_with(NOW - ago, NOW, ZONE) is period
 
 
-def test_what_is_chosen_becomes_the_repositorys_filter():
-    chosen = Chosen(Period.TODAY, 2, ("failed", UNDER_WAY), "Deliver kits", (Trigger.IDLE,), " dock ")
-    wanted = filter_of(chosen, NOW, ZONE)
+def test_the_filters_become_those_of_the_history():
+    filters = Filters(Period.TODAY, 2, ("failed", UNDER_WAY), "Deliver kits", (Trigger.IDLE,), " dock ")
+    wanted = execution_filter(filters, NOW, ZONE)
     assert (wanted.robot_ids, wanted.mission, wanted.triggers, wanted.text) == ((2,), "Deliver kits", (Trigger.IDLE,), "dock")
     assert set(wanted.states) == {State.FAILED, State.WAITING, State.SUBMITTING, State.QUEUED, State.EXECUTING}
-    everything = filter_of(Chosen(Period.ALL), NOW, ZONE)
+    everything = execution_filter(Filters(Period.ALL), NOW, ZONE)
     assert (everything.robot_ids, everything.states, everything.start) == (None, None, None)
 
 
-def test_chips_say_what_is_chosen():
-    assert (view.outcome_chip(Chosen()), view.trigger_chip(Chosen()), view.mission_chip(Chosen())) == ("", "", "")
-    assert view.outcome_chip(Chosen(outcomes=("failed",))) == "Failed"
-    assert view.outcome_chip(Chosen(outcomes=("failed", "skipped"))) == "2 outcomes"
-    assert view.trigger_chip(Chosen(triggers=(Trigger.IDLE, Trigger.MANUAL))) == "Run now, Idle"
-    assert view.mission_chip(Chosen(mission="x" * 80)) == "One mission"
-    assert view.robot_chip(Chosen(robot_id=2), [Robot("Aino", "", id=1), Robot("Veikko", "", id=2)]) == "Veikko"
-    assert view.robot_chip(Chosen(), []) == "All robots"
+def test_chips_say_what_is_filters():
+    assert (view.outcome_chip(Filters()), view.trigger_chip(Filters()), view.mission_chip(Filters())) == ("", "", "")
+    assert view.outcome_chip(Filters(outcomes=("failed",))) == "Failed"
+    assert view.outcome_chip(Filters(outcomes=("failed", "skipped"))) == "2 outcomes"
+    assert view.trigger_chip(Filters(triggers=(Trigger.IDLE, Trigger.MANUAL))) == "Run now, Idle"
+    assert view.mission_chip(Filters(mission="x" * 80)) == "One mission"
+    assert view.robot_chip(Filters(robot_id=2), [Robot("Aino", "", id=1), Robot("Veikko", "", id=2)]) == "Veikko"
+    assert view.robot_chip(Filters(), []) == "All robots"
 
 
 def test_the_list_says_how_many_it_has_and_what_to_do_when_it_is_empty():
-    assert view.found(423, Chosen()) == "423, newest first"
-    assert view.found(3, Chosen(text="dock")) == "3 found, newest first"
-    assert view.nothing(Chosen(Period.ALL))[0] == "Nothing has run yet"
-    assert view.nothing(Chosen(text="dock"))[0] == "Nothing found"
-    assert not Chosen(Period.TODAY, 1).narrows
+    assert view.count_text(423, Filters()) == "423, newest first"
+    assert view.count_text(3, Filters(text="dock")) == "3 found, newest first"
+    assert view.empty_texts(Filters(Period.ALL))[0] == "Nothing has run yet"
+    assert view.empty_texts(Filters(text="dock"))[0] == "Nothing found"
+    assert not Filters(Period.TODAY, 1).narrow_list
 
 
 # ---------------------------------------------------------------------- figures
@@ -181,52 +181,52 @@ def plain(markup):
 
 
 def test_five_cards_each_with_its_count():
-    cards = figures_view.cards(FIGURES)
-    assert [(card["label"], plain(card["value"]), card["note"]) for card in cards] == [
+    cards = kpi_view.cards(FIGURES)
+    assert [(card.label, plain(card.value), card.note) for card in cards] == [
         ("Success rate", "98.1 %", "405 of 413 ended runs"), ("Mean duration", "6 min 12 s", "405 completed runs"),
         ("Missions per day", "58", "7 recorded days"), ("Utilisation, Aino", "46 %", "of 3 d 18 h observed"),
         ("Schedule adherence", "97.9 %", "372 of 380 planned")]
-    assert cards[0]["history"] == [None, 1.0, 1.0, .75, 1.0, 1.0, 1.0]
-    assert cards[1]["history"] == [None, 360.0, 360.0, 360.0, 360.0, 360.0, 360.0]
-    assert cards[2]["history"] == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert cards[0].history == (None, 1.0, 1.0, .75, 1.0, 1.0, 1.0)
+    assert cards[1].history == (None, 360.0, 360.0, 360.0, 360.0, 360.0, 360.0)
+    assert cards[2].history == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
 
 def test_without_anything_recorded_every_figure_is_a_dash():
-    assert [(card["value"], card["note"]) for card in figures_view.cards(EMPTY)] == [
+    assert [(card.value, card.note) for card in kpi_view.cards(EMPTY)] == [
         ("–", "no run has ended"), ("–", "no completed run"), ("–", "no recorded day"), ("–", "never observed"),
         ("–", "nothing was planned")]
 
 
-def test_a_long_history_is_told_in_few_points():
-    assert figures_view.calm([float(n) for n in range(30)]) == [1.0 + 3 * n for n in range(10)]
-    assert figures_view.calm([1.0, None]) == [1.0, None]
-    assert figures_view.calm([None] * 29 + [4.0])[-1] == 4.0
-    assert figures_view.calm([]) == []
+def test_a_long_history_is_condensed_to_few_points():
+    assert kpi_view.condense([float(n) for n in range(30)]) == tuple(1.0 + 3 * n for n in range(10))
+    assert kpi_view.condense([1.0, None]) == (1.0, None)
+    assert kpi_view.condense([None] * 29 + [4.0])[-1] == 4.0
+    assert kpi_view.condense([]) == ()
 
 
 @pytest.mark.parametrize("key", ["success", "duration", "per_day", "utilisation", "adherence"])
 def test_every_figure_can_be_explained(key):
     for figures in (FIGURES, EMPTY):
-        title, text, rows = figures_view.explanation(key, figures)
-        assert title
-        assert text.endswith((".", ":"))
-        assert all(row["label"] and row["value"] for row in rows)
+        found = kpi_view.explanation(key, figures)
+        assert found.title
+        assert found.text.endswith((".", ":"))
+        assert all(line.label and line.value for line in found.lines)
 
 
-def test_adherence_names_the_reasons_and_few_cases_how_far_they_can_be_trusted():
-    rows = {row["label"]: row["value"] for row in figures_view.explanation("adherence", FIGURES)[2]}
+def test_adherence_names_the_reasons_and_few_cases_their_interval():
+    rows = {line.label: line.value for line in kpi_view.explanation("adherence", FIGURES).lines}
     assert rows["Planned"] == "380"
     assert rows["Battery stayed under the minimum for its whole start window"] == "6"
     assert rows["Start delay, median and 90 %"] == "4 s, 1 min 05 s"
     few = replace(FIGURES, thesis=replace(THESIS, completed=9, failed=1))
-    assert {"label": "Few cases: probably between", "value": "60 % and 98 %"} in figures_view.explanation("success", few)[2]
-    assert "Few cases: probably between" not in [row["label"] for row in figures_view.explanation("success", FIGURES)[2]]
+    assert FactLine("Few cases: probably between", "60 % and 98 %") in kpi_view.explanation("success", few).lines
+    assert "Few cases: probably between" not in [line.label for line in kpi_view.explanation("success", FIGURES).lines]
 
 
 def test_bars_compare_robots_and_days():
-    aino, veikko = figures_view.utilisation_rows(FIGURES)
-    assert aino == ("Aino", "46 %", "1 d 17 h", pytest.approx(.46, abs=.01), pytest.approx(.141, abs=.01))
-    assert veikko == ("Veikko", "–", "–", 0.0, 0.0)
-    assert figures_view.total_note(FIGURES) == "1 d 17 h in all"
-    assert figures_view.outcome_days(DAYS)[3] == ("Tu", 3, 2, 1, 0)
-    assert figures_view.outcome_days(DAYS * 3)[3][0] == "17"
+    aino, veikko = kpi_view.utilisation_bars(FIGURES)
+    assert astuple(aino) == ("Aino", "46 %", "1 d 17 h", pytest.approx(.46, abs=.01), pytest.approx(.141, abs=.01))
+    assert veikko == kpi_view.RobotBar("Veikko", "–", "–", 0.0, 0.0)
+    assert kpi_view.total_note(FIGURES) == "1 d 17 h total"
+    assert kpi_view.outcome_days(DAYS)[3] == DayBar("Tu", 3, 2, 1, 0)
+    assert kpi_view.outcome_days(DAYS * 3)[3].label == "17"
