@@ -17,6 +17,7 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from string import Formatter
 
@@ -51,8 +52,9 @@ class NotConstant(ValueError):
     """A text that is put together at run time cannot be translated."""
 
 
+@cache
 def texts_of_code(root: Path = ROOT) -> dict[str, Text]:
-    """Every text by its key, in the order of files and lines. Raises ``NotConstant``."""
+    """Every text by its key, in the order of files and lines, read once. Raises ``NotConstant``."""
     found: dict[str, Text] = {}
     for path in [*sorted((root / "app").rglob("*.py")), *sorted((root / "kv").rglob("*.kv")), root / "main.py"]:
         if path.exists():

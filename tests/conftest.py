@@ -1,5 +1,31 @@
-"""Of all tests: no example is too slow, however busy the machine."""
+"""Of all tests: how many run at once, and how many examples hypothesis tries."""
+from __future__ import annotations
+
+import sys
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
 
-settings.register_profile("patient", deadline=None)
-settings.load_profile("patient")
+# No example is too slow, however busy the machine. `.ci/run` asks for the profile "thorough".
+settings.register_profile("quick", deadline=None, max_examples=20, derandomize=True)
+settings.register_profile("thorough", deadline=None, max_examples=100)
+settings.load_profile("quick")
+
+# pytest compiles the assertions of every test module anew, in every process, if it may not keep what it compiled: seconds each time.
+sys.dont_write_bytecode = False
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """The tests of one file run in this process: they answer sooner, and a debugger works. Others have one process per core."""
+    files = {argument.partition("::")[0] for argument in config.args}
+    return 0 if len(files) == 1 and Path(*files).is_file() else None
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """What a test logged travels to another process, and a lone surrogate, which robots may say, would end the whole run."""
+    report = yield
+    report.sections = [(title, text.encode(errors="backslashreplace").decode()) for title, text in report.sections]
+    return report

@@ -25,6 +25,17 @@ class FieldInput(TextInput):
     """The text input of a field; ``max_length`` > 0 limits the number of characters."""
     max_length = NumericProperty(0)
 
+    def __init__(self, **kwargs):
+        self._follow_cursor = Clock.create_trigger(self._show_cursor, -1)
+        super().__init__(**kwargs)
+
+    def _adjust_viewport(self, _column, _row):
+        """TextInput shares one trigger among all fields: it keeps the last one alive, with the page or dialog around it."""
+        self._follow_cursor()
+
+    def _show_cursor(self, _dt):
+        TextInput._adjust_viewport.__wrapped__(self, *self.cursor)
+
     def on_focus(self, _field, focused):
         (dock.entered if focused else dock.left)(self)
 

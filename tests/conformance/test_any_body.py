@@ -4,11 +4,12 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conformance.client import REFERENCES, SOFTWARE, Client
 from tests.conformance.test_operations import WITH_BODY, path_of
+from tests.support.examples import examples
 
 ANYTHING = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.sampled_from([10 ** 400, "\ud800"]),
                         lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3), max_leaves=5)
@@ -22,7 +23,7 @@ def ready(software: str, verb: str, template: str) -> tuple[Client, str, dict[st
     return client, path_of(template, params), client.body(verb, template, params)
 
 
-@settings(max_examples=400)
+@examples(400)
 @given(operation=st.sampled_from(WITH_BODY), data=st.data())
 def test_any_body_gets_a_documented_answer(operation: tuple[str, str, str], data: st.DataObject) -> None:
     client, path, right = ready(*operation)
@@ -38,7 +39,7 @@ def test_any_body_gets_a_documented_answer(operation: tuple[str, str, str], data
 
 
 @pytest.mark.parametrize("software", SOFTWARE)
-@settings(max_examples=100)
+@examples(100)
 @given(parameters=st.lists(ANYTHING | st.fixed_dictionaries({"id": ANYTHING, "value": ANYTHING}), max_size=3))
 def test_any_parameters_of_an_action_leave_the_robot_alive(software: str, parameters: list[Any]) -> None:
     client = Client(software)

@@ -70,8 +70,9 @@ def queue_of(robot) -> list[dict]:
 
 
 # ---------------------------------------------------------------------- killed
-def test_nothing_is_doubled_or_lost_when_the_app_is_killed_at_random_moments(data):
-    verdict = drill(data, seed=1, kills=6, occurrences=45)
+@pytest.mark.parametrize(("kills", "occurrences"), [(2, 15), pytest.param(6, 45, marks=pytest.mark.long)])
+def test_nothing_is_doubled_or_lost_when_the_app_is_killed_at_random_moments(data, kills, occurrences):
+    verdict = drill(data, seed=1, kills=kills, occurrences=occurrences)
     assert verdict.is_good, verdict
 
 

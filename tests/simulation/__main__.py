@@ -17,8 +17,11 @@ from tests.simulation.world import Findings, Profile, World
 
 def simulate(seed: int, hours: float, profile: Profile | None = None) -> Findings:
     logging.disable(logging.CRITICAL)
-    with tempfile.TemporaryDirectory(prefix="amr-simulation-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as directory:
-        return World(Path(directory), seed, profile or Profile()).run(hours)
+    try:
+        with tempfile.TemporaryDirectory(prefix="amr-simulation-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as directory:
+            return World(Path(directory), seed, profile or Profile()).run(hours)
+    finally:
+        logging.disable(logging.NOTSET)
 
 
 def _line(seed: int, hours: float, profile: Profile) -> tuple[bool, str]:

@@ -2,34 +2,27 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from app.database import schema
 from app.mir.errors import Delivery
 from app.services.dispatch import dispatcher, ledger, planner
+from tests.simulation.__main__ import simulate
 from tests.simulation.world import Profile, World
 
-HOURS, SEEDS = 20, "1-10"
 ROUGH = Profile(crash_rate=0.02, fault_rate=0.08)
 
 
-def test_weeks_of_faults_and_crashes_double_nothing_and_lose_nothing(capsys):
-    """In processes of their own, so that both cores work. The lines say what was met; a seed can be run again alone."""
-    command = [sys.executable, "-m", "tests.simulation", "--hours", str(HOURS), "--seeds", SEEDS]
-    done = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=False)
-    with capsys.disabled():
-        print("\n" + done.stdout + done.stderr)
-    assert done.returncode == 0
-    occurrences, faults, crashes = (sum(map(int, re.findall(rf"(\d+) {word}", done.stdout)))
-                                    for word in ("occurrences", "faults", "app crashes"))
-    assert occurrences >= 20_000
-    assert faults >= 2_000
-    assert crashes >= 500
+@pytest.mark.parametrize(("seed", "hours"), [(11, 3.0), *(pytest.param(seed, 20.0, marks=pytest.mark.long) for seed in range(1, 11))])
+def test_faults_and_crashes_double_nothing_and_lose_nothing(seed, hours):
+    """Each is as many simulated hours; any number by hand: ``python -m tests.simulation``."""
+    found = simulate(seed, hours)
+    assert found.violations == [], found.line(Profile(), seed)
+    assert found.occurrences >= 100 * hours
+    assert sum(found.faults.values()) >= 40 * hours
+    assert found.crashes >= 10 * hours
 
 
 # ---------------------------------------------------------------- planted bugs: each must be found
@@ -78,6 +71,7 @@ def test_an_intent_that_is_not_committed_is_found(tmp_path, monkeypatch):
     assert is_found(tmp_path, ["items with one token"])
 
 
+@pytest.mark.long
 def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     """Row and advance in two transactions, which the unique key forgives: without it a crash in between makes two rows."""
     advance, pending = planner.ScheduleRepository.advance_all, []
@@ -106,6 +100,7 @@ def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     assert is_found(tmp_path / "without", ["2 rows", "one token"])
 
 
+@pytest.mark.long
 def test_a_fold_that_runs_twice_is_found(tmp_path, monkeypatch):
     """The hour that comes twice in the first night: APScheduler, Temporal and croniter run it twice."""
     original = planner.next_occurrence
@@ -119,7 +114,7 @@ def test_a_fold_that_runs_twice_is_found(tmp_path, monkeypatch):
     assert is_found(tmp_path, ["never planned"], hours=16.0)
 
 
-@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("seed", [11, pytest.param(12, marks=pytest.mark.long)])
 def test_the_same_seed_tells_the_same_story(tmp_path, seed):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import gc
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 
@@ -13,6 +14,7 @@ import pytest  # noqa: E402
 from kivy.app import App  # noqa: E402
 from kivy.base import EventLoop  # noqa: E402
 from kivy.core.window import Window  # noqa: E402
+from kivy.uix.widget import Widget  # noqa: E402
 from kivymd.app import MDApp  # noqa: E402
 from materialyoucolor.hct.hct_solver import HctSolver  # noqa: E402
 
@@ -32,25 +34,26 @@ from tests.ui.whole_app import Plant, shown  # noqa: E402
 HctSolver.solve_to_int = staticmethod(cache(HctSolver.solve_to_int))
 
 
+PENDING = 200.0                          # s of virtual time, longer than any animation and than kivy's caches keep what they drew
+_shown_before: list[str] = []            # the last test that had the window
+
+
 class Stage(MDApp):
     """An app with nothing in it, for tests of widgets and single screens."""
 
 
 @pytest.fixture(scope="session")
-def stage() -> Iterator[MDApp]:
+def stage() -> MDApp:
     compat.apply()
     app.widgets.load()
     Driver()                                 # virtual time from the first frame on
     gc.freeze()
-    gc.disable()                             # looked for whenever Python likes, garbage takes a third of the time of these tests
-    yield Stage()
-    gc.enable()
+    return Stage()
 
 
 @pytest.fixture
-def ui(stage) -> Iterator[Driver]:
+def ui(stage, nothing_left) -> Iterator[Driver]:
     """An empty window in the light theme, in English; whatever a test leaves behind is cleared away."""
-    gc.collect()                             # what tests before left; by the hundred, its widgets would take minutes to unbind
     App._running_app = stage
     EventLoop.status = "started"
     apply_theme(stage.theme_cls, "light", gloves=False)
@@ -58,8 +61,23 @@ def ui(stage) -> Iterator[Driver]:
     driver = Driver(stage)
     yield driver
     clear_window()
+    for _event in range(3):                  # what was to happen, the animation that this began, and the caches
+        driver.skip(PENDING)
     App._running_app = None
     EventLoop.status = "idle"
+
+
+@pytest.fixture
+def nothing_left(stage, request) -> Iterator[None]:
+    """Python looks for garbage between two tests only; whenever it likes, that takes a third of their time. By then no widget of the test
+    before may be alive: what keeps one would keep it, and the screen around it, in the app as well. After a failure its traceback may."""
+    gc.collect()
+    alive = Counter(type(thing).__name__ for thing in gc.get_objects() if issubclass(type(thing), Widget))
+    assert not alive or request.session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
+    _shown_before[:] = [request.node.nodeid]
+    gc.disable()
+    yield
+    gc.enable()
 
 
 @pytest.fixture

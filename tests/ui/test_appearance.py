@@ -119,7 +119,7 @@ def window(size: tuple[int, int]) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("size", list(WINDOWS))
-@pytest.mark.parametrize("mode", list(MODES))
+@pytest.mark.parametrize("mode", ["both", *(pytest.param(mode, marks=pytest.mark.long) for mode in ("gloves", "large-text"))])
 def test_nothing_is_clipped_overlaps_or_is_too_small(site, ui, mode, size):
     container = site.container
     robot, _other = site.add_robots()

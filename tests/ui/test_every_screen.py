@@ -18,7 +18,8 @@ from tests.ui.walk import SCREENS, Walk, covering_ways
 
 ROOT = Path(__file__).parents[2]
 ICON = re.compile(r"""\bicon["']?\s*[:=]\s*"([a-z0-9-]+)\"""")
-PARTS = 6
+GUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+PARTS = 12
 NAMES = {"Python", "SQLite", "Kivy", "KivyMD"}       # the same in every language
 
 
@@ -36,10 +37,10 @@ def test_every_widget_keeps_its_place_its_size_and_its_language(ui, walk, name):
     assert not found, "\n".join(["", *found])
 
 
-@pytest.mark.parametrize("part", range(PARTS))
+@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.long) for part in range(1, PARTS))])
 def test_so_does_that_of_every_state_and_dialog(ui, walk, part):
     pictures = [(number, picture) for number, picture in enumerate(walk.pictures) if picture.name not in SCREENS][part::PARTS]
-    assert len(pictures) > 10
+    assert len(pictures) > 5
     found = [f"{picture.name} {way}: {problem}" for number, picture in pictures
              for way, problem in walk.look(picture, covering_ways(number, picture.name))]
     assert not found, "\n".join(["", *found])
@@ -67,5 +68,5 @@ def test_no_text_of_a_layout_stands_outside_the_catalogues():
                 continue
             rest = re.sub(r"""(?:tr\.\w+|\.get)\((?:[^()]|\([^()]*\))*\)""", "", match[1])
             literals = [text for text in re.findall(r'"([^"]*)"', rest) if re.search(r"[A-Za-zÄÖäö]{2,}", text) and text not in NAMES]
-            found += [f"{path.name}:{number}: {text!r}" for text in literals]
+            found += [f"{path.name}:{number}: {text!r}" for text in literals if not GUID.fullmatch(text)]
     assert found == []

@@ -1,6 +1,8 @@
 """Screens and dialogs leave nothing behind: a tablet on the wall runs for months."""
 from __future__ import annotations
 
+import pytest
+
 from tests.support import month
 from tests.ui.wear import Wear, widgets
 from tests.ui.whole_app import shown
@@ -9,6 +11,7 @@ WARM = 36                                # rounds: all there is has been built o
 ROUNDS = 60
 
 
+@pytest.mark.long
 def test_sixty_rounds_leave_no_widget_and_nothing_that_holds_one(tmp_path, ui):
     container = month.plant(tmp_path)
     with shown(container, ui) as app:

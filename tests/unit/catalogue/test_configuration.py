@@ -8,7 +8,7 @@ from datetime import datetime, time, timedelta
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.database.connection import Database
@@ -37,6 +37,7 @@ from app.i18n import translation
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.configuration import FORMAT, export_configuration, import_configuration
 from tests.support.clock import VirtualClock
+from tests.support.examples import examples
 
 FULL: dict[str, Any] = {
     "format": FORMAT,
@@ -428,7 +429,7 @@ def test_a_typed_duration_that_cannot_be_is_told_with_its_place(world, value):
 NAMES = st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=20).map(cleaned).filter(bool)
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(names=st.lists(NAMES, min_size=3, max_size=3, unique=True), working=st.lists(st.sampled_from(WEEKDAYS), min_size=1, unique=True),
        window=st.none() | st.integers(0, 1440), battery=st.none() | st.floats(0, 100), overlap=st.sampled_from(["skip", "queue"]),
        parameters=st.dictionaries(NAMES, st.none() | st.booleans() | st.integers(-9, 9) | NAMES, max_size=3))

@@ -6,11 +6,12 @@ from dataclasses import replace
 from datetime import timedelta
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.database.executions import PRUNED_AT_ONCE, ExecutionFilter, ExecutionRepository, PageKey
 from app.domain.models import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
+from tests.support.examples import examples
 from tests.unit.database.conftest import NOON
 
 EXECUTIONS = ExecutionRepository()
@@ -222,7 +223,7 @@ def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
 
 
 # ---------------------------------------------------------------------- pruning
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(rows=st.lists(st.tuples(st.sampled_from(list(State)), st.integers(0, 5)), max_size=25), limit=st.integers(1, 6))
 def test_the_newest_of_each_kind_stay_and_open_ones_always(db, row, rows, limit):
     db.write(lambda c: c.execute("DELETE FROM executions"))

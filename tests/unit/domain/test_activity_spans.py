@@ -5,12 +5,13 @@ from datetime import datetime, timedelta
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.database.activities import ActivityRepository
 from app.domain.activity import ACTIVITIES, NO_DATA, ActivitySpan, SpanRecorder, as_drawn, without_gaps
 from app.services.history.robot_states import RobotStates
+from tests.support.examples import examples
 from tests.support.kpi_world import NOON, World
 
 GAP = 90.0
@@ -123,7 +124,7 @@ def test_a_drawing_keeps_its_edges_and_every_error(stored, columns):
 
 
 # ---------------------------------------------------------------------- stored
-@settings(max_examples=40)
+@examples(40)
 @given(stored=STORED)
 def test_a_period_is_read_as_it_was_stored(tmp_path_factory, stored):
     world = World(tmp_path_factory.mktemp("spans"))

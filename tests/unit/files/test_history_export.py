@@ -7,7 +7,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.database.connection import Database
@@ -15,6 +15,7 @@ from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.services.files.history_export import write_history
 from tests.support.clock import VirtualClock
+from tests.support.examples import examples
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 HEADER = ("id,trigger,schedule,robot,mission,mission_guid,state,reason_code,reason,planned_at,created_at,submitted_at,started_at,ended_at,"
@@ -108,7 +109,7 @@ def test_it_reads_beside_the_running_app(db, tmp_path):
 TEXT = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\x00"), max_size=30)
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(schedule=TEXT, mission=TEXT, message=TEXT)
 def test_whatever_the_texts_are_it_stays_a_table(db, schedule, mission, message):
     db.write(lambda c: c.execute("DELETE FROM executions"))

@@ -4,12 +4,13 @@ from __future__ import annotations
 from datetime import UTC, date, datetime, timedelta
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.services.history.kpi import KpiFilter
 from app.services.planning.durations import percentile
+from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
 
 
@@ -131,7 +132,7 @@ ROWS = st.lists(st.tuples(st.sampled_from(list(State)), st.integers(1, 4), st.in
 ENDS = st.none() | st.integers(-400, 400)
 
 
-@settings(max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(120, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(rows=ROWS, start=ENDS, end=ENDS, robots=st.none() | st.lists(st.integers(1, 4), unique=True, max_size=3))
 def test_sql_says_what_a_recount_says(world, rows, start, end, robots):
     world.db.write(lambda c: c.execute("DELETE FROM executions"))

@@ -5,13 +5,14 @@ from collections import Counter
 from datetime import date, timedelta
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.domain.models import Reason, ReasonCode, State, Trigger
 from app.services.history.kpi import KpiFilter
 from app.services.history.pareto import MOST_CAUSES, Cause, causes, kind_of
 from app.services.planning.durations import LEAST_BASELINE, Band, DayMedian, band, percentile
+from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
 
 
@@ -124,7 +125,7 @@ ROWS = st.lists(st.tuples(
     st.sampled_from(["Lost at 1", "Lost at 2", None]), st.none() | st.floats(0, 60), st.sampled_from(list(Trigger))), max_size=40)
 
 
-@settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(rows=ROWS, start=st.none() | st.integers(-200, 200), robots=st.none() | st.lists(st.integers(1, 3), unique=True, max_size=2))
 def test_sql_says_what_a_recount_says(world, rows, start, robots):
     world.empty()

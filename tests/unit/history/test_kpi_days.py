@@ -7,7 +7,7 @@ from dataclasses import replace
 from datetime import timedelta
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.database.connection import Database
@@ -18,6 +18,7 @@ from app.domain.clock import midnight
 from app.domain.models import Reason, ReasonCode, State, Trigger
 from app.services.history.kpi import KpiFilter, Kpis
 from tests.support.clock import VirtualClock
+from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
 
 ENDED = [state for state in State if not state.is_open]
@@ -44,7 +45,7 @@ def is_true(c: sqlite3.Connection) -> bool:
     return [tuple(row) for row in c.execute(KEPT)] == [tuple(row) for row in c.execute(COUNTED)]
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(rows=ROWS, changes=CHANGES)
 def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, rows, changes):
     world.empty()
@@ -92,7 +93,7 @@ def test_adding_many_counts_rows_and_not_what_they_bring_along(world):
     assert world.db.write(lambda c: ExecutionRepository().add_many(c, [])) == 0
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(rows=st.lists(st.tuples(st.sampled_from(ENDED), st.integers(0, 20), st.integers(1, 3), st.integers(-30_000, 30_000), st.booleans(),
                                st.none() | st.floats(0, 5000), st.sampled_from(list(Trigger))), max_size=50),
        start=st.none() | st.integers(-30_000, 30_000), end=st.none() | st.integers(-30_000, 30_000),

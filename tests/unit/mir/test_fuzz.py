@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.robot import QueueItem, RobotState, RobotStatus
@@ -17,6 +17,7 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import Delivery, RobotError
 from app.mir.transport import Response, Timeouts
+from tests.support.examples import examples
 from tests.unit.mir.answers import STATUS, item
 from tests.unit.mir.servers import Conversation, Server
 
@@ -71,7 +72,7 @@ READS = {
     "map": lambda robot: robot.map("g"), "positions": lambda robot: robot.positions("g"), "registers": lambda robot: robot.registers()}
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(call=st.sampled_from(sorted(READS)), answers=st.lists(ANSWERS, min_size=1, max_size=3))
 def test_reading_raises_nothing_but_robot_errors(call: str, answers: list[Response]) -> None:
     robot, _ = robot_that_says(answers)
@@ -109,7 +110,7 @@ WRITES = {
     "clear_queue": lambda robot: robot.clear_queue()}
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(call=st.sampled_from(sorted(WRITES)), answer=ANSWERS)
 def test_a_command_is_sent_once_and_raises_nothing_but_robot_errors(call: str, answer: Response) -> None:
     robot, transport = robot_that_says([answer])
@@ -121,7 +122,7 @@ def test_a_command_is_sent_once_and_raises_nothing_but_robot_errors(call: str, a
     assert len(transport.methods) == 1
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(answer=ANSWERS | st.builds(Response, st.just(201), ITEMS.map(lambda value: json_module.dumps(value).encode())))
 def test_a_mission_is_accepted_only_with_201_and_an_integer_id(answer: Response) -> None:
     robot, transport = robot_that_says([answer])
@@ -160,7 +161,7 @@ def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> Non
     address = Address.parse(f"127.0.0.1:{server.port}")
     patient = Timeouts(connect=10, read=20, total=60)
 
-    @settings(max_examples=150)
+    @examples(150)
     @given(RAW)
     def says(answer: bytes) -> None:
         nonlocal raw

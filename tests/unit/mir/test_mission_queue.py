@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.mir import mission_queue
@@ -14,6 +14,7 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import Busy, Rejected, Unreadable
 from app.mir.transport import Response, Timeouts
+from tests.support.examples import examples
 from tests.unit.mir.answers import item, short
 
 
@@ -82,7 +83,7 @@ def client(transport: QueueTransport) -> RobotClient:
 FEATURES = {name: st.booleans() for name in ("has_search", "filters", "sorts", "pages", "whitelists")}
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(done=st.integers(0, 450), executing=st.integers(0, 1), pending=st.integers(0, 30), above=st.integers(0, 40),
        features=st.fixed_dictionaries(FEATURES))
 def test_open_and_newer_items_are_found_whatever_the_robot_knows(done: int, executing: int, pending: int, above: int,

@@ -4,13 +4,14 @@ from __future__ import annotations
 from datetime import UTC, datetime, time, timedelta
 from itertools import takewhile
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.models import Between, DurationEstimate, Schedule, Settings
 from app.services.planning.overlaps import FURTHEST, STEP, Other, free_shift, lasts, meetings, nearby
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
+from tests.support.examples import examples
 
 ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 10, 23, 9, 0, tzinfo=UTC)                         # a Friday; clocks go back on Sunday
@@ -34,7 +35,7 @@ def runs(other: Other, end: datetime) -> list[datetime]:
     return [found.instant for found in takewhile(lambda found: found.instant < end, occurrences(other.schedule, NOW, CALENDAR))]
 
 
-@settings(max_examples=80)
+@examples(80)
 @given(draft=schedules(), usual=USUAL, others=st.lists(st.tuples(schedules(), USUAL), max_size=4))
 def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usual, others):
     starts = [start for start, _ in zip(occurrences(draft, NOW, CALENDAR), range(4), strict=False)]

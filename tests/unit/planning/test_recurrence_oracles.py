@@ -3,17 +3,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import UTC, date, datetime, time, timedelta
+from functools import cache
 from itertools import islice, pairwise, takewhile
 from zoneinfo import ZoneInfo, available_timezones
 
 import pytest
 from dateutil.rrule import rrulestr
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from app.domain.models import WEEKDAYS, Between, InvalidInput, Schedule, Settings
 from app.services.planning.recurrence import Recurrence, check_has_instants, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
+from tests.support.examples import examples
 
 EVERY_DAY = WorkingCalendar(Settings(working_days=WEEKDAYS))
 LONG_AGO = datetime(1970, 1, 1, tzinfo=UTC)
@@ -44,7 +46,7 @@ INTERVALS = st.integers(1, 9).map(lambda n: f";INTERVAL={n}")
 
 
 # ---------------------------------------------------------------------- dateutil
-@settings(max_examples=150)
+@examples(150)
 @given(start=STARTS, parts=DATE_RULES, interval=INTERVALS, hours=HOURS, minutes=MINUTES, end=ENDS, look=st.integers(-400, 3000))
 def test_where_no_clock_changes_it_is_what_dateutil_says(start, parts, interval, hours, minutes, end, look):
     rule = "".join(parts) + interval + hours + minutes + end
@@ -103,7 +105,7 @@ SUB_DAILY = st.one_of(st.integers(1, 200).map(lambda n: f"FREQ=MINUTELY;INTERVAL
                       st.integers(1, 30).map(lambda n: f"FREQ=HOURLY;INTERVAL={n}"))
 
 
-@settings(max_examples=80)
+@examples(80)
 @given(beginning=BEGINNINGS, minute=st.integers(0, 1439), rule=SUB_DAILY, days=PLAIN_DAYS, hours=HOURS, minutes=MINUTES, part=PARTS_OF_DAY,
        look=st.integers(-60, 2 * 1440))
 def test_sub_daily_rules_are_what_a_look_at_every_minute_finds(beginning, minute, rule, days, hours, minutes, part, look):
@@ -120,7 +122,7 @@ def test_sub_daily_rules_are_what_a_look_at_every_minute_finds(beginning, minute
 ANY_RULE = st.one_of(DATE_RULES.map("".join), SUB_DAILY)
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(zone=st.sampled_from(("Europe/Helsinki", "America/Nuuk", "Australia/Lord_Howe")), start=STARTS, rule=ANY_RULE, hours=HOURS,
        minutes=MINUTES, end=ENDS, respects=st.booleans(), skip=st.integers(0, 30))
 def test_leaping_ahead_finds_what_walking_finds(zone, start, rule, hours, minutes, end, respects, skip):
@@ -134,14 +136,12 @@ def test_leaping_ahead_finds_what_walking_finds(zone, start, rule, hours, minute
 
 
 # ---------------------------------------------------------------------- every zone
-def changes(zone: ZoneInfo, first: int, last: int) -> Iterator[date]:
+@cache
+def changes(zone: ZoneInfo, first: int, last: int) -> list[date]:
     """Local dates around which the offset changes."""
-    day, before = date(first, 1, 1), None
-    while day.year <= last:
-        offset = datetime.combine(day, time(12), zone).utcoffset()
-        if before is not None and offset != before:
-            yield day
-        day, before = day + DAY, offset
+    days = [date(first, 1, 1) + number * DAY for number in range((date(last + 1, 1, 1) - date(first, 1, 1)).days)]
+    offsets = [datetime.combine(day, time(12), zone).utcoffset() for day in days]
+    return [day for day, (before, offset) in zip(days[1:], pairwise(offsets), strict=True) if offset != before]
 
 
 @pytest.mark.parametrize("clock", ["00:00", "01:30", "02:00", "02:45", "23:30"])

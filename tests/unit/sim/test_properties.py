@@ -3,11 +3,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from mir_sim import Fate
+from tests.support.examples import examples
 from tests.unit.sim.asking import GUIDS, Asker
 
 ENDED = ("Done", "Aborted")
@@ -153,5 +154,5 @@ class RobotMachine(RuleBasedStateMachine):
             assert (shown["mission_queue_id"] is None) == (self.asker.robot.run is None)
 
 
-RobotMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=40, suppress_health_check=list(HealthCheck))
+RobotMachine.TestCase.settings = examples(60, stateful_step_count=40, suppress_health_check=list(HealthCheck))
 TestRobotMachine = RobotMachine.TestCase
