@@ -53,8 +53,9 @@ def read_figures(services: LogsServices, filters: Filters, robot: Robot | None, 
     return Figures(
         thesis, everyone, kpis.adherence(wanted), kpis.delays(wanted), [known.get(day) or DayKpis(day) for day in dates],
         [kpis.adherence(KpiFilter(midnight(day, zone), midnight(day + DAY, zone), filters.robot_ids)).rate for day in dates],
-        [] if robot is None else _utilisation_by_day(services, robot, dates, zone), {one.robot_id: one.charging_s for one in everyone.robots},
-        robot, first_day=wanted.start.astimezone(zone).date() if wanted.start else None, last_day=today)
+        [] if robot is None else _utilisation_by_day(services, robot, dates, zone),
+        {one.robot_id: one.charging_s for one in everyone.robots}, robot,
+        first_day=wanted.start.astimezone(zone).date() if wanted.start else None, last_day=today)
 
 
 def read_more_figures(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> MoreFigures:

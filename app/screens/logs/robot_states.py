@@ -8,12 +8,12 @@ from zoneinfo import ZoneInfo
 
 from app.database.activities import KEPT_FOR
 from app.domain.activity import NO_DATA, ActivitySpan, as_drawn
+from app.domain.clock import midnight
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.kpi_view import Explanation, FactLine
 from app.screens.logs.view import Filters, period_start
-from app.services.history.kpi import midnight
 from app.services.history.robot_states import RobotTimeline
 
 COLUMNS = 600                        # of a band; finer can't be seen

@@ -44,6 +44,10 @@ class Catalogue:
         """In order of name."""
         return self._missions.all(self._db.read())
 
+    def missions_of(self, robot_id: int) -> list[Mission]:
+        """Those that can be started on this robot."""
+        return self._missions.available_on(self._db.read(), robot_id)
+
     def schedules(self) -> list[Schedule]:
         """In order of name."""
         return self._schedules.all(self._db.read())
