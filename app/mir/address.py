@@ -97,7 +97,7 @@ def _host(text: str) -> str:
     return host
 
 
-@functools.lru_cache
+@functools.lru_cache(1024)
 def is_ip(host: str) -> bool:
     return _ip(host) is not None
 

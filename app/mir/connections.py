@@ -58,8 +58,9 @@ def resolve(host: str, port: int, seconds: float) -> list[Any]:
         return _of_numbers(host, port, type=socket.SOCK_STREAM)
     lookup = _lookups.get((host, port))
     if lookup is None or lookup.done():
-        lookup = _lookups[host, port] = Future()
+        lookup = Future()
         threading.Thread(target=look_up, args=(lookup,), name=f"lookup {host}", daemon=True).start()
+        _lookups[host, port] = lookup
     return lookup.result(seconds)
 
 
