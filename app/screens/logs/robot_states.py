@@ -7,13 +7,13 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.activities import KEPT_FOR
-from app.domain.activity import NO_DATA, ActivitySpan, as_drawn
+from app.domain.activity import NO_DATA, ActivitySpan, as_drawn, seen_seconds
+from app.domain.clock import midnight
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.kpi_view import Explanation, FactLine
 from app.screens.logs.view import Filters, period_start
-from app.services.history.kpi import midnight
 from app.services.history.robot_states import RobotTimeline
 
 COLUMNS = 600                        # of a band; finer can't be seen
@@ -102,7 +102,7 @@ def lanes(facts: StatesFacts) -> list[Lane]:
 def _share_on_missions(one: RobotTimeline) -> str:
     """Of the time for which it was observed."""
     seconds = one.seconds
-    observed = sum(value for activity, value in seconds.items() if activity not in (NO_DATA, "offline"))
+    observed = seen_seconds(seconds)
     if not observed:
         return _("never observed")
     return _("{share} on missions").format(share=formats.percent(seconds.get("executing", 0.0) / observed * 100))

@@ -7,12 +7,12 @@ from datetime import datetime, timedelta
 from enum import StrEnum
 from zoneinfo import ZoneInfo
 
+from app.domain.clock import midnight
 from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.options import Option
-from app.services.history.kpi import midnight
 from app.services.history.shift_report import ReportPeriod
 
 UsualSeconds = Mapping[tuple[int | None, str], float]       # usual seconds by robot and guid
