@@ -1,8 +1,8 @@
 """The figures of a period as read from the services: the five of the cards, their history day by day, and those of the page of figures."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -28,7 +28,6 @@ class Figures:
     days: Sequence[DayKpis] = ()
     adherence_days: Sequence[float | None] = ()
     utilisation_days: Sequence[float | None] = ()
-    charging_s: Mapping[int, float] = field(default_factory=dict)        # by robot
     robot: Robot | None = None                   # whose utilisation is shown
     first_day: date | None = None                # of the period; None: from the beginning
     last_day: date | None = None
@@ -49,12 +48,11 @@ def read_figures(services: LogsServices, filters: Filters, robot: Robot | None, 
     count = min(LONGEST_HISTORY, max(SHORTEST_HISTORY, filters.period.days or LONGEST_HISTORY))
     dates = [today - back * DAY for back in range(count - 1, -1, -1)]
     known = {day.day: day for day in kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=filters.robot_ids))}
-    everyone = thesis if filters.robot_id is None else kpis.thesis(KpiFilter(wanted.start))
     return Figures(
-        thesis, everyone, kpis.adherence(wanted), kpis.delays(wanted), [known.get(day) or DayKpis(day) for day in dates],
+        thesis, thesis if filters.robot_id is None else kpis.thesis(KpiFilter(wanted.start)), kpis.adherence(wanted), kpis.delays(wanted),
+        [known.get(day) or DayKpis(day) for day in dates],
         [kpis.adherence(KpiFilter(midnight(day, zone), midnight(day + DAY, zone), filters.robot_ids)).rate for day in dates],
-        [] if robot is None else _utilisation_by_day(services, robot, dates, zone),
-        {one.robot_id: one.charging_s for one in everyone.robots}, robot,
+        [] if robot is None else _utilisation_by_day(services, robot, dates, zone), robot,
         first_day=wanted.start.astimezone(zone).date() if wanted.start else None, last_day=today)
 
 

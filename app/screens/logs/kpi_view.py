@@ -237,8 +237,7 @@ def utilisation_bars(figures: Figures) -> list[RobotBar]:
         observed_s = robot.observed_s
         share = formats.percent(None if robot.utilisation is None else robot.utilisation * 100)
         time = formats.rough_duration(robot.mission_s if observed_s or robot.mission_s else None)
-        bars.append(RobotBar(robot.robot, share, time, robot.utilisation or 0.0,
-                             figures.charging_s.get(robot.robot_id, 0.0) / observed_s if observed_s else 0.0))
+        bars.append(RobotBar(robot.robot, share, time, robot.utilisation or 0.0, robot.charging_s / observed_s if observed_s else 0.0))
     return bars
 
 

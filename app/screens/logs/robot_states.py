@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.activities import KEPT_FOR
-from app.domain.activity import NO_DATA, ActivitySpan, as_drawn
+from app.domain.activity import NO_DATA, ActivitySpan, as_drawn, seen_seconds
 from app.domain.clock import midnight
 from app.i18n import _
 from app.screens.common import formats
@@ -102,7 +102,7 @@ def lanes(facts: StatesFacts) -> list[Lane]:
 def _share_on_missions(one: RobotTimeline) -> str:
     """Of the time for which it was observed."""
     seconds = one.seconds
-    observed = sum(value for activity, value in seconds.items() if activity not in (NO_DATA, "offline"))
+    observed = seen_seconds(seconds)
     if not observed:
         return _("never observed")
     return _("{share} on missions").format(share=formats.percent(seconds.get("executing", 0.0) / observed * 100))

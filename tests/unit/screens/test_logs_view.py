@@ -166,12 +166,12 @@ def test_the_list_says_how_many_it_has_and_what_to_do_when_it_is_empty():
 
 
 # ---------------------------------------------------------------------- figures
-AINO = RobotKpis(1, "Aino", 405, 8, 2, 150_000.0, 326_000.0, 432_000.0)
+AINO = RobotKpis(1, "Aino", 405, 8, 2, 150_000.0, 326_000.0, 46_000.0, 432_000.0)
 THESIS = ThesisKpis(405, 8, 2, 405, 150_660.0, 7, (AINO, RobotKpis(2, "Veikko")))
 DAYS = tuple(DayKpis(date(2026, 11, 14 + n), completed=n, failed=1 if n == 3 else 0, skipped=1, missed=1, timed=n, completed_s=360.0 * n)
              for n in range(7))
 FIGURES = Figures(THESIS, THESIS, Adherence(380, 372, {ReasonCode.BATTERY_LOW: 6, ReasonCode.HOLD: 2}), Delays(300, 4.0, 65.0, 1.0, 3.0),
-                  DAYS, (None, .9, 1.0, .8, 1.0, 1.0, .97), (None, .3, .4, .5, .5, .4, .46), {1: 46_000.0}, Robot("Aino", "", id=1))
+                  DAYS, (None, .9, 1.0, .8, 1.0, 1.0, .97), (None, .3, .4, .5, .5, .4, .46), Robot("Aino", "", id=1))
 NONE = ThesisKpis(0, 0, 0, 0, 0.0, 0, ())
 EMPTY = Figures(NONE, NONE, Adherence(0, 0, {}), Delays(0, None, None, None, None))
 
