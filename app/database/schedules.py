@@ -103,7 +103,7 @@ class ScheduleRepository:
 
 def _values(schedule: Schedule) -> tuple[object, ...]:
     if schedule.changed_at is None:
-        raise ValueError("a stored schedule says since when it stands")
+        raise ValueError("a stored schedule needs changed_at")
     between = schedule.between
     return (schedule.name, schedule.robot_id, schedule.mission_id, schedule.start.isoformat(timespec="minutes"), schedule.timezone,
             schedule.recurrence, between and f"{between.start:%H:%M}", between and f"{between.end:%H:%M}", schedule.enabled,

@@ -68,7 +68,7 @@ def decimal(text: str, translate: Callable[[str], str]) -> str:
 
 
 class Decimal(float):
-    """A number that stands in a sentence as the language writes it; without a format of its own no needless decimals."""
+    """A number formatted in a sentence as the language writes it; without a format of its own no needless decimals."""
 
     def __new__(cls, value: float, translate: Callable[[str], str]) -> Decimal:
         new = super().__new__(cls, value)

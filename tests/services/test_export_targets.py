@@ -1,4 +1,4 @@
-"""Where an export may go, and how it ends where it can't (contract: "Commands", exit codes)."""
+"""Where an export may go, and how it ends where it can't (exit codes: docs/interfaces.md)."""
 from __future__ import annotations
 
 import os

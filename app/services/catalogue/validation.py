@@ -58,7 +58,7 @@ def name(text: object, field: str = "name") -> str:
     if _has_control_characters(normal):
         raise InvalidInput(field, "a name can't contain control characters")
     if unwanted := names.unwanted(normal):
-        raise InvalidInput(field, "a name can't contain a character that nobody can see or tell: take {character} out",
+        raise InvalidInput(field, "a name can't contain an invisible or unknown character: remove {character}",
                            character=f"U+{ord(unwanted):04X}")
     if not names.has_visible(normal):
         raise InvalidInput(field, "enter a name")
@@ -124,7 +124,7 @@ def working_days(value: object, field: str = "working_days") -> tuple[str, ...]:
     if not value:
         raise InvalidInput(field, "choose at least one working day, or all seven for every day")
     if len(set(value)) < len(value):
-        raise InvalidInput(field, "a working day stands twice")
+        raise InvalidInput(field, "a working day appears twice")
     return tuple(day for day in WEEKDAYS if day in value)
 
 

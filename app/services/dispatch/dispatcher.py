@@ -109,7 +109,7 @@ class Dispatcher:
         return Ready(status.battery_percentage, floor)
 
     def send(self, intent: Execution, needs_recheck: bool = True) -> bool:
-        """The first attempt of one whose intent was written for its instant; returns whether the robot has it now. It stands in the
+        """The first attempt of one whose intent was written for its instant; returns whether the robot has it now. It is in the
         ledger after the next ``note``.
 
         If the ledger was looked at before this came, it is being looked for on the robot already, and whoever has begun that never sends.
@@ -307,7 +307,7 @@ class Dispatcher:
 
     # ------------------------------------------------------------------ unknown outcome
     def _look_for(self, intent: Execution) -> None:
-        """Reconcile a submission whose outcome nobody knows with the robot's queue."""
+        """Reconcile a submission of unknown outcome with the robot's queue."""
         if self._may_be_on_its_way(intent):
             self._later(intent, HANDED_OVER_WITHIN)
             return

@@ -61,7 +61,7 @@ class Ledger:
         return self._executions.has_sent(self._db.read(), robot_id)
 
     def revocation_reason(self, intent: Execution) -> Reason | None:
-        """Why an intent must not be sent any more, although its row stands; None: nobody has changed anything since it was written."""
+        """Why an intent must not be sent any more, although its row is unchanged; None: nothing has changed since it was written."""
         return self._executions.revocation_reason(self._db.read(), intent)
 
     def by_token(self, token: str) -> Execution | None:

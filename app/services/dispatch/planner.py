@@ -73,7 +73,7 @@ class Planner:
         return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
 
     def insert_due(self) -> DueBatch:
-        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing stands in its way: its worker waits for
+        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing prevents it: its worker waits for
         the instant. Costs one index lookup when nothing is due."""
         fallen = DueBatch()
         due = self.next_due()
@@ -128,7 +128,7 @@ class Planner:
 
     def _take(self, schedule: Schedule, site: PlanningContext, fallen: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
-        and something stands in the way of a start, which only then can be judged."""
+        and something prevents a start, which only then can be judged."""
         robot, mission = site.robots.get(schedule.robot_id), site.missions.get(schedule.mission_id)
         if robot is None or mission is None:               # foreign keys prevent that
             return _Taken([], None)
@@ -200,7 +200,7 @@ class PlanningContext:
 
 @dataclass(frozen=True)
 class _RowMaker:
-    """Rows of one schedule as it stands now."""
+    """Makes the rows of one schedule."""
     schedule: Schedule
     robot: Robot
     mission: Mission

@@ -173,7 +173,7 @@ def _span(event: Event, zone: ZoneInfo) -> tuple[date, date]:
 
 
 def _local(moment: date, zone: ZoneInfo) -> datetime:
-    """Naive time at the plant, midnight of a plain date. A time without a zone, or with one that nobody knows, is the plant's already."""
+    """Naive time at the plant, midnight of a plain date. A time without a zone, or with an unknown one, is taken as the plant's."""
     if not isinstance(moment, datetime):
         return datetime.combine(moment, MIDNIGHT)
     return moment.astimezone(zone).replace(tzinfo=None) if moment.tzinfo else moment

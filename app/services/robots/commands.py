@@ -95,7 +95,7 @@ class Operator:
         self._set_state(robot_id, RobotState.READY)
 
     def reset_errors(self, robot_id: int) -> None:
-        """Clears resettable errors. Never moves the robot: it then stands in Pause until Resume."""
+        """Clears resettable errors. Never moves the robot: it stays in Pause until Resume."""
         with self._client(robot_id) as client:
             client.clear_error()
         self._loop.kick(robot_id, poll=True)

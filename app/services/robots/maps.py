@@ -67,7 +67,7 @@ class RobotMaps:
             self._remember(key, kept)
             self._postpone(key, 0.0)             # the robot is asked next
             return kept
-        self._postpone(key, TRY_AGAIN)           # nobody else asks meanwhile
+        self._postpone(key, TRY_AGAIN)           # so that no other thread asks meanwhile
         try:
             picture = self._ask(robot, map_id)
         except Unreadable as problem:

@@ -82,7 +82,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
-        raise InvalidInput("file", "{key} stands twice in one object", key=validation.shown(next(n for n in names if names.count(n) > 1)))
+        raise InvalidInput("file", "{key} appears twice in one object", key=validation.shown(next(n for n in names if names.count(n) > 1)))
     return found
 
 

@@ -153,7 +153,7 @@ class _Import:
             yield message("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
 
     def _name_of_unnamed(self, robot: Robot, mission: Mission, values: dict[str, Any], taken: set[str]) -> str:
-        """The first free one of "<mission> on <robot>", "… 2", … — or one that stands for this very schedule already: importing the same
+        """The first free one of "<mission> on <robot>", "… 2", … — or the one of this very schedule already: importing the same
         file twice must not plan everything twice."""
         for name in schedule_names(mission.name, robot.name):
             if name in taken:
@@ -193,7 +193,7 @@ def _check_no_doubles(document: Document) -> None:
         for item in items:
             identity = tuple(item.values.get(key) for key in keys)
             if identity[0] is not None and identity in seen:
-                raise InvalidInput(f"{item.path}.name", "{path}.name: {name} stands twice in the file", path=item.path, name=identity[0])
+                raise InvalidInput(f"{item.path}.name", "{path}.name: {name} appears twice in the file", path=item.path, name=identity[0])
             seen.add(identity)
 
 

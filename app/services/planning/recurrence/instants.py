@@ -187,7 +187,7 @@ class _Rule:
                 yield from self._within_step(instant, zone)
 
     def _within_step(self, instant: datetime, zone: ZoneInfo) -> Iterator[Occurrence | None]:
-        """What one step stands for: itself, or with BYMINUTE of an hourly rule each of these minutes of its hour."""
+        """The instants of one step: itself, or with BYMINUTE of an hourly rule each of these minutes of its hour."""
         rule, local = self.recurrence, instant.astimezone(zone)
         if rule.hours and local.hour not in rule.hours:
             yield None

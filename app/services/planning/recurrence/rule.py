@@ -105,7 +105,7 @@ def _weekdays(name: str, text: str) -> tuple[tuple[int, int], ...]:
 
 
 def _until(name: str, text: str) -> datetime:
-    """Naive wall-clock time, or UTC where a Z stands behind it. A bare date means that whole day."""
+    """Naive wall-clock time, or UTC where a Z follows it. A bare date means that whole day."""
     match = _UNTIL.fullmatch(text)
     try:
         if not match:
@@ -144,7 +144,7 @@ def _parse(rule: str) -> Recurrence:
             raise _wrong("{part!r} can't be used in a recurrence: it takes {names}", part=name if equals else part, names=", ".join(_PARTS))
         field, read = _PARTS[name]
         if field in values:
-            raise _wrong("{part} stands twice in the recurrence", part=name)
+            raise _wrong("{part} appears twice in the recurrence", part=name)
         values[field] = read(name, value)
     if "frequency" not in values:
         raise _wrong("a recurrence needs FREQ, for example FREQ=DAILY")

@@ -1,4 +1,4 @@
-"""No English inside another language: what the services keep of problems and reasons is told whole in the language of the screen."""
+"""No English inside another language: what the services store of problems and reasons is shown in the language of the screen."""
 from __future__ import annotations
 
 import re
