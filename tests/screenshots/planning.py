@@ -45,8 +45,8 @@ class Stand:
         frame.add_widget(self.screen)
         studio.show(frame)
         if name == "scheduler":                  # nobody answers at the robots' addresses
-            self.vm.form._robot_missions.learn_names = lambda _robot_id: False
-            self.vm.form._robot_missions.parameters = lambda _robot_id, _guid: ()
+            self.container.robot_missions.learn_names = lambda _robot_id: False
+            self.container.robot_missions.parameters = lambda _robot_id, _guid: ()
         for close in (self.container.close, self.background.close, self.screen.hidden):      # the last one first
             studio.afterwards(close)
         self.screen.shown()
@@ -134,8 +134,9 @@ def more(studio: Any) -> Any:
 @picture("scheduler-parameters", sizes=(LANDSCAPE,))
 def parameters(studio: Any) -> Any:
     stand = planning(studio)
-    stand.vm.form._robot_told((MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
-                               MissionParameter("count", "Pallets", "integer", 2, 1, 8)))
+    places = (("K1", "Kitting 1"), ("K2", "Kitting 2"))
+    stand.vm.form._robot_answered((MissionParameter("place", "Pick-up place", choices=places, default="K1"),
+                                   MissionParameter("count", "Pallets", "integer", 2, 1, 8)))
     return stand.settle()
 
 

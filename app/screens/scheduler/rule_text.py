@@ -1,4 +1,4 @@
-"""How a schedule reads, in the language the app speaks now."""
+"""The rule of a schedule in words, in the present language."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -14,7 +14,7 @@ NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 def rule_line(schedule: Schedule) -> str:
-    """When it starts, as short as a row of a list needs it."""
+    """When it starts, for a row of a list."""
     return _when(replace(schedule, respect_working_days=False))
 
 
