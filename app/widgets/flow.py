@@ -64,8 +64,8 @@ class ChoiceRow(BoxLayout):
 
 
 class ParameterFields(BoxLayout):
-    """One field per parameter: ``fields`` = [{"name", "label", "kind", "default", "help", "choices": [(value, word), …]}, …] with the kinds
-    text, int, decimal and choice; ``problems`` one sentence by name where something can't be taken. ``values()`` is what was entered."""
+    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, decimal, choice), ``default``, ``help`` and
+    ``choices`` [(value, word), …]; ``problems`` is one sentence by name where something can't be used. ``values()`` is what was entered."""
     fields = ListProperty()
     problems = ObjectProperty({})
 
@@ -80,13 +80,12 @@ class ParameterFields(BoxLayout):
         self.clear_widgets()
         self._views = {}
         for field in self.fields:
-            default = field.get("default")
-            if field["kind"] == "choice":
-                view = ChoiceRow(label=field["label"], options=field["choices"], chosen=default)
+            if field.kind == "choice":
+                view = ChoiceRow(label=field.label, options=field.choices, chosen=field.default)
             else:
-                view = FormField(label=field["label"], kind=field["kind"], help=field.get("help", ""),
-                                 text="" if default is None else str(default))
-            self._views[field["name"]] = view
+                view = FormField(label=field.label, kind=field.kind, help=field.help,
+                                 text="" if field.default is None else str(field.default))
+            self._views[field.name] = view
             self.add_widget(view)
 
     def values(self) -> Mapping[str, Any]:
