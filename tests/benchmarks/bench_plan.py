@@ -67,7 +67,7 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
         x += DRAG if frame // 30 % 2 else -DRAG
         touch.touch_move(x, window.height / 2)
 
-    report(f"dragged, {name}: {sum(len(lane['bars']) for lane in lanes.lanes):,} bars", frames.run(6.0, move))
+    report(f"dragged, {name}: {sum(len(lane.bars) for lane in lanes.lanes):,} bars", frames.run(6.0, move))
     touch.touch_up()
 
     def renew(frame: int) -> None:

@@ -165,7 +165,7 @@ def mission(studio: Any) -> Any:
 @picture("scheduler-battery", sizes=(LANDSCAPE,))
 def battery(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
-    stand.vm.form.choose_battery()
+    stand.vm.form.choose("minimum_battery_percent")
     return studio.dialogs.top
 
 

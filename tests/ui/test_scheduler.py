@@ -8,7 +8,6 @@ import pytest
 from app.domain.models import Between, Overlap
 from app.domain.robot import MissionParameter
 from app.screens.scheduler.cards import FormCard
-from app.screens.scheduler.form_view import FormProblems
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, SearchField, StepField
@@ -195,7 +194,7 @@ def test_a_name_that_is_taken_is_said_at_the_name(screen, container, ui):
     settle(screen, ui)
     ui.tap(save_button(ui))
     settle(screen, ui)
-    assert ui.find(FormCard).view.problems == FormProblems(name=f"There is a schedule {KITS} on Aino already")
+    assert ui.find(FormCard).view.problem_at("name") == f"There is a schedule {KITS} on Aino already"
     screen.plan.form.set(name="Another name")
     settle(screen, ui)
     save(screen, ui)

@@ -102,7 +102,7 @@ def test_what_is_held_already_is_told_and_released_in_the_dialog(screen, contain
     settle(screen, ui)
     press(screen, ui, "Hold …")
     dialog = ui.find(HoldDialog)
-    assert dialog.vm.present == "Held since 14:38, until it is released · Audit"
+    assert dialog.present == "Held since 14:38, until it is released · Audit"
     ui.tap(ui.find(CommandButton, root=dialog, text="Release"))
     settle(screen, ui)
     assert container.holds.standing() == []

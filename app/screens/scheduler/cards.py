@@ -65,33 +65,5 @@ class FormWarning(Row, BoxLayout):
 
 
 class FormPart(BoxLayout):
-    """Some fields of the form. ``card`` is given when it is made, so kv may read ``root.card.view``."""
+    """Some fields of the form; which there are is in kv. ``card`` is given when it is made, so kv may read ``root.card.view``."""
     card = ObjectProperty(None, rebind=True)
-
-
-class WeeklyFields(FormPart):
-    """Which days."""
-
-
-class EveryFields(FormPart):
-    """How often, from when to when, on which days."""
-
-
-class MonthDayFields(FormPart):
-    """A day of the month."""
-
-
-class MonthWeekdayFields(FormPart):
-    """An n-th weekday of the month."""
-
-
-class OtherFields(FormPart):
-    """A rule that the form can't edit."""
-
-
-class FreeTime(FormPart):
-    """The offer of a free time."""
-
-
-class MoreFields(FormPart):
-    """The less common fields."""

@@ -53,7 +53,7 @@ class Window:
 
     def start(self, now: datetime, zone: ZoneInfo) -> datetime:
         """UTC instant of the left edge."""
-        return window_start(now, zone) if self.left is None else self.left
+        return full_hour(now - BEFORE, zone) if self.left is None else self.left
 
     def span(self, now: datetime, zone: ZoneInfo) -> tuple[datetime, datetime]:
         """What is to be read, from and to."""
@@ -93,10 +93,10 @@ class SchedulerFacts:
         return next((schedule for schedule in self.schedules if schedule.id == schedule_id), None)
 
 
-def window_start(now: datetime, zone: ZoneInfo) -> datetime:
-    """UTC instant of the left edge of the timeline: a full local hour, one to two hours ago."""
-    local = (now - BEFORE).astimezone(zone)
-    return now - BEFORE - timedelta(minutes=local.minute, seconds=local.second, microseconds=local.microsecond)
+def full_hour(instant: datetime, zone: ZoneInfo) -> datetime:
+    """UTC instant of the beginning of its local hour."""
+    local = instant.astimezone(zone)
+    return instant - timedelta(minutes=local.minute, seconds=local.second, microseconds=local.microsecond)
 
 
 def read(services: SchedulerServices, window: Window | None = None) -> SchedulerFacts:

@@ -1,7 +1,7 @@
 """The Scheduler's form: keeps the draft, asks for its forecast while it is edited, saves it. Its texts are made by form_view.py."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime, time
 from typing import Any
@@ -14,7 +14,6 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 from app.domain.models import InvalidInput, Overlap, Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
-from app.screens.common.options import Option
 from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view
@@ -90,15 +89,11 @@ class FormModel(EventDispatcher):
 
     # ------------------------------------------------------------------ its fields
     def choose_mission(self) -> None:
-        options = form_view.mission_options(self._facts, self._draft.robot_id)
-        if not options:
+        if not form_view.mission_options(self._facts, self._draft.robot_id):
             self._shell.dialogs.confirm(_("No missions yet"), _("Missions are made on the robot; in Settings they are fetched from it."),
                                         _("Open Settings"), lambda: self._shell.go("settings", section="missions"))
             return
-        self._choose(_("Mission"), options, "mission_id", self._draft.mission_id)
-
-    def choose_robot(self) -> None:
-        self._choose(_("Robot"), form_view.robot_options(self._facts), "robot_id", self._draft.robot_id)
+        self.choose("mission_id")
 
     def pick_day(self) -> None:
         today = self._local_now().date()
@@ -135,31 +130,25 @@ class FormModel(EventDispatcher):
     def choose_unit(self, unit: str) -> None:
         self.set(unit=Unit(unit))
 
-    def choose_nth(self) -> None:
-        self._choose(_("Which one of the month"), form_view.nth_options(), "nth", self._draft.nth)
-
-    def choose_month_weekday(self) -> None:
-        self._choose(_("Weekday"), form_view.weekday_options(), "month_weekday", self._draft.month_weekday)
-
-    def choose_month_day(self) -> None:
-        self._choose(_("Day of the month"), form_view.month_day_options(), "month_day", self._draft.month_day)
-
     def choose_also(self) -> None:
         self._shell.dialogs.choose_many(_("Also at"), form_view.also_options(self._draft), _("Set"),
                                         lambda hours: self.set(more_hours=tuple(hours)), selected=self._draft.more_hours)
 
-    def choose_battery(self) -> None:
-        options = form_view.battery_options(self._facts, self._draft.minimum_battery_percent)
-        self._choose(_("Start only if the battery is at least"), options, "minimum_battery_percent", self._draft.minimum_battery_percent)
-
-    def choose_window(self) -> None:
-        options = form_view.window_options(self._facts, self._draft.start_window_minutes)
-        self._choose(_("How late it may start"), options, "start_window_minutes", self._draft.start_window_minutes)
-
-    def choose_overlap(self) -> None:
-        self._choose(_("When the previous run is still open"), form_view.overlap_options(), "overlap", self._draft.overlap)
-
-    def _choose(self, title: str, options: Sequence[Option], field: str, selected: Any) -> None:
+    def choose(self, field: str) -> None:
+        """Pick the value of a field of the draft."""
+        draft, facts = self._draft, self._facts
+        selected = getattr(draft, field)
+        title, options = {
+            "mission_id": (_("Mission"), form_view.mission_options(facts, draft.robot_id)),
+            "robot_id": (_("Robot"), form_view.robot_options(facts)),
+            "nth": (_("Which one of the month"), form_view.nth_options()),
+            "month_weekday": (_("Weekday"), form_view.weekday_options()),
+            "month_day": (_("Day of the month"), form_view.month_day_options()),
+            "minimum_battery_percent": (_("Start only if the battery is at least"),
+                                        form_view.battery_options(facts, draft.minimum_battery_percent)),
+            "start_window_minutes": (_("How late it may start"), form_view.window_options(facts, draft.start_window_minutes)),
+            "overlap": (_("When the previous run is still open"), form_view.overlap_options()),
+        }[field]
         self._shell.dialogs.choose(title, options, lambda key: self.set(**{field: None if key == form_view.INHERIT else key}),
                                    selected=form_view.INHERIT if selected is None else selected)
 

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -14,7 +14,7 @@ from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
 from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts
-from app.screens.scheduler.rule_text import rule_sentence
+from app.screens.scheduler.view import rule_sentence
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.overlaps import ASSUMED_S
 
@@ -23,6 +23,8 @@ FIELDS = {
     "start": "day", "recurrence": "kind", "between": "until_time", "minimum_battery_percent": "battery", "start_window_minutes": "window",
     "until": "last_day", "respect_working_days": "day", "overlap": "overlap",
 }
+SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "last_day", "battery", "window", "overlap",
+                "name", "priority", "parameters")
 INHERIT = "inherit"          # key of the option that Settings decide
 BATTERIES = tuple(range(5, 100, 5))
 WINDOWS = (5, 10, 15, 20, 30, 45, 60, 90, 120, 180, 240, 480, 720, 1440)
@@ -33,29 +35,6 @@ class Preview:
     """What the services answer to a draft: a forecast, or why it can't be saved."""
     forecast: Forecast | None = None
     problem: InvalidInput | None = None
-
-
-@dataclass(frozen=True)
-class FormProblems:
-    """A sentence at the field that can't be saved as it is; the names are those of the form's fields."""
-    mission: str = ""
-    robot: str = ""
-    day: str = ""
-    time: str = ""
-    kind: str = ""
-    weekdays: str = ""
-    every: str = ""
-    until_time: str = ""
-    last_day: str = ""
-    battery: str = ""
-    window: str = ""
-    overlap: str = ""
-    name: str = ""
-    priority: str = ""
-    parameters: str = ""
-
-
-SHOWN_FIELDS = tuple(field.name for field in fields(FormProblems))
 
 
 @dataclass(frozen=True)
@@ -108,7 +87,6 @@ class FormView:
     priority: int = 0
     name: str = ""
     name_hint: str = ""
-    problems: FormProblems = FormProblems()
     sentence: str = ""
     starts: tuple[StartRow, ...] = ()
     starts_label: str = ""
@@ -118,7 +96,10 @@ class FormView:
     save: str = ""
     save_off: bool = True
     why: str = ""                        # it can't be saved
-    is_wrong: bool = False               # else something is only missing
+    wrong_field: str = ""                # that is the reason; empty: something is only missing
+
+    def problem_at(self, field: str) -> str:
+        return self.why if field == self.wrong_field else ""
 
     @property
     def kind_fields(self) -> str:
@@ -133,7 +114,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     mission, robot = facts.mission(draft.mission_id), facts.robot(draft.robot_id)
     field_name, problem = _problem(facts, draft, preview)
     forecast = None if problem else preview.forecast
-    is_wrong = bool(problem) and draft.mission_id is not None and draft.robot_id is not None
+    waits = draft.mission_id is None or draft.robot_id is None       # not begun rather than wrong
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
     return FormView(
         title=_("New schedule") if draft.is_new else _("Edit schedule"), is_new=draft.is_new,
@@ -150,12 +131,11 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         window=window_text(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
         overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
         priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
-        problems=FormProblems(**{field_name: problem}) if is_wrong else FormProblems(),
         sentence="" if problem else rule_sentence(draft.schedule(), facts.settings, facts.calendar), starts=_starts(forecast, draft, now),
         starts_label=_starts_label(forecast), lasts=_lasts(forecast, robot), warnings=_warnings(facts, draft, forecast, now),
         free=_free(forecast),
         save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,
-        is_wrong=is_wrong)
+        wrong_field="" if waits else field_name)
 
 
 def _name_hint(mission: Mission | None, robot: Robot | None) -> str:

@@ -5,8 +5,7 @@ from datetime import UTC, date, datetime, time, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
 from app.domain.models import InvalidInput
 from app.i18n import _
@@ -19,8 +18,8 @@ from app.services.planning.recurrence import to_utc
 from app.widgets.dialogs import FormDialog
 
 
-class HoldForm(EventDispatcher):
-    """What the dialog shows."""
+class HoldDialog(FormDialog):
+    """Which robots, why, until when."""
     robot_id = NumericProperty(hold_view.ALL)
     robot = StringProperty()
     reason = StringProperty()
@@ -33,42 +32,36 @@ class HoldForm(EventDispatcher):
     problem = StringProperty()
     saving = BooleanProperty(False)
 
-
-class HoldDialog(FormDialog):
-    """Which robots, why, until when."""
-    vm = ObjectProperty(None, rebind=True, allownone=True)
-
     def __init__(self, services: SchedulerServices, shell: Shell, facts: SchedulerFacts, **kwargs: Any) -> None:
         self._services, self._shell, self._facts = services, shell, facts
         self._zone = facts.settings.timezone
         self._end = hold_view.HOUR
         self._chosen: datetime | None = None
-        form = HoldForm()
-        super().__init__(vm=form, **kwargs)
-        form.fbind("reason", self._show)
+        super().__init__(**kwargs)
+        self.fbind("reason", self._show)
         self._show()
 
     def _show(self, *_args: Any) -> None:
-        form, now = self.vm, self._services.clock.now()
-        form.robot = hold_view.robot_name(self._facts, int(form.robot_id))
-        form.reasons = hold_view.reason_chips(form.reason)
-        form.ends = hold_view.end_chips(self._end, self._chosen, self._zone, now)
-        form.follows = hold_view.what_follows(hold_view.end_of(self._end, self._chosen, self._zone, now), self._zone, now)
-        form.present = hold_view.held_sentence(hold_view.held(self._facts, int(form.robot_id)), self._zone, now)
-        form.reason_problem = form.end_problem = form.problem = ""
+        now = self._services.clock.now()
+        self.robot = hold_view.robot_name(self._facts, int(self.robot_id))
+        self.reasons = hold_view.reason_chips(self.reason)
+        self.ends = hold_view.end_chips(self._end, self._chosen, self._zone, now)
+        self.follows = hold_view.what_follows(hold_view.end_of(self._end, self._chosen, self._zone, now), self._zone, now)
+        self.present = hold_view.held_sentence(hold_view.held(self._facts, int(self.robot_id)), self._zone, now)
+        self.reason_problem = self.end_problem = self.problem = ""
 
     # ------------------------------------------------------------------ what is chosen
     def choose_robot(self) -> None:
-        self._shell.dialogs.choose(_("Hold"), hold_view.robot_options(self._facts), self._robot_chosen, selected=int(self.vm.robot_id))
+        self._shell.dialogs.choose(_("Hold"), hold_view.robot_options(self._facts), self._robot_chosen, selected=int(self.robot_id))
 
     def _robot_chosen(self, robot_id: int) -> None:
-        self.vm.robot_id = robot_id
+        self.robot_id = robot_id
         self._show()
 
     def choose_reason(self, key: str) -> None:
         """A second tap clears it."""
         text = hold_view.reasons()[key]
-        self.vm.reason = "" if self.vm.reason == text else text
+        self.reason = "" if self.reason == text else text
 
     def choose_end(self, end: str) -> None:
         if end == hold_view.CHOSEN:
@@ -91,11 +84,10 @@ class HoldDialog(FormDialog):
 
     # ------------------------------------------------------------------ doing it
     def hold(self) -> None:
-        form = self.vm
-        if form.saving:
+        if self.saving:
             return
-        form.saving = True
-        robot_id, reason = int(form.robot_id) or None, hold_view.reason_of(form.reason)
+        self.saving = True
+        robot_id, reason = int(self.robot_id) or None, hold_view.reason_of(self.reason)
         until = hold_view.end_of(self._end, self._chosen, self._zone, self._services.clock.now())
         self._shell.background.run(lambda: self._services.holds.hold(reason, until, robot_id), self._is_held, self._refused)
 
@@ -106,11 +98,10 @@ class HoldDialog(FormDialog):
         self._shell.snackbars.show(text, icon="hand-back-right-outline")
 
     def release(self) -> None:
-        form = self.vm
-        if form.saving:
+        if self.saving:
             return
-        form.saving = True
-        robot_id = int(form.robot_id) or None
+        self.saving = True
+        robot_id = int(self.robot_id) or None
         self._shell.background.run(lambda: self._services.holds.release(robot_id), self._is_released, self._refused)
 
     def _is_released(self, _none: None) -> None:
@@ -118,7 +109,6 @@ class HoldDialog(FormDialog):
         self._shell.snackbars.show(_("Released"), icon="play-circle-outline")
 
     def _refused(self, problem: BaseException) -> None:
-        form = self.vm
-        form.saving = False
+        self.saving = False
         field = problem.field if isinstance(problem, InvalidInput) else ""
-        setattr(form, {"reason": "reason_problem", "until": "end_problem"}.get(field, "problem"), sentence_of(problem))
+        setattr(self, {"reason": "reason_problem", "until": "end_problem"}.get(field, "problem"), sentence_of(problem))

@@ -11,7 +11,7 @@ from zoneinfo import ZoneInfo
 from app.domain.models import Execution, Robot, State
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.scheduler.facts import HOURS, MARGIN, SchedulerFacts, Window
+from app.screens.scheduler.facts import HOURS, MARGIN, SchedulerFacts, Window, full_hour
 from app.screens.scheduler.view import day_begins
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
@@ -119,8 +119,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     """What the window shows and a margin on either side; ``narrow``: half as many labelled ticks."""
     window = window or Window()
     left = window.start(now, facts.zone)
-    local = left.astimezone(facts.zone)
-    origin = left - timedelta(minutes=local.minute, seconds=local.second, microseconds=local.microsecond)      # a full local hour
+    origin = full_hour(left, facts.zone)
     first = (left - origin).total_seconds() / 3600
     read = _Range(origin, first - window.hours * MARGIN, first + window.hours * (1 + MARGIN))
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)

@@ -1,4 +1,4 @@
-"""Texts of the Scheduler: the list of days, the list of schedules. Pure; timeline.py has the bars, form_view.py the form."""
+"""Texts of the Scheduler: rules, the list of days, the list of schedules. Pure; timeline.py has the bars, form_view.py the form."""
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
@@ -8,15 +8,17 @@ from itertools import groupby
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import Robot, Schedule
+from app.domain.models import Robot, Schedule, Settings
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.options import Option
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
-from app.screens.scheduler.rule_text import rule_line
 from app.services.files.plan_export import PlanExport
+from app.services.planning import sentences
 from app.services.planning.plan import PlannedRun
+from app.services.planning.working_days import WorkingCalendar
 
+NO_BREAK = "\N{NO-BREAK SPACE}"
 GROUPED_FROM = 4                         # starts of one schedule on one day become one line
 PICK = "pick"                            # key of the option that asks for a day
 
@@ -44,6 +46,30 @@ class ScheduleItem:
     icon: str = ""                       # how it last went
     tone: str = "neutral"
     last: str = ""
+
+
+# ---------------------------------------------------------------------- the rule of a schedule
+def rule_line(schedule: Schedule) -> str:
+    """When it starts, for a row of a list."""
+    return _when(replace(schedule, respect_working_days=False))
+
+
+def rule_sentence(schedule: Schedule, settings: Settings, calendar: WorkingCalendar | None = None) -> str:
+    """When it starts and under which conditions."""
+    minimum, when = rules.minimum_battery(schedule, settings), _when(schedule)
+    if calendar is not None and calendar.has_exceptions and schedule.respect_working_days and schedule.recurrence is not None:
+        when = _("{rule}, not on holidays or other days off").format(rule=rule_line(schedule))
+    if minimum is None:
+        return when
+    condition = _("if battery ≥ {percent}").format(percent=formats.percent(minimum))
+    return f"{when}, {condition.replace('≥ ', f'≥{NO_BREAK}').replace(' %', f'{NO_BREAK}%')}"
+
+
+def _when(schedule: Schedule) -> str:
+    if schedule.recurrence is None:
+        return _("Once on {day} at {time}").format(day=formats.wall_day(schedule.start.date(), year=True),
+                                                   time=formats.wall_time(schedule.start))
+    return sentences.sentence(schedule, _)
 
 
 # ---------------------------------------------------------------------- the days to come

@@ -6,8 +6,7 @@ from app.domain.models import DayException, Mission, Robot, Schedule, Settings
 from app.screens.scheduler import form_view, view
 from app.screens.scheduler.draft import Draft, Kind
 from app.screens.scheduler.facts import SchedulerFacts
-from app.screens.scheduler.form_view import FormProblems, Preview
-from app.screens.scheduler.rule_text import rule_sentence
+from app.screens.scheduler.form_view import Preview
 from app.screens.scheduler.timeline import timeline
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.recurrence import Occurrence
@@ -55,7 +54,7 @@ def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
 
 def test_a_one_time_start_on_a_closed_day_is_told_at_the_day_with_its_name():
     shown = form_view.present(FACTS, draft(day=FRIDAY), Preview(Forecast()), NOW)
-    assert shown.problems == FormProblems(day="Not a working day: Audit. Choose another day, or any day under More")
+    assert shown.problem_at("day") == "Not a working day: Audit. Choose another day, or any day under More"
     assert shown.save_off
 
 
@@ -79,4 +78,4 @@ def test_warnings_name_the_days_that_are_left_out():
 
 def test_a_one_time_schedule_is_worded_without_days_off():
     once = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki")
-    assert "days off" not in rule_sentence(once, SETTINGS, FACTS.calendar)
+    assert "days off" not in view.rule_sentence(once, SETTINGS, FACTS.calendar)

@@ -21,8 +21,8 @@ from app.domain.models import (
 )
 from app.screens.scheduler import form_view, view
 from app.screens.scheduler.draft import Draft, Kind
-from app.screens.scheduler.facts import SchedulerFacts, Window, window_start
-from app.screens.scheduler.form_view import FormProblems, Preview, WarningRow
+from app.screens.scheduler.facts import SchedulerFacts, Window
+from app.screens.scheduler.form_view import Preview, WarningRow
 from app.screens.scheduler.timeline import ASSUMED_S, moved, span_text, timeline, zoomed
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.plan import PlannedRun
@@ -56,7 +56,7 @@ def execution(state, minutes_ago, **values):
 # ---------------------------------------------------------------------- the timeline
 def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
     shown = timeline(facts(), NOW)
-    assert window_start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)     # 13:00 local
+    assert Window().start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)     # 13:00 local
     assert shown.now == pytest.approx(1 + 38 / 60)
     assert shown.now_label == "14:38"
     assert (3.0, "16:00", False) in shown.ticks
@@ -113,7 +113,7 @@ def test_a_clock_change_is_marked_and_the_hours_stay_true():
     night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)                 # 23:10 in Helsinki, clocks go back at 04:00
     shown = timeline(facts(), night)
     change = next(hour for hour, label, strong in shown.ticks if label == "Clock change")
-    assert window_start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
+    assert Window().start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
 
 
 # ---------------------------------------------------------------------- window, zoom
@@ -241,8 +241,8 @@ def shown(chosen, preview=None):
 
 def test_an_empty_form_asks_for_a_mission_without_looking_wrong():
     empty = shown(draft(mission_id=None), Preview())
-    assert (empty.title, empty.mission, empty.save_off, empty.why, empty.is_wrong, empty.problems) == (
-        "New schedule", "Choose a mission", True, "Choose a mission", False, FormProblems())
+    assert (empty.title, empty.mission, empty.save_off, empty.why, empty.wrong_field) == (
+        "New schedule", "Choose a mission", True, "Choose a mission", "")
 
 
 def test_the_form_shows_what_is_chosen():
@@ -261,19 +261,19 @@ def test_saving_waits_for_the_answer_of_the_services():
 def test_a_one_time_start_on_a_day_without_work_is_refused_at_the_day():
     saturday = shown(draft(day=date(2026, 11, 21)))
     assert saturday.save_off
-    assert saturday.problems == FormProblems(day="Saturday is not a working day: choose another day, or any day under More")
+    assert saturday.problem_at("day") == "Saturday is not a working day: choose another day, or any day under More"
+    assert saturday.problem_at("time") == ""
     assert not shown(draft(day=date(2026, 11, 21), respect_working_days=False)).save_off
 
 
 def test_a_one_time_start_in_the_past_is_refused_at_the_time():
-    assert shown(draft(day=date(2026, 11, 20), at=time(8)), Preview(Forecast())).problems == FormProblems(
-        time="This time has passed: choose a later one")
+    assert shown(draft(day=date(2026, 11, 20), at=time(8)), Preview(Forecast())).problem_at("time") == (
+        "This time has passed: choose a later one")
 
 
 def test_what_the_services_refuse_stands_at_its_field():
     refused = shown(draft(), Preview(Forecast(), InvalidInput("name", "there is a schedule {name} already", name="Kits")))
-    assert (refused.problems, refused.why, refused.save_off) == (
-        FormProblems(name="There is a schedule Kits already"), "There is a schedule Kits already", True)
+    assert (refused.wrong_field, refused.why, refused.save_off) == ("name", "There is a schedule Kits already", True)
     assert form_view.form_field(InvalidInput("recurrence", "x")) == "kind"
     assert form_view.form_field(InvalidInput("something else", "x")) == "kind"
 
