@@ -101,7 +101,7 @@ def test_monthly_on_the_first_monday(screen, container, ui):
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYDAY=1MO"
 
 
-def test_what_is_seldom_needed_stands_under_more(screen, container, ui):
+def test_the_less_common_fields_are_under_more(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     kind(screen, ui, "Daily")
     pick_time(screen, ui, "Time", "0600")
@@ -201,20 +201,20 @@ def test_a_name_that_is_taken_is_said_at_the_name(screen, container, ui):
     assert any(schedule.name == "Another name" for schedule in schedules(container))
 
 
-def test_a_meeting_with_another_run_is_warned_of_and_can_be_saved_all_the_same(screen, container, ui):
+def test_an_overlap_with_another_run_is_warned_of_and_can_be_saved_all_the_same(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     choose(screen, ui, "Robot", "Veikko")
     kind(screen, ui, "Once")
     pick_time(screen, ui, "Time", "1640")
     view = ui.find(FormCard).view
-    meeting, battery = (warning.text for warning in view.warnings)
-    assert meeting.startswith(f"Fri 20 Nov: still running then on Veikko is {WASTE}, 16:30–17:")
+    overlap, battery = (warning.text for warning in view.warnings)
+    assert overlap.startswith(f"Fri 20 Nov: still running then on Veikko is {WASTE}, 16:30–17:")
     assert battery == "The battery of Veikko was too low around this time 1 time in the last 30 days"
     assert [start.icon for start in view.starts] == ["alert"]
     save(screen, ui)
 
 
-def test_a_free_time_is_offered_where_runs_would_meet_and_a_tap_takes_it(screen, container, ui):
+def test_a_free_time_is_offered_where_runs_would_overlap_and_a_tap_takes_it(screen, container, ui):
     meets = named(container, "Collect empties", "Veikko")
     form = screen.plan.form
     form.set(mission_id=meets.mission_id, robot_id=meets.robot_id, day=date(2026, 11, 23), at=time(6, 10))

@@ -97,7 +97,7 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     ui.wait(lambda: ui.find(Frame).alarm == "Nothing is sent to Veikko")
 
 
-def test_what_is_held_already_is_told_and_released_in_the_dialog(screen, container, ui):
+def test_what_is_held_already_is_shown_and_released_in_the_dialog(screen, container, ui):
     container.holds.hold("Audit")
     settle(screen, ui)
     press(screen, ui, "Hold …")
@@ -108,7 +108,7 @@ def test_what_is_held_already_is_told_and_released_in_the_dialog(screen, contain
     assert container.holds.standing() == []
 
 
-def test_a_reason_may_be_taken_back_and_everything_held_until_released(screen, container, ui):
+def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, container, ui):
     press(screen, ui, "Hold …")
     chip(screen, ui, "Audit")
     chip(screen, ui, "Audit")

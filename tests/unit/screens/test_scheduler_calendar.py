@@ -52,7 +52,7 @@ def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
     assert Draft.new(evening, SETTINGS, calendar=FACTS.calendar).day == SATURDAY
 
 
-def test_a_one_time_start_on_a_closed_day_is_told_at_the_day_with_its_name():
+def test_a_one_time_start_on_a_closed_day_is_refused_at_the_day_with_its_name():
     shown = form_view.present(FACTS, draft(day=FRIDAY), Preview(Forecast()), NOW)
     assert shown.problem_at("day") == "Not a working day: Audit. Choose another day, or any day under More"
     assert shown.save_off

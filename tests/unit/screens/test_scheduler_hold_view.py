@@ -43,14 +43,14 @@ def test_the_end_that_is_chosen(choice, end):
     assert hold_view.end_of(choice, NOW + timedelta(days=3), ZONE, NOW) == end
 
 
-def test_a_time_that_was_picked_stands_on_its_chip():
+def test_a_time_that_was_picked_is_shown_on_its_chip():
     chips = hold_view.end_chips(hold_view.CHOSEN, NOW + timedelta(hours=2), ZONE, NOW)
     assert [chip.text for chip in chips if chip.selected] == ["Until 16:38"]
     assert [chip.text for chip in hold_view.end_chips(hold_view.HOUR, None, ZONE, NOW)] == [
         "1 hour", "Rest of the day", "Until a time …", "Until released"]
 
 
-def test_what_stands_already_is_told_for_what_is_chosen():
+def test_a_present_hold_is_shown_for_what_is_chosen():
     assert hold_view.held_sentence(hold_view.held(facts(), hold_view.ALL), ZONE, NOW) == "Held since 14:02 until 15:38 · Maintenance"
     assert hold_view.held_sentence(hold_view.held(facts(), 1), ZONE, NOW) == ""
     endless = replace(HOLD, until=None, reason="", robot_id=1)
@@ -61,7 +61,7 @@ def test_what_stands_already_is_told_for_what_is_chosen():
     (None, None, "Nothing is sent until it is released"), ("Aino", None, "Nothing is sent to Aino until it is released"),
     (None, NOW + timedelta(hours=1), "Nothing is sent to any robot until 15:38"),
     ("Aino", datetime(2026, 11, 22, 22, 0, tzinfo=UTC), "Nothing is sent to Aino until Mon 23 Nov")])
-def test_what_is_said_when_it_stands(robot, until, text):
+def test_what_is_said_when_it_is_set(robot, until, text):
     assert hold_view.held_message(robot, until, ZONE, NOW) == text
 
 
@@ -114,7 +114,7 @@ def test_a_pause_can_be_chosen_by_day():
     assert view.day_begins(date(2026, 11, 21), ZoneInfo(ZONE)) == datetime(2026, 11, 20, 22, 0, tzinfo=UTC)
 
 
-def test_a_paused_schedule_says_until_which_day_and_stands_where_it_starts_again():
+def test_a_paused_schedule_says_until_which_day_and_is_listed_where_it_starts_again():
     paused = replace(HOURLY, id=8, name="A", paused_until=datetime(2026, 11, 22, 22, 0, tzinfo=UTC))
     later = replace(HOURLY, id=9, next_at=NOW + timedelta(hours=5))
     rows = view.schedule_rows(facts(holds=(), schedules=(paused, later)), NOW)

@@ -200,7 +200,7 @@ def test_many_starts_of_one_schedule_are_one_line():
 
 
 # ---------------------------------------------------------------------- the schedules
-def test_schedules_stand_in_the_order_they_come_and_those_that_are_off_last():
+def test_schedules_are_in_the_order_of_their_starts_and_those_that_are_off_last():
     later = replace(HOURLY, id=8, name="Later", next_at=NOW + timedelta(hours=3))
     off = replace(HOURLY, id=9, name="Off", enabled=False, next_at=None)
     rows = view.schedule_rows(facts(schedules=(off, later, HOURLY)), NOW, selected=8)
@@ -271,23 +271,23 @@ def test_a_one_time_start_in_the_past_is_refused_at_the_time():
         "This time has passed: choose a later one")
 
 
-def test_what_the_services_refuse_stands_at_its_field():
+def test_what_the_services_refuse_is_shown_at_its_field():
     refused = shown(draft(), Preview(Forecast(), InvalidInput("name", "there is a schedule {name} already", name="Kits")))
     assert (refused.wrong_field, refused.why, refused.save_off) == ("name", "There is a schedule Kits already", True)
     assert form_view.form_field(InvalidInput("recurrence", "x")) == "kind"
     assert form_view.form_field(InvalidInput("something else", "x")) == "kind"
 
 
-def test_the_next_starts_are_told_and_those_with_a_warning_marked():
+def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     concern = Concern(ConcernCode.OVERLAP, start(25).instant,
                       {"mission": "Collect empties", "start": start(25, 4, 25).instant, "end": start(25, 4, 40).instant})
-    told = shown(draft(kind=Kind.DAILY), Preview(Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0),
-                                                          (concern,))))
-    assert told.starts_label == "Next five starts"
-    assert [(row.day, row.time, row.icon) for row in told.starts][1:3] == [
+    forecast = Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0), (concern,))
+    form = shown(draft(kind=Kind.DAILY), Preview(forecast))
+    assert form.starts_label == "Next five starts"
+    assert [(row.day, row.time, row.icon) for row in form.starts][1:3] == [
         ("Tue 24 Nov", "06:30", ""), ("Wed 25 Nov", "06:30", "alert")]
-    assert told.warnings == (WarningRow("Wed 25 Nov: still running then on Aino is Collect empties, 06:25–06:40"),)
-    assert not told.save_off
+    assert form.warnings == (WarningRow("Wed 25 Nov: still running then on Aino is Collect empties, 06:25–06:40"),)
+    assert not form.save_off
 
 
 @pytest.mark.parametrize(("concern", "text"), [
