@@ -1,14 +1,21 @@
 """Chips that flow from left to right and wrap, and the fields that a mission's parameters need."""
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.fields import FormField
-from app.widgets.lists import values_of
 from app.widgets.surfaces import Tap
+
+
+class Chip(NamedTuple):
+    """One choice."""
+    key: object
+    text: str
+    icon: str = ""
+    selected: bool = False
 
 
 class FlowChip(Tap):
@@ -20,7 +27,7 @@ class FlowChip(Tap):
 
 
 class ChipFlow(StackLayout):
-    """``data`` = [{"key", "text", "icon", "selected"}, …]; a tap fires ``on_choose(key)``. As high as its rows."""
+    """``data`` have ``key``, ``text``, ``icon`` and ``selected``; a tap fires ``on_choose(key)``. As high as its rows."""
     data = ListProperty()
 
     __events__ = ("on_choose",)
@@ -40,16 +47,15 @@ class ChipFlow(StackLayout):
         """A chip was tapped."""
 
     def _build(self, *_):
-        rows = [values_of(row) for row in self.data]
-        if [row["key"] for row in rows] != list(self._chips):
+        if [option.key for option in self.data] != list(self._chips):
             self.clear_widgets()
-            self._chips = {row["key"]: FlowChip(limit=self.width) for row in rows}
+            self._chips = {option.key: FlowChip(limit=self.width) for option in self.data}
             for key, chip in self._chips.items():
                 chip.bind(on_release=lambda _chip, key=key: self.dispatch("on_choose", key))
                 self.add_widget(chip)
-        for row in rows:
-            chip = self._chips[row["key"]]
-            chip.text, chip.icon, chip.selected = row["text"], row.get("icon", ""), row.get("selected", False)
+        for option in self.data:
+            chip = self._chips[option.key]
+            chip.text, chip.icon, chip.selected = option.text, option.icon, option.selected
 
 
 class ChoiceRow(BoxLayout):
@@ -59,8 +65,8 @@ class ChoiceRow(BoxLayout):
     options = ListProperty()             # [(key, word), …]
     chosen = ObjectProperty(None, allownone=True)
 
-    def rows(self, options, chosen):
-        return [{"key": key, "text": word, "selected": key == chosen} for key, word in options]
+    def chips(self, options, chosen):
+        return [Chip(key, word, selected=key == chosen) for key, word in options]
 
 
 class ParameterFields(BoxLayout):
