@@ -25,9 +25,36 @@ def glyphs(text: str, size: float, font: str):
     return label.texture
 
 
+def box(x, y, w, h, colour, radius=0, alpha=1., ring=0):
+    Color(*colour[:3], colour[3] * alpha)
+    rounded(x, y, w, h, radius, ring)
+
+
+def hatch(x, y, w, h, colour, period=8, width=1.4):
+    x, y, w, h = round(x), round(y), round(w), round(h)
+    Color(*colour)
+    Rectangle(pos=(x, y), size=(w, h), texture=hatch_texture(period, width),
+              tex_coords=(0, 0, w / period, 0, w / period, h / period, 0, h / period))
+
+
+def text(words, x, y, colour, size=14, ax=0., ay=.5, font="Roboto"):
+    """Draw ``words`` with their anchor (``ax``, ``ay`` in 0..1) at x, y; returns their width."""
+    if not words:
+        return 0
+    texture = glyphs(words, sp(size), font)
+    Color(*colour)
+    Rectangle(texture=texture, size=texture.size, pos=(round(x - texture.width * ax), round(y - texture.height * ay)))
+    return texture.width
+
+
+def width_of(words, size=14, font="Roboto"):
+    return glyphs(words, sp(size), font).width if words else 0
+
+
 class Chart(Widget):
     """One redraw trigger for the properties in ``watch``; drawing helpers in window px, text sizes in sp."""
     watch: tuple[str, ...] = ()
+    box, hatch, text, width_of = staticmethod(box), staticmethod(hatch), staticmethod(text), staticmethod(width_of)
 
     def __init__(self, **kwargs):
         self._trigger = Clock.create_trigger(self._redraw, -1)
@@ -49,31 +76,8 @@ class Chart(Widget):
     def draw(self):
         raise NotImplementedError
 
-    def box(self, x, y, w, h, colour, radius=0, alpha=1., ring=0):
-        Color(*colour[:3], colour[3] * alpha)
-        rounded(x, y, w, h, radius, ring)
-
-    def hatch(self, x, y, w, h, colour, period=8, width=1.4):
-        x, y, w, h = round(x), round(y), round(w), round(h)
-        Color(*colour)
-        Rectangle(pos=(x, y), size=(w, h), texture=hatch_texture(period, width),
-                  tex_coords=(0, 0, w / period, 0, w / period, h / period, 0, h / period))
-
-    def text(self, text, x, y, colour, size=14, ax=0., ay=.5, font="Roboto"):
-        """Draw ``text`` with its anchor (``ax``, ``ay`` in 0..1) at x, y; returns its width."""
-        if not text:
-            return 0
-        texture = glyphs(text, sp(size), font)
-        Color(*colour)
-        Rectangle(texture=texture, size=texture.size, pos=(round(x - texture.width * ax), round(y - texture.height * ay)))
-        return texture.width
-
     def icon(self, name, x, y, colour, size=18):
         return self.text(md_icons[name], x, y, colour, size, .5, .5, "Icons")
-
-    @staticmethod
-    def width_of(text, size=14, font="Roboto"):
-        return glyphs(text, sp(size), font).width if text else 0
 
 
 class Meter(Chart):

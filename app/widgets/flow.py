@@ -1,14 +1,21 @@
 """Chips that flow from left to right and wrap, and the fields that a mission's parameters need."""
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.fields import FormField
-from app.widgets.lists import values_of
 from app.widgets.surfaces import Tap
+
+
+class Chip(NamedTuple):
+    """One choice."""
+    key: object
+    text: str
+    icon: str = ""
+    selected: bool = False
 
 
 class FlowChip(Tap):
@@ -20,7 +27,7 @@ class FlowChip(Tap):
 
 
 class ChipFlow(StackLayout):
-    """``data`` = [{"key", "text", "icon", "selected"}, …]; a tap fires ``on_choose(key)``. As high as its rows."""
+    """``data`` have ``key``, ``text``, ``icon`` and ``selected``; a tap fires ``on_choose(key)``. As high as its rows."""
     data = ListProperty()
 
     __events__ = ("on_choose",)
@@ -40,16 +47,15 @@ class ChipFlow(StackLayout):
         """A chip was tapped."""
 
     def _build(self, *_):
-        rows = [values_of(row) for row in self.data]
-        if [row["key"] for row in rows] != list(self._chips):
+        if [option.key for option in self.data] != list(self._chips):
             self.clear_widgets()
-            self._chips = {row["key"]: FlowChip(limit=self.width) for row in rows}
+            self._chips = {option.key: FlowChip(limit=self.width) for option in self.data}
             for key, chip in self._chips.items():
                 chip.bind(on_release=lambda _chip, key=key: self.dispatch("on_choose", key))
                 self.add_widget(chip)
-        for row in rows:
-            chip = self._chips[row["key"]]
-            chip.text, chip.icon, chip.selected = row["text"], row.get("icon", ""), row.get("selected", False)
+        for option in self.data:
+            chip = self._chips[option.key]
+            chip.text, chip.icon, chip.selected = option.text, option.icon, option.selected
 
 
 class ChoiceRow(BoxLayout):
@@ -59,13 +65,13 @@ class ChoiceRow(BoxLayout):
     options = ListProperty()             # [(key, word), …]
     chosen = ObjectProperty(None, allownone=True)
 
-    def rows(self, options, chosen):
-        return [{"key": key, "text": word, "selected": key == chosen} for key, word in options]
+    def chips(self, options, chosen):
+        return [Chip(key, word, selected=key == chosen) for key, word in options]
 
 
 class ParameterFields(BoxLayout):
-    """One field per parameter: ``fields`` = [{"name", "label", "kind", "default", "help", "choices": [(value, word), …]}, …] with the kinds
-    text, int, decimal and choice; ``problems`` one sentence by name where something can't be taken. ``values()`` is what was entered."""
+    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, decimal, choice), ``default``, ``help`` and
+    ``choices`` [(value, word), …]; ``problems`` is one sentence by name where something can't be used. ``values()`` is what was entered."""
     fields = ListProperty()
     problems = ObjectProperty({})
 
@@ -80,13 +86,12 @@ class ParameterFields(BoxLayout):
         self.clear_widgets()
         self._views = {}
         for field in self.fields:
-            default = field.get("default")
-            if field["kind"] == "choice":
-                view = ChoiceRow(label=field["label"], options=field["choices"], chosen=default)
+            if field.kind == "choice":
+                view = ChoiceRow(label=field.label, options=field.choices, chosen=field.default)
             else:
-                view = FormField(label=field["label"], kind=field["kind"], help=field.get("help", ""),
-                                 text="" if default is None else str(default))
-            self._views[field["name"]] = view
+                view = FormField(label=field.label, kind=field.kind, help=field.help,
+                                 text="" if field.default is None else str(field.default))
+            self._views[field.name] = view
             self.add_widget(view)
 
     def values(self) -> Mapping[str, Any]:

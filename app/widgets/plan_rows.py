@@ -1,4 +1,4 @@
-"""Rows of long lists about the plan: a line of the coming days, a schedule among thousands."""
+"""Rows of long lists about the plan: a start in the next days, a schedule."""
 from kivy.properties import StringProperty
 
 from app.widgets.lists import RecycledRow

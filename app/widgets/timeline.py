@@ -10,10 +10,11 @@ from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
 from app.widgets.chart import Chart
-from app.widgets.timeline_drawing import AXIS, Box, Drawing
+from app.widgets.timeline_drawing import Box, Drawing
+from app.widgets.timeline_painting import AXIS, Frame
 
 AT_ONCE = 2000           # bars that are drawn in one frame
-AHEAD = .15              # of what is seen: so near to its end a new drawing is begun
+NEAR_END = .15           # of what is seen: so near to the end of a drawing a new one is begun
 SLOP = 12                # dp that a finger moves before it drags
 LEAST_HOURS, MOST_HOURS = 6, 168
 
@@ -21,12 +22,12 @@ LEAST_HOURS, MOST_HOURS = 6, 168
 class Timeline(Chart):
     """Shows ``hours`` hours from hour ``first`` on; all times are floats in hours from one common instant.
 
-    lanes = [{"name", "note", "bars": [{"key", "start", "end", "label", "state", "late", "assumed", "typed", "overlaps"}]}], state: past,
-    failed, skipped, running, planned; ``late`` (optional) is where a whisker ends, ``assumed``: the length is not known, ``typed``: a
-    person has said it, ``overlaps``: stands for several that do. closed = [(from, to, words)],
-    ticks = [(hour, label, strong)]. Where two bars of one lane overlap, both stay visible and the common part is hatched. A tap on a bar
-    (or nearest within a fingertip) fires ``on_bar(key)``; ``on_window(first, hours)`` tells what is seen after fingers have moved it.
-    In a page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing.
+    Of a lane it reads ``name``, ``note`` and ``bars``; of a bar ``key``, ``start``, ``end``, ``label``, ``state`` (past, failed, skipped,
+    running, planned), ``late`` (where a whisker ends, or None), ``assumed`` (the length is not known), ``typed`` (a person has entered it)
+    and ``overlaps`` (it stands for several that do). closed = [(from, to, words)], ticks = [(hour, label, strong)]. Where two bars of one
+    lane overlap, both stay visible and the common part is hatched. A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``;
+    ``on_window(first, hours)`` is what is seen after fingers have moved it. In a page that scrolls, ``seen_from`` and ``seen_height`` (px
+    from the top; 0: all) say which lanes need drawing.
     """
     lanes = ListProperty()
     closed = ListProperty()
@@ -49,8 +50,8 @@ class Timeline(Chart):
         self._moved = False
         self._drawing: Drawing | None = None                       # that is seen
         self._next: Drawing | None = None                          # that is being made
-        self._again = False                                        # and is not what is wanted any more
-        self._go_on = Clock.create_trigger(self._make, 0)
+        self._is_stale = False                                     # and is not what is wanted any more
+        self._make_soon = Clock.create_trigger(self._make, 0)
         self._place_soon = Clock.create_trigger(self._place, -1)
         super().__init__(**kwargs)
         for name in ("first", "now", "now_label"):
@@ -115,7 +116,7 @@ class Timeline(Chart):
         if self._drawing is None:
             return None
         reach, slack = dp(24), dp(8)
-        lanes = {self._drawing.lane_at(y + slack), self._drawing.lane_at(y - slack)}
+        lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
         near = [(max(left - x, x - right, 0), key) for lane in lanes for left, bottom, right, top, key in self._drawing.boxes(lane)
                 if bottom - slack <= y <= top + slack]
         distance, key = min(near, key=lambda hit: hit[0], default=(reach + 1, None))
@@ -125,9 +126,9 @@ class Timeline(Chart):
         """Move what is drawn; ``first`` follows at once."""
         if self._drawing is None:
             return
-        self.first -= dx / self._drawing.unit
+        self.first -= dx / self._drawing.frame.unit
         self._drawing.move(dx)
-        if self._next is None and not self._drawing.reaches(self.first, self.hours * AHEAD):
+        if self._next is None and not self._drawing.reaches(self.first, self.hours * NEAR_END):
             self._trigger()
 
     def _pinch(self, a0, b0, a, b):
@@ -135,7 +136,8 @@ class Timeline(Chart):
         if self._drawing is None or abs(b0 - a0) < 1 or abs(b - a) < dp(24):
             return
         hours = min(MOST_HOURS, max(LEAST_HOURS, self.hours * abs(b0 - a0) / abs(b - a)))
-        left, width = self._drawing.left, self._drawing.right - self._drawing.left
+        frame = self._drawing.frame
+        left, width = frame.left, frame.right - frame.left
         held = self.first + ((a0 + b0) / 2 - left) / width * self.hours
         self.first = held - ((a + b) / 2 - left) / width * hours
         self.hours = hours
@@ -144,7 +146,7 @@ class Timeline(Chart):
     def _redraw(self, *_):
         """One drawing at a time is made; what changes meanwhile asks for one more."""
         if self._next is not None:
-            self._again = True
+            self._is_stale = True
         elif self.lanes and self.width > 4 and self.height > 4:
             self.draw()
         else:
@@ -153,22 +155,23 @@ class Timeline(Chart):
 
     def draw(self):
         """Begin a new drawing; it is seen when it is complete."""
-        self._again = False
-        self._next = Drawing(self)
+        self._is_stale = False
+        frame = Frame.of(self.lanes, self.closed, self.ticks, self.first, self.hours, self.pos, self.size)
+        self._next = Drawing(frame, self.seen_from, self.seen_height)
         self._make()
 
     def _make(self, *_):
-        """Some lanes more, and with the last the new drawing in the place of the old."""
+        """Draw some more lanes; with the last the new drawing takes the place of the old."""
         drawing = self._next or self._drawing
         if drawing is None:
             return
         if not drawing.show_lanes(self.seen_from, self.seen_height, AT_ONCE):
-            self._go_on()
+            self._make_soon()
         elif drawing is self._next:
             self._drawing, self._next = drawing, None
             self.canvas.clear()
             self.canvas.add(drawing.canvas)
-            if self._again:
+            if self._is_stale:
                 self._trigger()
             else:
                 drawing.place(self.first)

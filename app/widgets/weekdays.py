@@ -3,13 +3,12 @@ from kivy.properties import ListProperty
 from kivy.uix.gridlayout import GridLayout
 
 from app.widgets.buttons import Segment
-from app.widgets.lists import values_of
 from app.widgets.tokens import tk
 
 
 class WeekdayChips(GridLayout):
-    """``data`` have ``key``, ``text`` and ``selected``; as wide as the row, in two rows where one is too narrow for fingers; a tap fires
-    ``on_choose(key)`` and changes nothing by itself."""
+    """``data`` have ``key``, ``text`` and ``selected``; in two rows where one is too narrow for fingers. A tap fires ``on_choose(key)`` and
+    changes nothing by itself."""
     data = ListProperty()
 
     __events__ = ("on_choose",)
@@ -27,12 +26,11 @@ class WeekdayChips(GridLayout):
         self.cols = 7 if self.width >= 7 * tk.h_touch + 6 * self.spacing[0] else 4
 
     def _build(self, *_):
-        rows = [values_of(row) for row in self.data]
-        if [row["key"] for row in rows] != [chip.key for chip in reversed(self.children)]:
+        if [option.key for option in self.data] != [chip.key for chip in reversed(self.children)]:
             self.clear_widgets()
-            for row in rows:
-                chip = Segment(key=row["key"])
+            for option in self.data:
+                chip = Segment(key=option.key)
                 chip.bind(on_release=lambda chip: self.dispatch("on_choose", chip.key))
                 self.add_widget(chip)
-        for chip, row in zip(reversed(self.children), rows, strict=True):
-            chip.text, chip.selected = row["text"], row["selected"]
+        for chip, option in zip(reversed(self.children), self.data, strict=True):
+            chip.text, chip.selected = option.text, option.selected

@@ -19,7 +19,8 @@ from typing import Any
 
 from app.container import Container
 from app.domain.models import Mission, Robot, Schedule
-from app.screens.scheduler.facts import SchedulerFacts, Window, read
+from app.screens.common.shell import pick
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.timeline import timeline
 from app.services.catalogue.preview import Forecasts
 from app.services.planning.plan import PlannedRun
@@ -66,7 +67,7 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
         x += DRAG if frame // 30 % 2 else -DRAG
         touch.touch_move(x, window.height / 2)
 
-    report(f"dragged, {name}: {sum(len(lane['bars']) for lane in lanes.lanes):,} bars", frames.run(6.0, move))
+    report(f"dragged, {name}: {sum(len(lane.bars) for lane in lanes.lanes):,} bars", frames.run(6.0, move))
     touch.touch_up()
 
     def renew(frame: int) -> None:
@@ -103,7 +104,7 @@ def preview() -> None:
             return (time.perf_counter() - began) * 1000
 
         answers = sorted(took(lambda: forecasts.of(draft)) for _ in range(20))
-        reading = took(lambda: timeline(read(container, Window()), container.clock.now(), Window()))
+        reading = took(lambda: timeline(read(pick(SchedulerServices, container), Window()), container.clock.now(), Window()))
         print(f"\nms, {SCHEDULES:,} schedules on {ROBOTS} robots")
         print(f"form's preview{'':<30} {median(answers):>8.1f} (max {answers[-1]:.1f})")
         print(f"the plan of 24 hours read and made bars{'':>6} {reading:>8.1f}", flush=True)

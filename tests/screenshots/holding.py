@@ -6,8 +6,9 @@ from typing import Any
 
 from app.container import Container
 from app.domain.models import DayException
+from app.screens.common.shell import pick
+from app.screens.scheduler.facts import SchedulerServices
 from app.screens.scheduler.hold import HoldDialog
-from app.services.catalogue.pausing import Pausing
 from tests.screenshots.planning import Stand
 from tests.screenshots.registry import BOTH, LANDSCAPE, SMALL, picture
 
@@ -16,7 +17,7 @@ def hold(container: Container) -> None:
     now = container.clock.now()
     container.holds.hold("Maintenance", now + timedelta(hours=3))
     schedules = container.repositories.schedules.all(container.db.read())
-    Pausing(container.db, container.clock, container.changes).pause(schedules[0].id, now.replace(hour=22, minute=0) + timedelta(days=2))
+    container.pausing.pause(schedules[0].id, now.replace(hour=22, minute=0) + timedelta(days=2))
     container.catalogue.save_days(DayException("Stocktaking", date(2026, 11, 21), date(2026, 11, 22)))
 
 
@@ -35,7 +36,7 @@ def held_days(studio: Any) -> Any:
 @picture("scheduler-hold", sizes=BOTH)
 def dialog(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=hold)
-    opened = HoldDialog(stand.container, stand.shell, stand.vm._facts)
+    opened = HoldDialog(pick(SchedulerServices, stand.container), stand.shell, stand.vm._facts)
     opened.choose_reason("Audit")
     return studio.dialogs.open(opened)
 

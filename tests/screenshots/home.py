@@ -12,6 +12,7 @@ from kivy.factory import Factory
 from app.domain.models import Alarm, Connection, Priority, Robot, Wait
 from app.i18n import _
 from app.screens.common.alarms_view import Here
+from app.screens.common.parameters_view import ParameterField
 from app.screens.common.threads import UiBus
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarm_list import LateStartsDialog
@@ -24,10 +25,8 @@ from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHAR
 from tests.support import home_facts as sample
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, GLOVES)
-PARAMETERS = [
-    {"name": "place", "label": "Pick-up place", "kind": "choice", "default": "K1", "choices": [("K1", "Kitting 1"), ("K2", "Kitting 2")]},
-    {"name": "count", "label": "Pallets", "kind": "int", "default": 2, "help": "1 to 8", "choices": []},
-]
+PARAMETERS = [ParameterField("place", "Pick-up place", "choice", "K1", "", (("K1", "Kitting 1"), ("K2", "Kitting 2"))),
+              ParameterField("count", "Pallets", "int", 2, "1 to 8", ())]
 ALARMS = (
     Alarm("emergency_stop", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino"}, id=1),
     Alarm("unreachable", "robot:2", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko"}, id=2, count=3),

@@ -38,15 +38,15 @@ class Stand:
         self.background = Background(bus)
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background)
         kind = SCREENS[name]
-        self.screen = kind(pick(kind.Services, self.container) if hasattr(kind, "Services") else self.container, self.shell)
+        self.screen = kind(pick(kind.Services, self.container), self.shell)
         frame = Factory.Frame(date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · 2 s ago", link_icon="wifi")
         frame.items = [(key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION]
         frame.current, frame.title = name, frame_controller.screen_word(name)
         frame.add_widget(self.screen)
         studio.show(frame)
         if name == "scheduler":                  # nobody answers at the robots' addresses
-            self.vm.form._robot_missions.learn_names = lambda _robot_id: False
-            self.vm.form._robot_missions.parameters = lambda _robot_id, _guid: ()
+            self.container.robot_missions.learn_names = lambda _robot_id: False
+            self.container.robot_missions.parameters = lambda _robot_id, _guid: ()
         for close in (self.container.close, self.background.close, self.screen.hidden):      # the last one first
             studio.afterwards(close)
         self.screen.shown()
@@ -134,8 +134,9 @@ def more(studio: Any) -> Any:
 @picture("scheduler-parameters", sizes=(LANDSCAPE,))
 def parameters(studio: Any) -> Any:
     stand = planning(studio)
-    stand.vm.form._robot_told((MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
-                               MissionParameter("count", "Pallets", "integer", 2, 1, 8)))
+    places = (("K1", "Kitting 1"), ("K2", "Kitting 2"))
+    stand.vm.form._robot_answered((MissionParameter("place", "Pick-up place", choices=places, default="K1"),
+                                   MissionParameter("count", "Pallets", "integer", 2, 1, 8)))
     return stand.settle()
 
 
@@ -164,7 +165,7 @@ def mission(studio: Any) -> Any:
 @picture("scheduler-battery", sizes=(LANDSCAPE,))
 def battery(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
-    stand.vm.form.choose_battery()
+    stand.vm.form.choose("minimum_battery_percent")
     return studio.dialogs.top
 
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from app.screens.logs.kpi_view import DayBar, RobotBar, with_unit
+from app.screens.scheduler.timeline import Bar, Lane
 from app.services.robots.map_picture import Place
 
 NAV = [("home", "Home", "home-variant-outline", "home-variant"), ("scheduler", "Scheduler", "calendar-clock-outline", "calendar-clock"),
@@ -67,14 +68,10 @@ UTILISATION = [RobotBar("Aino", "46 %", "3 h 41 min", .46, .14), RobotBar("Veikk
 DAYS = [DayBar("Sa", 20, 0, 0, 0), DayBar("Su", 12, 0, 0, 1), DayBar("Mo", 74, 2, 1, 0), DayBar("Tu", 79, 1, 2, 1),
         DayBar("We", 76, 0, 1, 0), DayBar("Th", 82, 2, 1, 0), DayBar("Fr", 62, 3, 3, 0)]
 LANES = [
-    {"name": "Aino", "note": "MiR250", "bars": [
-        {"key": 1, "start": .5, "end": .62, "state": "past"}, {"key": 2, "start": 1.55, "end": 1.7, "state": "running"},
-        {"key": 3, "start": 3, "end": 3.12}, {"key": 4, "start": 6, "end": 8.9, "label": "Night stock count"}]},
-    {"name": "Veikko", "note": "MiR100", "bars": [
-        {"key": 5, "start": .5, "end": .87, "state": "failed"}, {"key": 6, "start": 3.5, "end": 4.5, "label": "Waste"},
-        {"key": 7, "start": 4.17, "end": 5.3, "label": "Collect empties"}]},
-    {"name": "Sisu", "note": "MiR1350", "bars": [
-        {"key": 8, "start": 1.25, "end": 1.5, "state": "skipped"}, {"key": 9, "start": 2.25, "end": 2.8, "label": "Move coils to press"}]},
+    Lane("Aino", "MiR250", (Bar(1, .5, .62, state="past"), Bar(2, 1.55, 1.7, state="running"), Bar(3, 3, 3.12),
+                            Bar(4, 6, 8.9, "Night stock count"))),
+    Lane("Veikko", "MiR100", (Bar(5, .5, .87, state="failed"), Bar(6, 3.5, 4.5, "Waste"), Bar(7, 4.17, 5.3, "Collect empties"))),
+    Lane("Sisu", "MiR1350", (Bar(8, 1.25, 1.5, state="skipped"), Bar(9, 2.25, 2.8, "Move coils to press"))),
 ]
 TICKS = [(hour, "Sat 21 Nov" if hour == 11 else f"{(13 + hour) % 24:02d}:00", hour == 11) for hour in range(3, 24, 2)]
 PLAN = {"walls": [(0, .335, .19, 0), (.26, .335, .06, 0), (.32, 0, 0, .335), (.74, .62, 0, .38)],

@@ -60,7 +60,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
         datetime(2026, 11, 24, 6, 30), month.ZONE, "FREQ=WEEKLY;BYDAY=TU,TH,FR", 40.0, Overlap.SKIP)
     assert ui.find(Snackbar).text == f"{WASTE} on Sisu is planned"
     assert field(ui, "Mission").value == "Choose a mission"   # ready for the next
-    assert saved.id in [line["key"] for line in screen.plan.schedules]
+    assert saved.id in [line.key for line in screen.plan.schedules]
 
 
 def test_a_one_time_mission_is_planned(screen, container, ui):
@@ -101,7 +101,7 @@ def test_monthly_on_the_first_monday(screen, container, ui):
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYDAY=1MO"
 
 
-def test_what_is_seldom_needed_stands_under_more(screen, container, ui):
+def test_the_less_common_fields_are_under_more(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     kind(screen, ui, "Daily")
     pick_time(screen, ui, "Time", "0600")
@@ -126,7 +126,7 @@ def test_what_is_seldom_needed_stands_under_more(screen, container, ui):
 
 
 def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, container, ui):
-    screen.plan.form._robot_missions.parameters = lambda _robot_id, _guid: (MissionParameter("count", "Pallets", "integer", 2, 1, 8),)
+    container.robot_missions.parameters = lambda _robot_id, _guid: (MissionParameter("count", "Pallets", "integer", 2, 1, 8),)
     choose(screen, ui, "Mission", "Bring pallet to dock")
     pallets = ui.find(FormField, label="Pallets")
     pallets.text = "9"
@@ -194,27 +194,27 @@ def test_a_name_that_is_taken_is_said_at_the_name(screen, container, ui):
     settle(screen, ui)
     ui.tap(save_button(ui))
     settle(screen, ui)
-    assert ui.find(FormCard).view.problems == {"name": f"There is a schedule {KITS} on Aino already"}
+    assert ui.find(FormCard).view.problem_at("name") == f"There is a schedule {KITS} on Aino already"
     screen.plan.form.set(name="Another name")
     settle(screen, ui)
     save(screen, ui)
     assert any(schedule.name == "Another name" for schedule in schedules(container))
 
 
-def test_a_meeting_with_another_run_is_warned_of_and_can_be_saved_all_the_same(screen, container, ui):
+def test_an_overlap_with_another_run_is_warned_of_and_can_be_saved_all_the_same(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     choose(screen, ui, "Robot", "Veikko")
     kind(screen, ui, "Once")
     pick_time(screen, ui, "Time", "1640")
     view = ui.find(FormCard).view
-    meeting, battery = view.warnings
-    assert meeting.startswith(f"Fri 20 Nov: still running then on Veikko is {WASTE}, 16:30–17:")
+    overlap, battery = (warning.text for warning in view.warnings)
+    assert overlap.startswith(f"Fri 20 Nov: still running then on Veikko is {WASTE}, 16:30–17:")
     assert battery == "The battery of Veikko was too low around this time 1 time in the last 30 days"
-    assert [start["icon"] for start in view.starts] == ["alert"]
+    assert [start.icon for start in view.starts] == ["alert"]
     save(screen, ui)
 
 
-def test_a_free_time_is_offered_where_runs_would_meet_and_a_tap_takes_it(screen, container, ui):
+def test_a_free_time_is_offered_where_runs_would_overlap_and_a_tap_takes_it(screen, container, ui):
     meets = named(container, "Collect empties", "Veikko")
     form = screen.plan.form
     form.set(mission_id=meets.mission_id, robot_id=meets.robot_id, day=date(2026, 11, 23), at=time(6, 10))
@@ -227,4 +227,4 @@ def test_a_free_time_is_offered_where_runs_would_meet_and_a_tap_takes_it(screen,
     ui.advance(.3)
     ui.tap(button)
     ui.wait(lambda: not form.view.free and form.view.time in offer)
-    assert not any("Collect empties" in warning for warning in form.view.warnings)
+    assert not any("Collect empties" in warning.text for warning in form.view.warnings)

@@ -38,7 +38,7 @@ def chip(app, ui, word: str) -> None:
 
 def line(app, schedule) -> str:
     """When it starts next, as its row says."""
-    return next(row["next"] for row in app.shell.navigator.screen("scheduler").vm.schedules if row["key"] == schedule.id)
+    return next(row.next for row in app.shell.navigator.screen("scheduler").vm.schedules if row.key == schedule.id)
 
 
 def reveal(ui, schedule) -> None:
@@ -97,18 +97,18 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     ui.wait(lambda: ui.find(Frame).alarm == "Nothing is sent to Veikko")
 
 
-def test_what_is_held_already_is_told_and_released_in_the_dialog(screen, container, ui):
+def test_what_is_held_already_is_shown_and_released_in_the_dialog(screen, container, ui):
     container.holds.hold("Audit")
     settle(screen, ui)
     press(screen, ui, "Hold …")
     dialog = ui.find(HoldDialog)
-    assert dialog.vm.standing == "Held since 14:38, until it is released · Audit"
+    assert dialog.present == "Held since 14:38, until it is released · Audit"
     ui.tap(ui.find(CommandButton, root=dialog, text="Release"))
     settle(screen, ui)
     assert container.holds.standing() == []
 
 
-def test_a_reason_may_be_taken_back_and_everything_held_until_released(screen, container, ui):
+def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, container, ui):
     press(screen, ui, "Hold …")
     chip(screen, ui, "Audit")
     chip(screen, ui, "Audit")
@@ -179,6 +179,6 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
     assert ends == [11.0]                                     # midnight: the timeline begins at 13:00
     screen.shell.navigator.screen("scheduler").vm.choose_mode("days")
     settle(screen, ui)
-    days = {row["heading"]: row["note"] for row in screen.shell.navigator.screen("scheduler").vm.days if row["heading"]}
+    days = {row.heading: row.note for row in screen.shell.navigator.screen("scheduler").vm.days if row.heading}
     assert days["Mon 23 Nov"].endswith("not a working day: Stocktaking")
     assert days["Tomorrow, Sat 21 Nov"].endswith("extra working day: Fair")

@@ -6,7 +6,9 @@ from datetime import time, timedelta
 import pytest
 
 from app.domain.models import ReasonCode, State
+from app.screens.common.shell import pick
 from app.screens.scheduler.cards import FormCard
+from app.screens.scheduler.screen import SchedulerScreen
 from app.widgets.buttons import CommandButton, IconButton, Toggle
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.snackbar import Snackbar
@@ -72,7 +74,7 @@ def test_the_switch_turns_a_schedule_off_and_on(screen, container, ui):
     ui.tap(ui.find(Toggle, line))
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
-    assert next(data for data in screen.plan.schedules if data["key"] == number)["next"].endswith("switched off")
+    assert next(data for data in screen.plan.schedules if data.key == number).next.endswith("switched off")
     screen.plan.switch(number, True)
     settle(screen, ui)
     assert container.repositories.schedules.get(container.db.read(), number).next_at is not None
@@ -107,7 +109,7 @@ def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Delete")
     assert schedule.id not in [s.id for s in schedules(container)]
-    assert schedule.id not in [data["key"] for data in screen.plan.schedules]
+    assert schedule.id not in [data.key for data in screen.plan.schedules]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     restored = container.repositories.schedules.get(container.db.read(), schedule.id)
@@ -117,18 +119,18 @@ def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
 # ---------------------------------------------------------------------- upcoming
 def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_opens_its_schedule(screen, container, ui):
     timeline = ui.find(Timeline)
-    assert [lane["name"] for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko"]
+    assert [lane.name for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko"]
     tap_bar(ui, ("schedule", named(container, "Night stock count", "Aino").id))
     settle(screen, ui)
     assert field(ui, "Mission").value == "Night stock count"
 
 
 def test_a_past_bar_goes_to_its_story_in_the_logs(screen, ui):
-    failed = next(bar for lane in ui.find(Timeline).lanes for bar in lane["bars"] if bar["state"] == "failed" and lane["name"] == "Veikko")
-    tap_bar(ui, failed["key"])
+    failed = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.state == "failed" and lane.name == "Veikko")
+    tap_bar(ui, failed.key)
     settle(screen, ui)
     assert screen.shell.navigator.current == "logs"
-    assert screen.shell.navigator.screen("logs").vm.opened_run == failed["key"][1]
+    assert screen.shell.navigator.screen("logs").vm.opened_run == failed.key[1]
 
 
 def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
@@ -145,7 +147,7 @@ def test_what_changes_elsewhere_shows_at_once(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     container.catalogue.remove_schedule(schedule.id)
     settle(screen, ui)
-    assert schedule.id not in [data["key"] for data in screen.plan.schedules]
+    assert schedule.id not in [data.key for data in screen.plan.schedules]
 
 
 def test_without_a_robot_the_screen_leads_to_settings(tmp_path, ui):
@@ -166,9 +168,8 @@ def test_nothing_overlaps_or_is_too_small(screen, ui):
 
 
 def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_taps(screen, container, ui):
-    from app.screens.scheduler.screen import SchedulerScreen
     screen.shell.go("home")
-    low = ui.show(SchedulerScreen(container, screen.shell), (976, 440))
+    low = ui.show(SchedulerScreen(pick(SchedulerScreen.Services, container), screen.shell), (976, 440))
     low.shown()
     screen.plan = low.vm
     settle(screen, ui)
@@ -213,8 +214,8 @@ def test_the_timeline_is_zoomed_paged_and_brought_back_by_buttons(screen, ui):
 def test_a_finger_drags_the_plan_and_what_comes_into_sight_is_read(screen, ui):
     timeline = ui.find(Timeline)
     first = screen.plan.timeline.origin + timedelta(hours=timeline.first)
-    ui.drag(timeline, -timeline._drawing.unit * timeline.hours / 2, 0)
+    ui.drag(timeline, -timeline.width * .4, 0)
     now_first = screen.plan.timeline.origin + timedelta(hours=timeline.first)
-    assert abs((now_first - first).total_seconds() / 3600 - 12) < .5
+    assert timedelta(hours=24 * .4) < now_first - first < timedelta(hours=24 * .4 / .7)        # the names take up to 30 %
     assert not ui.find(CommandButton, text="Now").disabled
     ui.wait(lambda: max(tick for tick, _label, _strong in timeline.ticks) > timeline.first + 30)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from app.screens.scheduler.cards import FormCard
+from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.display import LegendItem
 from app.widgets.timeline import Timeline
 from tests.ui.planner import choose, named, opened, pick_time, save, settle
@@ -30,24 +31,23 @@ def test_a_typed_duration_is_said_drawn_and_warned_by(screen, container, ui):
     pick_time(screen, ui, "Time", "1640")
     view = ui.find(FormCard).view
     assert view.lasts == "How long it takes on Aino is not known yet: 5 min are assumed"
-    assert not any("17:00" in warning for warning in view.warnings)
+    assert not any("17:00" in warning.text for warning in view.warnings)
     type_duration(container, DOCK, 45)
     settle(screen, ui)
     view = ui.find(FormCard).view
     assert view.lasts == "45 min as typed in Settings: no run was completed on Aino yet"
-    assert any("17:00" in warning for warning in view.warnings)          # the kits of the full hour
+    assert any("17:00" in warning.text for warning in view.warnings)          # the kits of the full hour
     save(screen, ui)
     saved = named(container, DOCK, "Aino")
-    bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane["bars"] if bar["key"] == ("schedule", saved.id))
-    assert (bar["typed"], round((bar["end"] - bar["start"]) * 60)) == (True, 45)
+    bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.key == ("schedule", saved.id))
+    assert (bar.typed, round((bar.end - bar.start) * 60)) == (True, 45)
     assert "Length typed" in [item.text for item in ui.find_all(LegendItem)]
 
 
 def test_what_is_known_of_a_length_is_seen_in_its_bar(ui):
     def drawn(hours=4.0, **how) -> int:
         """Number of drawing instructions."""
-        bar = {"key": 1, "start": 2, "end": 2 + hours, "state": "planned", **how}
-        chart = ui.show(Timeline(lanes=[{"name": "Aino", "bars": [bar]}]), (800, 100))
+        chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar(1, 2, 2 + hours, **how),))]), (800, 100))
         ui.advance(.1)
 
         def count(group) -> int:

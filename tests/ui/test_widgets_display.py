@@ -10,6 +10,7 @@ from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
 from app.screens.logs.kpi_view import DayBar, RobotBar
+from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.chart import Meter, Sparkline, nice_step
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.display import EmptyState, KpiCard, StatusBadge, ValueTile
@@ -184,8 +185,7 @@ def test_grid_steps_are_round_and_few():
         assert 1 <= top // nice_step(top) + 1 <= 5
 
 
-LANES = [{"name": "Aino", "bars": [{"key": "a", "start": 1, "end": 2}, {"key": "b", "start": 1.5, "end": 3, "label": "Empties"}]},
-         {"name": "Veikko", "bars": [{"key": "c", "start": 20, "end": 20.1}]}]
+LANES = [Lane("Aino", bars=(Bar("a", 1, 2), Bar("b", 1.5, 3, "Empties"))), Lane("Veikko", bars=(Bar("c", 20, 20.1),))]
 
 
 def test_a_tap_on_a_bar_tells_which(ui):
@@ -230,7 +230,7 @@ def drawn(monkeypatch) -> list[Drawing]:
     """Every drawing that is begun."""
     begun: list[Drawing] = []
     begin = Drawing.__init__
-    monkeypatch.setattr(Drawing, "__init__", lambda drawing, chart: (begun.append(drawing), begin(drawing, chart))[1])
+    monkeypatch.setattr(Drawing, "__init__", lambda drawing, *seen: (begun.append(drawing), begin(drawing, *seen))[1])
     return begun
 
 
@@ -261,7 +261,7 @@ def test_while_it_is_dragged_and_when_it_is_let_go_nothing_is_drawn_anew(ui, dra
 
 
 def test_a_drag_towards_what_is_not_drawn_yet_draws_it_before_it_comes_into_sight(ui, drawn):
-    far = {"name": "Sisu", "bars": [{"key": n, "start": n, "end": n + .5} for n in range(100)]}
+    far = Lane("Sisu", bars=[Bar(n, n, n + .5) for n in range(100)])
     chart = ui.show(Timeline(lanes=[far], hours=24), (800, 150))
     touch = put_down(700, chart.center_y)
     for x in range(690, 100, -10):
@@ -273,8 +273,8 @@ def test_a_drag_towards_what_is_not_drawn_yet_draws_it_before_it_comes_into_sigh
 
 
 def test_a_crowd_is_drawn_over_several_frames_and_then_seen_at_once(ui, monkeypatch):
-    bars = [{"key": n, "start": n / 50, "end": n / 50 + .03} for n in range(1000)]
-    chart = ui.show(Timeline(lanes=[{"name": "Aino", "bars": []}], hours=24), (800, 600))
+    bars = [Bar(n, n / 50, n / 50 + .03) for n in range(1000)]
+    chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=24), (800, 600))
     old, show_lanes, frames = chart._drawing, Drawing.show_lanes, []
 
     def one_frame(drawing, *seen):
@@ -283,7 +283,7 @@ def test_a_crowd_is_drawn_over_several_frames_and_then_seen_at_once(ui, monkeypa
         return done
 
     monkeypatch.setattr(Drawing, "show_lanes", one_frame)
-    chart.lanes = [{"name": f"R{lane}", "bars": bars} for lane in range(8)]
+    chart.lanes = [Lane(f"R{lane}", bars=bars) for lane in range(8)]
     ui.advance(.3)
     assert frames == [(2, True), (4, True), (6, True), (8, True)]
     assert chart._drawing.lanes == list(range(8))
@@ -303,8 +303,8 @@ def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
 
 
 def test_a_crowded_lane_is_drawn_in_few_pieces_and_its_bars_are_still_hit(ui):
-    bars = [{"key": n, "start": n / 50, "end": n / 50 + .03} for n in range(1000)]
-    chart = ui.show(Timeline(lanes=[{"name": "Aino", "bars": bars}], hours=24), (800, 100))
+    bars = [Bar(n, n / 50, n / 50 + .03) for n in range(1000)]
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 100))
     assert len([*chart.boxes()]) == 1000
     assert len(chart.canvas.children) < 60
     calls = fired(chart, "on_bar")
@@ -313,7 +313,7 @@ def test_a_crowded_lane_is_drawn_in_few_pieces_and_its_bars_are_still_hit(ui):
 
 
 def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
-    lanes = [{"name": f"R{n}", "bars": [{"key": n, "start": 1, "end": 2}]} for n in range(50)]
+    lanes = [Lane(f"R{n}", bars=[Bar(n, 1, 2)]) for n in range(50)]
     chart = ui.show(Timeline(lanes=lanes, seen_height=200, seen_from=0), (800, 28 + 50 * 44))
     assert len([*chart.boxes()]) <= 8
     chart.seen_from = 20 * 44
@@ -323,7 +323,7 @@ def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
 
 
 @pytest.mark.parametrize("chart", [
-    lambda: Timeline(), lambda: Timeline(lanes=[{"name": "Aino", "bars": []}]),
+    lambda: Timeline(), lambda: Timeline(lanes=[Lane("Aino")]),
     lambda: StackedBars(), lambda: StackedBars(days=[DayBar("Mo", 0, 0, 0, 0)]),
     lambda: RobotBars(), lambda: RobotBars(rows=[RobotBar("Aino", "0 %", "0 min", 0, 0), RobotBar("Sisu", "100 %", "8 h", 1, .5)]),
     lambda: Sparkline(), lambda: Sparkline(values=[None, None]), lambda: Sparkline(values=[5]), lambda: Sparkline(values=[5, 5, None, 5]),

@@ -1,7 +1,7 @@
 """How the states of an execution are shown: icon, word and tone, always all three."""
 from __future__ import annotations
 
-from app.domain.models import Execution, State, Trigger
+from app.domain.models import State, Trigger
 from app.i18n import _, pgettext
 
 # state: (icon, tone)
@@ -29,9 +29,3 @@ def word(state: State) -> str:
 
 def trigger_word(trigger: Trigger) -> str:
     return {Trigger.SCHEDULED: _("Schedule"), Trigger.MANUAL: _("Run now"), Trigger.IDLE: pgettext("trigger", "Idle")}[trigger]
-
-
-def look(execution: Execution) -> dict[str, str]:
-    """Icon, tone and word of a row, as row classes take them."""
-    icon, tone = LOOKS[execution.state]
-    return {"icon": icon, "tone": tone, "outcome": word(execution.state)}

@@ -1,7 +1,8 @@
-"""The parameters that a mission asks for, as fields to fill in, and back as the values that travel to the robot. Pure."""
+"""The parameters that a mission asks for, as fields to fill in, and back as the values that are sent to the robot. Pure."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from app.domain.robot import MissionParameter
@@ -13,18 +14,28 @@ DECIMAL = ("float", "double", "number", "decimal")
 YES_NO = ("bool", "boolean")
 
 
+@dataclass(frozen=True)
+class ParameterField:
+    """A field of the widget ParameterFields. ``kind``: text, int, decimal or choice; ``choices`` are (value, word)."""
+    name: str
+    label: str
+    kind: str
+    default: Any
+    help: str
+    choices: tuple[tuple[Any, str], ...]
+
+
 class Problems(ValueError):
-    """What was entered can't be taken: ``by_name`` has one sentence per parameter."""
+    """What was entered can't be used: ``by_name`` has one sentence per parameter."""
 
     def __init__(self, by_name: Mapping[str, str]) -> None:
         self.by_name = by_name
         super().__init__("; ".join(by_name.values()))
 
 
-def fields_of(parameters: Sequence[MissionParameter]) -> list[dict[str, Any]]:
-    """Rows of ParameterFields."""
-    return [{"name": p.name, "label": p.label or p.name, "kind": _kind(p), "default": p.default, "help": _range(p), "choices": _choices(p)}
-            for p in parameters]
+def fields_of(parameters: Sequence[MissionParameter]) -> list[ParameterField]:
+    """In the order in which the robot has them."""
+    return [ParameterField(p.name, p.label or p.name, _kind(p), p.default, _range(p), _choices(p)) for p in parameters]
 
 
 def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> dict[str, Any]:
@@ -51,10 +62,10 @@ def _kind(parameter: MissionParameter) -> str:
     return "text"                        # also durations, which the robot writes as 00:01:00.000000
 
 
-def _choices(parameter: MissionParameter) -> list[tuple[Any, str]]:
+def _choices(parameter: MissionParameter) -> tuple[tuple[Any, str], ...]:
     if parameter.choices:
-        return list(parameter.choices)
-    return [(True, _("Yes")), (False, _("No"))] if _kind(parameter) == "choice" else []
+        return tuple(parameter.choices)
+    return ((True, _("Yes")), (False, _("No"))) if _kind(parameter) == "choice" else ()
 
 
 def _range(parameter: MissionParameter) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.screens.scheduler.draft import Kind
 from app.screens.scheduler.form_view import FormView
 from app.screens.scheduler.timeline import TimelineView
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (kv's Factory learns them)
@@ -15,18 +14,18 @@ from app.widgets.pages import LowPage
 
 
 class UpcomingCard(SectionCard):
-    """The plan: bars of 24 hours per robot, or the starts of 7 days."""
+    """The plan: bars for each robot, or the starts of 7 days."""
     mode = OptionProperty("hours", options=("hours", "days"))
     timeline = ObjectProperty(TimelineView(), rebind=True)
     days = ListProperty()
     narrow = BooleanProperty(False)
-    follows = BooleanProperty(True)      # what is shown goes with the time
+    follows = BooleanProperty(True)      # what is shown moves with the time
     bars_height = NumericProperty(0)     # of all robots' lanes
     wanted = NumericProperty(0)          # height at which all robots up to four are seen
 
 
 class TimeControls(BoxLayout):
-    """Back, now, forward, nearer, further: what fingers do, as buttons."""
+    """Back, now, forward, zoom in, zoom out: what fingers do, as buttons."""
     card = ObjectProperty(None, rebind=True)
 
 
@@ -51,7 +50,7 @@ class SchedulesCard(SectionCard):
 
 
 class FormCard(SectionCard):
-    """The form; ``view`` are its words, ``vm`` the FormModel that its fields call."""
+    """The form; ``view`` is what it shows, ``vm`` the FormModel that its fields call."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)
     saving = BooleanProperty(False)
@@ -60,45 +59,11 @@ class FormCard(SectionCard):
 
 
 class FormWarning(Row, BoxLayout):
-    """A sentence beside the form; ``quiet``: what is still missing rather than wrong."""
+    """A sentence beside the form; ``quiet``: something is missing rather than wrong."""
     text = StringProperty()
     quiet = BooleanProperty(False)
 
 
 class FormPart(BoxLayout):
-    """Some fields of the form. ``card`` is given when it is made, so kv may read ``root.card.view``."""
+    """Some fields of the form; which there are is in kv. ``card`` is given when it is made, so kv may read ``root.card.view``."""
     card = ObjectProperty(None, rebind=True)
-
-
-class WeeklyFields(FormPart):
-    """Which days."""
-
-
-class EveryFields(FormPart):
-    """How often, from when to when, on which days."""
-
-
-class MonthDayFields(FormPart):
-    """A day of the month."""
-
-
-class MonthWeekdayFields(FormPart):
-    """An n-th weekday of the month."""
-
-
-class OtherFields(FormPart):
-    """A rule that the form can't say."""
-
-
-class FreeTime(FormPart):
-    """The offer of a free time."""
-
-
-class MoreFields(FormPart):
-    """What is seldom needed."""
-
-
-def fields_of_kind(kind: str, by_weekday: bool) -> str:
-    """The part with the fields of that kind of recurrence; empty: it needs none."""
-    monthly = "MonthWeekdayFields" if by_weekday else "MonthDayFields"
-    return {Kind.WEEKLY: "WeeklyFields", Kind.EVERY: "EveryFields", Kind.MONTHLY: monthly, Kind.OTHER: "OtherFields"}.get(Kind(kind), "")

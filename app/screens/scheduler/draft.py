@@ -1,7 +1,7 @@
-"""The form of the Scheduler as plain values: what a person has chosen so far, and the schedule it stands for. No kivy.
+"""The form of the Scheduler as plain values: what a person has chosen so far, and the schedule that it makes. No kivy.
 
-The form speaks of once, daily, weekly, "every" and monthly; a rule that it can't say (yearly, every second week, a count …), as files may
-bring, is kept as it is under ``Kind.OTHER``. A draft that was opened and not touched gives back the very schedule it came from.
+The form knows once, daily, weekly, "every" and monthly; any other rule (yearly, every second week, a count …), as imported files may
+have, is kept as it is under ``Kind.OTHER``. A draft that was opened and not changed makes exactly the schedule it came from.
 """
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SOON = 60                                # days in which a working day is looked
 
 
 class Kind(StrEnum):
-    """How often, as the chips of the form say it."""
+    """How often."""
     ONCE = "once"
     DAILY = "daily"
     WEEKLY = "weekly"
@@ -77,7 +77,7 @@ class Draft:
 
     @property
     def recurrence(self) -> str | None:
-        """RFC 5545 RRULE value of what is chosen; None for once. Raises InvalidInput for what can't be."""
+        """RFC 5545 RRULE value of what is chosen; None for once. Raises InvalidInput for what is not possible."""
         if self.kind is Kind.ONCE:
             return None
         if self.kind is Kind.OTHER:
@@ -105,31 +105,30 @@ class Draft:
         return Between(self.at, self.until_time)
 
     def schedule(self) -> Schedule:
-        """The schedule that this would be. Raises InvalidInput whose ``field`` is the form's (mission, robot, weekdays, every …)."""
+        """The schedule that this makes. Raises InvalidInput whose ``field`` is the form's (mission, robot, weekdays, every …)."""
         if self.mission_id is None:
             raise InvalidInput("mission", "Choose a mission")
         if self.robot_id is None:
             raise InvalidInput("robot", "Choose a robot")
         base = self.base or Schedule(self.name, self.robot_id, self.mission_id, self.start, self.timezone)
         origin = self.origin
-        if origin is not None and self._times() == Draft.of(origin)._times():    # its exact wording stays, also if there are others
-            rule = {"start": origin.start, "timezone": origin.timezone, "recurrence": origin.recurrence, "between": origin.between}
-        else:
-            rule = {"start": self.start, "timezone": self.timezone, "recurrence": self.recurrence, "between": self.between}
+        # a rule that makes the same times keeps the form in which it was stored
+        times = origin if origin is not None and self._times() == Draft.of(origin)._times() else self
         return replace(base, name=self.name.strip(), robot_id=self.robot_id, mission_id=self.mission_id,
                        minimum_battery_percent=self.minimum_battery_percent, start_window_minutes=self.start_window_minutes,
                        overlap=self.overlap, priority=self.priority, respect_working_days=self.respect_working_days,
-                       parameters=self.parameters, **rule)
+                       parameters=self.parameters, start=times.start, timezone=times.timezone, recurrence=times.recurrence,
+                       between=times.between)
 
     def with_day(self, day: date) -> Draft:
-        """Another first day; what was derived from the old one follows."""
+        """Another first day; what was derived from the old one changes with it."""
         old = Draft.derived(self.day)
         follow = {name: value for name, value in Draft.derived(day).items() if getattr(self, name) == old[name]}
         return replace(self, day=day, **follow)
 
     @staticmethod
     def derived(day: date) -> dict[str, Any]:
-        """What a monthly rule begins with when this is its first day."""
+        """Fields of a monthly rule whose first day this is."""
         nth = (day.day - 1) // 7 + 1 if day.day <= 28 else LAST       # a fifth Monday is rare: the last one is meant
         return {"month_day": day.day, "nth": nth, "month_weekday": WEEKDAYS[day.weekday()]}
 
@@ -145,7 +144,7 @@ class Draft:
 
     @classmethod
     def of(cls, schedule: Schedule) -> Draft:
-        """The form as it stands for a schedule that exists."""
+        """The form for a stored schedule."""
         draft = cls(
             day=schedule.start.date(), at=schedule.start.time(), timezone=schedule.timezone, mission_id=schedule.mission_id,
             robot_id=schedule.robot_id, minimum_battery_percent=schedule.minimum_battery_percent,
@@ -164,7 +163,7 @@ class Draft:
         return sorted({self.at.hour, *more})
 
     def _times(self) -> tuple[Any, ...]:
-        """What makes the instants, as far as this kind uses it."""
+        """The fields that decide the instants, as far as this kind uses them."""
         own: dict[Kind, tuple[Any, ...]] = {
             Kind.WEEKLY: (self.weekdays,), Kind.OTHER: (self.other_rule,),
             Kind.EVERY: (self.weekdays, self.every, self.unit, self.all_day, None if self.all_day else self.until_time),
@@ -200,7 +199,7 @@ _FREQUENCIES = {
 
 
 def _read_rule(schedule: Schedule) -> dict[str, Any]:
-    """The form's fields for a schedule's recurrence; Kind.OTHER when the form can't say it."""
+    """The form's fields for a schedule's recurrence; Kind.OTHER for a rule that the form doesn't know."""
     if schedule.recurrence is None:
         return {"kind": Kind.ONCE}
     other = {"kind": Kind.OTHER, "other_rule": schedule.recurrence}
@@ -216,7 +215,7 @@ def _read_rule(schedule: Schedule) -> dict[str, Any]:
 
 
 def _read_frequency(parts: dict[str, str], schedule: Schedule) -> dict[str, Any] | None:
-    """Takes what it understands out of ``parts``."""
+    """The form's fields, or None; what is understood is taken out of ``parts``."""
     frequency, interval = parts.pop("FREQ", ""), int(parts.pop("INTERVAL", "1"))
     if frequency in ("MINUTELY", "HOURLY"):
         return _read_every(Unit.HOURS if frequency == "HOURLY" else Unit.MINUTES, interval, parts, schedule.between)
@@ -237,7 +236,7 @@ def _read_frequency(parts: dict[str, str], schedule: Schedule) -> dict[str, Any]
 
 
 def _read_hours(parts: dict[str, str], start: datetime) -> dict[str, Any] | None:
-    """Several hours with one minute; other times of day are more than the form can say."""
+    """Several hours with one minute; the form knows no other times of day."""
     hours = [int(hour) for hour in parts.pop("BYHOUR", str(start.hour)).split(",")]
     minutes = parts.pop("BYMINUTE", str(start.minute)).split(",")
     if len(minutes) != 1:

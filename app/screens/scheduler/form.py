@@ -1,7 +1,7 @@
-"""The Scheduler's form: keeps the draft, asks for its forecast while it is edited, saves it. The words are scheduler_form_view's."""
+"""The Scheduler's form: keeps the draft, asks for its forecast while it is edited, saves it. Its texts are made by form_view.py."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime, time
 from typing import Any
@@ -11,40 +11,36 @@ from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 
-from app.container import Container
 from app.domain.models import InvalidInput, Overlap, Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
-from app.screens.scheduler import form_view as words
+from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind, Unit
-from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_view import FormView, Preview
-from app.services.catalogue.preview import Forecast, Forecasts
-from app.services.robots.missions import RobotMissions
+from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
 
 
 class FormModel(EventDispatcher):
-    """``view`` is what is shown; ``saved(schedule)`` is called when a schedule stands in the database."""
+    """``view`` is what is shown; ``saved()`` is called when a schedule has been stored."""
     view = ObjectProperty(FormView(), rebind=True)
-    more = BooleanProperty(False)        # the seldom needed fields are open
+    more = BooleanProperty(False)        # the less common fields are shown
     saving = BooleanProperty(False)
     parameters = ListProperty()          # fields of the chosen mission
     problems = ObjectProperty({})        # by name of the parameter
 
-    def __init__(self, container: Container, shell: Shell, forecasts: Forecasts, robot_missions: RobotMissions,
-                 saved: Callable[[Schedule], object]) -> None:
+    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[], object]) -> None:
         super().__init__()
-        self._container, self._shell, self._forecasts, self._robot_missions = container, shell, forecasts, robot_missions
-        self._saved = saved
+        self._services, self._shell, self._saved = services, shell, saved
         self._facts = SchedulerFacts()
         self._preview = Preview()
         self._refused: InvalidInput | None = None             # by the last attempt to save this draft
-        self._wanted: tuple[MissionParameter, ...] = ()
-        self._asked_for: tuple[int | None, int | None] = (None, None)
+        self._asked: tuple[MissionParameter, ...] = ()        # what the mission asks for
+        self._asked_of: tuple[int | None, int | None] = (None, None)      # robot and mission
         self._forecast_soon = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
 
@@ -59,13 +55,13 @@ class FormModel(EventDispatcher):
         return self._draft.base.id if self._draft.base else None
 
     def take(self, facts: SchedulerFacts) -> None:
-        """What is known has changed. A form that nobody has begun follows; one being edited keeps what was entered."""
+        """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered."""
         first = self._facts.robots == () and facts.robots != ()
         self._facts = facts
         if first and self._draft.is_new and self._draft.mission_id is None:
             self._draft = self._fresh()
         if self._draft.base is not None:
-            now_stored = facts.schedule(self._draft.base.id)  # None: deleted meanwhile, so what stands here may become a new one
+            now_stored = facts.schedule(self._draft.base.id)  # None: deleted meanwhile; saving the form makes a new one
             self._draft = replace(self._draft, base=now_stored) if now_stored else self._draft.copy()
         self.forecast()
 
@@ -87,21 +83,17 @@ class FormModel(EventDispatcher):
         self._change(replace(self._draft, **values))
 
     def show(self) -> None:
-        """Build the words anew: time has passed, or the language was switched."""
+        """Build the texts anew: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
-        self.view = words.present(self._facts, self._draft, preview, self._container.clock.now())
+        self.view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
 
     # ------------------------------------------------------------------ its fields
     def choose_mission(self) -> None:
-        options = words.mission_options(self._facts, self._draft.robot_id)
-        if not options:
+        if not form_view.mission_options(self._facts, self._draft.robot_id):
             self._shell.dialogs.confirm(_("No missions yet"), _("Missions are made on the robot; in Settings they are fetched from it."),
                                         _("Open Settings"), lambda: self._shell.go("settings", section="missions"))
             return
-        self._choose(_("Mission"), options, "mission_id", self._draft.mission_id)
-
-    def choose_robot(self) -> None:
-        self._choose(_("Robot"), words.robot_options(self._facts), "robot_id", self._draft.robot_id)
+        self.choose("mission_id")
 
     def pick_day(self) -> None:
         today = self._local_now().date()
@@ -124,7 +116,7 @@ class FormModel(EventDispatcher):
                                       today=self._local_now().date(), first=self._draft.day)
 
     def choose_kind(self, kind: str) -> None:
-        """The first look at "every …" is one that can be."""
+        """"Every …" begins with an end that is after its beginning."""
         draft = self._draft
         later = {}
         if kind == Kind.EVERY and draft.until_time <= draft.at:
@@ -138,51 +130,43 @@ class FormModel(EventDispatcher):
     def choose_unit(self, unit: str) -> None:
         self.set(unit=Unit(unit))
 
-    def choose_nth(self) -> None:
-        self._choose(_("Which one of the month"), words.nth_options(), "nth", self._draft.nth)
-
-    def choose_month_weekday(self) -> None:
-        self._choose(_("Weekday"), words.weekday_options(), "month_weekday", self._draft.month_weekday)
-
-    def choose_month_day(self) -> None:
-        self._choose(_("Day of the month"), words.month_day_options(), "month_day", self._draft.month_day)
-
     def choose_also(self) -> None:
-        self._shell.dialogs.choose_many(_("Also at"), words.also_options(self._draft), _("Set"),
+        self._shell.dialogs.choose_many(_("Also at"), form_view.also_options(self._draft), _("Set"),
                                         lambda hours: self.set(more_hours=tuple(hours)), selected=self._draft.more_hours)
 
-    def choose_battery(self) -> None:
-        options = words.battery_options(self._facts, self._draft.minimum_battery_percent)
-        self._choose(_("Start only if the battery is at least"), options, "minimum_battery_percent", self._draft.minimum_battery_percent)
-
-    def choose_window(self) -> None:
-        options = words.window_options(self._facts, self._draft.start_window_minutes)
-        self._choose(_("How late it may start"), options, "start_window_minutes", self._draft.start_window_minutes)
-
-    def choose_overlap(self) -> None:
-        self._choose(_("When the previous run is still open"), words.overlap_options(), "overlap", self._draft.overlap)
-
-    def _choose(self, title: str, options: Sequence[dict[str, Any]], field: str, selected: Any) -> None:
-        def chosen(key: Any) -> None:
-            self.set(**{field: None if key == words.INHERIT else key})
-
-        self._shell.dialogs.choose(title, options, chosen, selected=words.INHERIT if selected is None else selected)
+    def choose(self, field: str) -> None:
+        """Pick the value of a field of the draft."""
+        draft, facts = self._draft, self._facts
+        selected = getattr(draft, field)
+        title, options = {
+            "mission_id": (_("Mission"), form_view.mission_options(facts, draft.robot_id)),
+            "robot_id": (_("Robot"), form_view.robot_options(facts)),
+            "nth": (_("Which one of the month"), form_view.nth_options()),
+            "month_weekday": (_("Weekday"), form_view.weekday_options()),
+            "month_day": (_("Day of the month"), form_view.month_day_options()),
+            "minimum_battery_percent": (_("Start only if the battery is at least"),
+                                        form_view.battery_options(facts, draft.minimum_battery_percent)),
+            "start_window_minutes": (_("How late it may start"), form_view.window_options(facts, draft.start_window_minutes)),
+            "overlap": (_("When the previous run is still open"), form_view.overlap_options()),
+        }[field]
+        self._shell.dialogs.choose(title, options, lambda key: self.set(**{field: None if key == form_view.INHERIT else key}),
+                                   selected=form_view.INHERIT if selected is None else selected)
 
     # ------------------------------------------------------------------ saving
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:
-        """``parameters``: what stands in their fields."""
+        """``parameters``: what was entered in their fields, by name."""
         if self.saving or self.view.save_off:
             return
-        if self._wanted:
+        if self._asked:
             try:
-                self._draft = replace(self._draft, parameters=values_of(self._wanted, parameters or {}))
+                self._draft = replace(self._draft, parameters=values_of(self._asked, parameters or {}))
             except Problems as problems:
                 self.problems = dict(problems.by_name)
                 return
         self.problems = {}
         schedule = self._draft.schedule()
         self.saving = True
-        self._shell.background.run(lambda: self._container.catalogue.save_schedule(schedule), self._is_saved, self._not_saved)
+        self._shell.background.run(lambda: self._services.catalogue.save_schedule(schedule), self._is_saved, self._not_saved)
 
     def _is_saved(self, schedule: Schedule) -> None:
         self.saving = False
@@ -190,7 +174,7 @@ class FormModel(EventDispatcher):
         self.begin()
         self._shell.snackbars.show(_("{name} is planned").format(name=schedule.name) if new else
                                    _("{name} is changed").format(name=schedule.name), icon="calendar-check")
-        self._saved(schedule)
+        self._saved()
 
     def _not_saved(self, problem: BaseException) -> None:
         self.saving = False
@@ -208,7 +192,7 @@ class FormModel(EventDispatcher):
         return Draft.new(self._local_now(), self._facts.settings, robot_id, calendar=self._facts.calendar)
 
     def _local_now(self) -> datetime:
-        return self._container.clock.now().astimezone(ZoneInfo(self._facts.settings.timezone))
+        return self._services.clock.now().astimezone(ZoneInfo(self._facts.settings.timezone))
 
     def _change(self, draft: Draft) -> None:
         if draft != self._draft:
@@ -223,7 +207,7 @@ class FormModel(EventDispatcher):
         self._forecast_soon()
 
     def forecast(self) -> None:
-        """Ask what the draft would bring; of several questions only the newest is answered."""
+        """Ask for the draft's next starts and warnings; of several questions only the newest is answered."""
         draft = self._draft
         try:
             schedule = draft.schedule()
@@ -231,13 +215,13 @@ class FormModel(EventDispatcher):
             self._preview = Preview()
             self.show()
             return
-        known = self._robot_missions.names(schedule.robot_id)
-        self._shell.background.run(lambda: self._look_ahead(schedule, known), lambda preview: self._take_preview(draft, preview),
+        known = self._services.robot_missions.names(schedule.robot_id)
+        self._shell.background.run(lambda: self._ask_forecast(schedule, known), lambda preview: self._take_preview(draft, preview),
                                    self._shell.say_problem, key=("scheduler", "forecast"))
 
-    def _look_ahead(self, schedule: Schedule, known: Mapping[str, str]) -> Preview:
+    def _ask_forecast(self, schedule: Schedule, known: Mapping[str, str]) -> Preview:
         try:
-            return Preview(self._forecasts.of(schedule, known))
+            return Preview(self._services.forecasts.of(schedule, known))
         except InvalidInput as problem:
             return Preview(Forecast(), problem)
 
@@ -248,38 +232,40 @@ class FormModel(EventDispatcher):
 
     # ------------------------------------------------------------------ parameters
     def _ask_parameters(self) -> None:
-        """Ask the robot once what the chosen mission wants to be told; without an answer those stand that the schedule has."""
+        """Ask the robot once which parameters the chosen mission has; without an answer those of the schedule are shown."""
         wanted = (self._draft.robot_id, self._draft.mission_id)
-        if wanted == self._asked_for:
+        if wanted == self._asked_of:
             return
-        self._asked_for = wanted
+        self._asked_of = wanted
         robot_id, mission = wanted[0], self._facts.mission(wanted[1])
-        self._take_parameters(_remembered(self._draft.parameters))
+        self._take_parameters(_parameters_of(self._draft))
         if robot_id is None or mission is None:
             return
-        self._shell.background.run(lambda: self._ask_robot(robot_id, mission.guid), self._robot_told, lambda _problem: None,
+        self._shell.background.run(lambda: self._ask_robot(robot_id, mission.guid), self._robot_answered, lambda _problem: None,
                                    key=("scheduler", "parameters"))
 
     def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
-        self._robot_missions.learn_names(robot_id)
-        return tuple(self._robot_missions.parameters(robot_id, guid))
+        self._services.robot_missions.learn_names(robot_id)
+        return tuple(self._services.robot_missions.parameters(robot_id, guid))
 
-    def _robot_told(self, found: tuple[MissionParameter, ...]) -> None:
+    def _robot_answered(self, found: tuple[MissionParameter, ...]) -> None:
         kept = self._draft.parameters
-        self._take_parameters(tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found) or _remembered(kept))
+        self._take_parameters(tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found)
+                              or _parameters_of(self._draft))
         self._forecast_soon()                                 # it may not have the mission at all
 
     def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
-        self._wanted = found
+        self._asked = found
         self.problems = {}
         self.parameters = fields_of(found)
 
 
-def _remembered(parameters: Mapping[str, Any]) -> tuple[MissionParameter, ...]:
-    """What a schedule carries, as if the robot had asked for it."""
-    return tuple(MissionParameter(name, type="integer" if type(value) is int else "", default=value) for name, value in parameters.items())
+def _parameters_of(draft: Draft) -> tuple[MissionParameter, ...]:
+    """Those that the schedule has a value for."""
+    return tuple(MissionParameter(name, type="integer" if type(value) is int else "", default=value)
+                 for name, value in draft.parameters.items())
 
 
 def _uses_more(draft: Draft) -> bool:
-    """Whether one of the seldom needed fields says something."""
+    """Whether one of the less common fields is not at its default."""
     return bool(draft.last_day or draft.more_hours or draft.priority or draft.overlap is Overlap.QUEUE or not draft.respect_working_days)

@@ -1,24 +1,22 @@
-"""The Scheduler's form in words: what is chosen, what is wrong with it and where, what it would bring. Pure."""
+"""Texts of the form: what is chosen, what is wrong with it and where, which starts would follow. Pure."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
 from datetime import date, datetime, timedelta
-from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
 from app.domain.models import WEEKDAYS, InvalidInput, Mission, Overlap, Robot, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
 from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts
-from app.screens.scheduler.words import rule_sentence
+from app.screens.scheduler.view import rule_sentence
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.overlaps import ASSUMED_S
-
-Row = dict[str, Any]
 
 # field of a service's InvalidInput -> the form's field that shows it
 FIELDS = {
@@ -27,20 +25,36 @@ FIELDS = {
 }
 SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "last_day", "battery", "window", "overlap",
                 "name", "priority", "parameters")
-INHERIT = "inherit"          # key of the option that a setting decides
+INHERIT = "inherit"          # key of the option that Settings decide
 BATTERIES = tuple(range(5, 100, 5))
 WINDOWS = (5, 10, 15, 20, 30, 45, 60, 90, 120, 180, 240, 480, 720, 1440)
 
 
 @dataclass(frozen=True)
 class Preview:
-    """What the services say of a draft: a forecast, or why it can't be."""
+    """What the services answer to a draft: a forecast, or why it can't be saved."""
     forecast: Forecast | None = None
     problem: InvalidInput | None = None
 
 
 @dataclass(frozen=True)
+class WarningRow:
+    """A sentence beside the form."""
+    text: str
+
+
+@dataclass(frozen=True)
+class StartRow:
+    """One of the next starts; ``icon`` marks one with a warning."""
+    key: datetime
+    day: str
+    time: str
+    icon: str = ""
+
+
+@dataclass(frozen=True)
 class FormView:
+    """What the form shows."""
     title: str = ""
     is_new: bool = True
     mission: str = ""
@@ -52,7 +66,7 @@ class FormView:
     until: str = ""
     kind: str = Kind.ONCE
     kinds: tuple[tuple[str, str], ...] = ()
-    day_chips: tuple[Row, ...] = ()
+    day_chips: tuple[Option, ...] = ()
     every: int = 1
     most_every: int = MOST_HOURS
     unit: str = Unit.HOURS
@@ -73,23 +87,32 @@ class FormView:
     priority: int = 0
     name: str = ""
     name_hint: str = ""
-    problems: Mapping[str, str] = field(default_factory=dict)
     sentence: str = ""
-    starts: tuple[Row, ...] = ()
+    starts: tuple[StartRow, ...] = ()
     starts_label: str = ""
-    lasts: str = ""                      # how long it takes, and who says so
-    warnings: tuple[str, ...] = ()
-    free: str = ""                       # the offer of a time at which no other run is in the way
+    lasts: str = ""                      # how long it takes, and how that is known
+    warnings: tuple[WarningRow, ...] = ()
+    free: str = ""                       # offers a time at which no other run is in the way
     save: str = ""
     save_off: bool = True
     why: str = ""                        # it can't be saved
+    wrong_field: str = ""                # that is the reason; empty: something is only missing
+
+    def problem_at(self, field: str) -> str:
+        return self.why if field == self.wrong_field else ""
+
+    @property
+    def kind_fields(self) -> str:
+        """The widget with the fields that this kind of recurrence needs besides; empty: none."""
+        monthly = "MonthWeekdayFields" if self.by_weekday else "MonthDayFields"
+        return {Kind.WEEKLY: "WeeklyFields", Kind.EVERY: "EveryFields", Kind.MONTHLY: monthly, Kind.OTHER: "OtherFields"}.get(
+            Kind(self.kind), "")
 
 
 def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> FormView:
-    """``preview`` belongs to this very draft, or says nothing yet."""
-    words = formats.current()
+    """``preview`` is that of this draft, or empty."""
     mission, robot = facts.mission(draft.mission_id), facts.robot(draft.robot_id)
-    field_name, problem = _problem(facts, draft, preview, now)
+    field_name, problem = _problem(facts, draft, preview)
     forecast = None if problem else preview.forecast
     waits = draft.mission_id is None or draft.robot_id is None       # not begun rather than wrong
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
@@ -100,19 +123,19 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         time_label=_("From") if draft.kind is Kind.EVERY and not draft.all_day else _("Time"), time=formats.wall_time(draft.at),
         until=formats.wall_time(draft.until_time), kind=draft.kind, kinds=kinds(draft), day_chips=_day_chips(draft),
         every=draft.every, most_every=MOST_HOURS if draft.unit is Unit.HOURS else MOST_MINUTES, unit=draft.unit, all_day=draft.all_day,
-        by_weekday=draft.by_weekday, nth=nth_word(draft.nth), month_day=month_day_word(draft.month_day),
-        month_weekday=words.weekdays[WEEKDAYS.index(draft.month_weekday)],
+        by_weekday=draft.by_weekday, nth=nth_text(draft.nth), month_day=month_day_text(draft.month_day),
+        month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
         repeats=repeats, last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
         ends=repeats and draft.last_day is not None, can_also=repeats and draft.kind is not Kind.EVERY, also=_also(draft),
-        battery=battery_word(rules.minimum_battery(draft_schedule(draft), facts.settings)),
-        window=window_word(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
-        overlap=overlap_word(draft.overlap), respect_working_days=draft.respect_working_days,
+        battery=battery_text(rules.minimum_battery(_schedule_so_far(draft), facts.settings)),
+        window=window_text(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
+        overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
         priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
-        problems={} if waits or not problem else {field_name: problem},
         sentence="" if problem else rule_sentence(draft.schedule(), facts.settings, facts.calendar), starts=_starts(forecast, draft, now),
         starts_label=_starts_label(forecast), lasts=_lasts(forecast, robot), warnings=_warnings(facts, draft, forecast, now),
         free=_free(forecast),
-        save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem)
+        save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,
+        wrong_field="" if waits else field_name)
 
 
 def _name_hint(mission: Mission | None, robot: Robot | None) -> str:
@@ -120,33 +143,33 @@ def _name_hint(mission: Mission | None, robot: Robot | None) -> str:
     return _("{mission} on {robot}").format(mission=mission.name, robot=robot.name) if mission and robot else ""
 
 
-def draft_schedule(draft: Draft) -> Schedule:
-    """As much of a schedule as the battery limit needs, also of a draft that is not complete."""
+def _schedule_so_far(draft: Draft) -> Schedule:
+    """As much of a schedule as the battery limit needs, also of an incomplete draft."""
     return Schedule("", 0, 0, draft.start, draft.timezone, minimum_battery_percent=draft.minimum_battery_percent)
 
 
 # ---------------------------------------------------------------------- what is wrong
-def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> tuple[str, str]:
+def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview) -> tuple[str, str]:
     """The form's field and one sentence; empty when it can be saved."""
     try:
         schedule = draft.schedule()
     except InvalidInput as problem:
         return problem.field, sentence_of(problem)
-    look = facts.calendar.day_status(draft.day)
-    if draft.kind is Kind.ONCE and draft.respect_working_days and not look.is_working:
-        if look.name:
-            return "day", _("Not a working day: {name}. Choose another day, or any day under More").format(name=look.name)
+    status = facts.calendar.day_status(draft.day)
+    if draft.kind is Kind.ONCE and draft.respect_working_days and not status.is_working:
+        if status.name:
+            return "day", _("Not a working day: {name}. Choose another day, or any day under More").format(name=status.name)
         weekday = formats.current().weekdays[draft.day.weekday()]
         return "day", _("{weekday} is not a working day: choose another day, or any day under More").format(
             weekday=weekday[:1].upper() + weekday[1:])
     if preview.problem is not None:
         return form_field(preview.problem), sentence_of(preview.problem)
-    if _is_over(draft, schedule, preview.forecast, facts, now):
+    if _is_over(draft, schedule, preview.forecast):
         return "time", _("This time has passed: choose a later one")
     return "", ""
 
 
-def _is_over(draft: Draft, schedule: Schedule, forecast: Forecast | None, facts: SchedulerFacts, now: datetime) -> bool:
+def _is_over(draft: Draft, schedule: Schedule, forecast: Forecast | None) -> bool:
     """A one-time start in the past would never run, or at once: neither is what a person plans."""
     return draft.kind is Kind.ONCE and forecast is not None and not forecast.starts and (
         draft.base is None or (schedule.start, schedule.recurrence) != (draft.base.start, draft.base.recurrence))
@@ -165,106 +188,98 @@ def kinds(draft: Draft) -> tuple[tuple[str, str], ...]:
             (Kind.MONTHLY, _("Monthly")), *own)
 
 
-def _day_chips(draft: Draft) -> tuple[Row, ...]:
-    words = formats.current()
-    return tuple({"key": day, "text": word[:1].upper() + word[1:], "selected": day in draft.weekdays}
-                 for day, word in zip(WEEKDAYS, words.weekdays_short, strict=True))
+def _day_chips(draft: Draft) -> tuple[Option, ...]:
+    return tuple(Option(day, name[:1].upper() + name[1:], selected=day in draft.weekdays)
+                 for day, name in zip(WEEKDAYS, formats.current().weekdays_short, strict=True))
 
 
 def _also(draft: Draft) -> str:
     return ", ".join(formats.wall_time(draft.at.replace(hour=hour)) for hour in draft.more_hours) or _("No other time")
 
 
-def also_options(draft: Draft) -> list[Row]:
-    return [{"key": hour, "text": formats.wall_time(draft.at.replace(hour=hour))} for hour in range(24) if hour != draft.at.hour]
+def also_options(draft: Draft) -> list[Option]:
+    return [Option(hour, formats.wall_time(draft.at.replace(hour=hour))) for hour in range(24) if hour != draft.at.hour]
 
 
-def nth_word(nth: int) -> str:
+def nth_text(nth: int) -> str:
     return {1: _("first"), 2: _("second"), 3: _("third"), 4: _("fourth"), 5: _("fifth"), LAST: _("last")}[nth]
 
 
-def month_day_word(day: int) -> str:
+def month_day_text(day: int) -> str:
     return _("the last day") if day == LAST else _("day {n}").format(n=day)
 
 
-def battery_word(percent: float | None) -> str:
+def battery_text(percent: float | None) -> str:
     return formats.percent(percent) if percent else _("No minimum")
 
 
-def window_word(minutes: int) -> str:
+def window_text(minutes: int) -> str:
     return formats.duration(minutes * 60) if minutes else _("1 min")
 
 
-def overlap_word(overlap: Overlap) -> str:
+def overlap_text(overlap: Overlap) -> str:
     return {Overlap.SKIP: _("Skip"), Overlap.QUEUE: _("Queue")}[overlap]
 
 
 # ---------------------------------------------------------------------- the options of its pickers
-def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Row]:
-    """Those that the robot can be asked for, favourites first; without a robot all of them."""
+def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Option]:
+    """Those that can be started on the robot, favourites first; without a robot all of them."""
     fitting = [mission for mission in facts.missions if robot_id is None or mission.robot_id in (None, robot_id)]
-    own = {mission.name for mission in fitting if mission.robot_id is not None}          # a robot's own guid stands for the general one
-    rows = []
+    own = {mission.name for mission in fitting if mission.robot_id is not None}          # a robot's own guid replaces the general one
+    options = []
     for mission in sorted(fitting, key=lambda m: (not m.favourite, m.name.casefold())):
         if mission.robot_id is None and mission.name in own and robot_id is not None:
             continue
         robot = facts.robot(mission.robot_id)
-        rows.append({"key": mission.id, "text": mission.name, "icon": "star" if mission.favourite else "flag-outline",
-                     "note": _("only on {robot}").format(robot=robot.name) if robot else ""})
-    return rows
+        options.append(Option(mission.id, mission.name, "star" if mission.favourite else "flag-outline",
+                              _("only on {robot}").format(robot=robot.name) if robot else ""))
+    return options
 
 
-def robot_options(facts: SchedulerFacts) -> list[Row]:
-    return [{"key": robot.id, "text": robot.name, "icon": "robot-outline",
-             "note": " · ".join(filter(None, (robot.model, "" if robot.enabled else _("switched off"))))} for robot in facts.robots]
+def robot_options(facts: SchedulerFacts) -> list[Option]:
+    notes = (" · ".join(filter(None, (robot.model, "" if robot.enabled else _("switched off")))) for robot in facts.robots)
+    return [Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True)]
 
 
-def battery_options(facts: SchedulerFacts, present: float | None) -> list[Row]:
-    general = battery_word(facts.settings.minimum_battery_percent)
+def battery_options(facts: SchedulerFacts, present: float | None) -> list[Option]:
     values = sorted({*BATTERIES, *({present} if present else ())})
-    return [{"key": INHERIT, "text": _("As in Settings"), "note": general},
-            {"key": 0.0, "text": _("No minimum"), "note": _("starts at any charge")},
-            *({"key": float(value), "text": formats.percent(value), "note": ""} for value in values)]
+    return [Option(INHERIT, _("As in Settings"), note=battery_text(facts.settings.minimum_battery_percent)),
+            Option(0.0, _("No minimum"), note=_("starts at any charge")),
+            *(Option(float(value), formats.percent(value)) for value in values)]
 
 
-def window_options(facts: SchedulerFacts, present: int | None) -> list[Row]:
-    general = window_word(facts.settings.start_window_minutes)
+def window_options(facts: SchedulerFacts, present: int | None) -> list[Option]:
     values = sorted({*WINDOWS, *({present} if present else ())})
-    return [{"key": INHERIT, "text": _("As in Settings"), "note": general},
-            {"key": 0, "text": _("Not at all"), "note": _("one minute at most")},
-            *({"key": value, "text": window_word(value), "note": ""} for value in values)]
+    return [Option(INHERIT, _("As in Settings"), note=window_text(facts.settings.start_window_minutes)),
+            Option(0, _("Not at all"), note=_("one minute at most")), *(Option(value, window_text(value)) for value in values)]
 
 
-def overlap_options() -> list[Row]:
-    return [{"key": Overlap.SKIP, "text": _("Skip the new start"), "note": _("while the previous run of this schedule is open")},
-            {"key": Overlap.QUEUE, "text": _("Queue it"), "note": _("it runs when the previous one has ended")}]
+def overlap_options() -> list[Option]:
+    return [Option(Overlap.SKIP, _("Skip the new start"), note=_("while the previous run of this schedule is open")),
+            Option(Overlap.QUEUE, _("Queue it"), note=_("it runs when the previous one has ended"))]
 
 
-def nth_options() -> list[Row]:
-    return [{"key": nth, "text": nth_word(nth)} for nth in (1, 2, 3, 4, 5, LAST)]
+def nth_options() -> list[Option]:
+    return [Option(nth, nth_text(nth)) for nth in (1, 2, 3, 4, 5, LAST)]
 
 
-def weekday_options() -> list[Row]:
-    return [{"key": day, "text": word} for day, word in zip(WEEKDAYS, formats.current().weekdays, strict=True)]
+def weekday_options() -> list[Option]:
+    return [Option(day, name) for day, name in zip(WEEKDAYS, formats.current().weekdays, strict=True)]
 
 
-def month_day_options() -> list[Row]:
-    months = _("not in every month")
-    return [{"key": day, "text": month_day_word(day), "note": months if day > 28 else ""} for day in (*range(1, 32), LAST)]
+def month_day_options() -> list[Option]:
+    return [Option(day, month_day_text(day), note=_("not in every month") if day > 28 else "") for day in (*range(1, 32), LAST)]
 
 
-# ---------------------------------------------------------------------- what it would bring
-def _starts(forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[Row, ...]:
+# ---------------------------------------------------------------------- what would follow
+def _starts(forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[StartRow, ...]:
     if forecast is None:
         return ()
     zone = ZoneInfo(draft.timezone)
     marked = {concern.at for concern in forecast.concerns if concern.at is not None}
-    rows = []
-    for start in forecast.starts:
-        local = start.instant.astimezone(zone)
-        rows.append({"key": start.instant, "day": dated(local.date(), now.astimezone(zone).date()), "time": formats.wall_time(local),
-                     "icon": "alert" if start.instant in marked else ""})
-    return tuple(rows)
+    return tuple(StartRow(start.instant, dated(start.instant.astimezone(zone).date(), now.astimezone(zone).date()),
+                          formats.wall_time(start.instant.astimezone(zone)), "alert" if start.instant in marked else "")
+                 for start in forecast.starts)
 
 
 def _starts_label(forecast: Forecast | None) -> str:
@@ -275,7 +290,7 @@ def _starts_label(forecast: Forecast | None) -> str:
 
 
 def _lasts(forecast: Forecast | None, robot: Robot | None) -> str:
-    """What the lengths of its bars and its warnings rest on."""
+    """How long it takes, and how that is known."""
     if forecast is None or robot is None:
         return ""
     usual = forecast.usual
@@ -290,16 +305,16 @@ def _lasts(forecast: Forecast | None, robot: Robot | None) -> str:
 
 
 def dated(day: date, today: date) -> str:
-    """A day as a person would name it from today: the year only where it is another one."""
+    """A day, with its year only where it is another one."""
     return formats.wall_day(day) if day.year == today.year or day - today < timedelta(days=180) else formats.wall_day(day, year=True)
 
 
-def _warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now: datetime) -> tuple[str, ...]:
-    """One sentence for each concern; meetings with the same schedule are told once."""
-    told: dict[Any, list[Concern]] = {}
+def _warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now: datetime) -> tuple[WarningRow, ...]:
+    """One sentence for each concern; overlaps with the same schedule are one sentence."""
+    alike: dict[Hashable, list[Concern]] = {}
     for concern in forecast.concerns if forecast else ():
-        told.setdefault(concern.details.get("schedule_id", (concern.code, concern.at)), []).append(concern)
-    return tuple(_warning(facts, draft, same[0], len(same), now) for same in told.values())
+        alike.setdefault(concern.details.get("schedule_id", (concern.code, concern.at)), []).append(concern)
+    return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now)) for same in alike.values())
 
 
 def _free(forecast: Forecast | None) -> str:
@@ -353,7 +368,7 @@ def _passed_over(days: Sequence[tuple[date, str]]) -> str:
 
 
 def _likely(share: float | None) -> str:
-    """How likely two runs meet, where that is not as good as sure; coarse, for twenty runs tell no more."""
+    """How likely two runs overlap, where that is not nearly certain; rounded, because it is known from twenty runs at most."""
     if share is None or share > 0.9:
         return ""
     return _(" (about {percent} % of the runs)").format(percent=max(5, round(share * 20) * 5))

@@ -1,42 +1,39 @@
-"""Holding everything, or one robot, in words: why, until when, and what is held already. Pure."""
+"""Texts of holding everything, or one robot: why, until when, and what is held already. Pure."""
 from __future__ import annotations
 
 from datetime import datetime, time, timedelta
-from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.options import Option
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.view import moment
 from app.services.live.holds import Hold
 
-Row = dict[str, Any]
-
-# stored in English, so that files are; shown in the language the app speaks then
-REASONS = ("Maintenance", "Audit", "Cleaning")
 ALL = 0                                  # key of all robots
 HOUR, DAY, CHOSEN, OPEN = "hour", "day", "chosen", "open"
 
 
-def reason_words() -> dict[str, str]:
+def reasons() -> dict[str, str]:
+    """As they are stored, in English, and in the present language."""
     return {"Maintenance": _("Maintenance"), "Audit": _("Audit"), "Cleaning": _("Cleaning")}
 
 
-def reason_chips(typed: str) -> list[Row]:
-    return [{"key": key, "text": word, "selected": typed.strip() == word} for key, word in reason_words().items()]
+def reason_chips(typed: str) -> list[Option]:
+    return [Option(key, text, selected=typed.strip() == text) for key, text in reasons().items()]
 
 
 def reason_of(typed: str) -> str:
     """As it is stored."""
     plain = " ".join(typed.split())
-    return next((key for key, word in reason_words().items() if word == plain), plain)
+    return next((key for key, text in reasons().items() if text == plain), plain)
 
 
-def end_chips(chosen: str, until: datetime | None, zone: str, now: datetime) -> list[Row]:
+def end_chips(chosen: str, until: datetime | None, zone: str, now: datetime) -> list[Option]:
     at = _("Until {time}").format(time=moment(until, zone, now)) if chosen == CHOSEN and until else _("Until a time …")
-    words = {HOUR: _("1 hour"), DAY: _("Rest of the day"), CHOSEN: at, OPEN: _("Until released")}
-    return [{"key": key, "text": word, "selected": key == chosen} for key, word in words.items()]
+    texts = {HOUR: _("1 hour"), DAY: _("Rest of the day"), CHOSEN: at, OPEN: _("Until released")}
+    return [Option(key, text, selected=key == chosen) for key, text in texts.items()]
 
 
 def end_of(choice: str, chosen: datetime | None, zone: str, now: datetime) -> datetime | None:
@@ -52,14 +49,14 @@ def end_of(choice: str, chosen: datetime | None, zone: str, now: datetime) -> da
     return None
 
 
-def robot_word(facts: SchedulerFacts, robot_id: int) -> str:
+def robot_name(facts: SchedulerFacts, robot_id: int) -> str:
     robot = facts.robot(robot_id)
     return robot.name if robot else _("All robots")
 
 
-def robot_options(facts: SchedulerFacts) -> list[Row]:
-    return [{"key": ALL, "text": _("All robots"), "icon": "robot-outline", "note": ""},
-            *({"key": robot.id, "text": robot.name, "icon": "robot-outline", "note": robot.model or ""} for robot in facts.robots)]
+def robot_options(facts: SchedulerFacts) -> list[Option]:
+    return [Option(ALL, _("All robots"), "robot-outline"),
+            *(Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in facts.robots)]
 
 
 def held(facts: SchedulerFacts, robot_id: int) -> Hold | None:
@@ -68,7 +65,7 @@ def held(facts: SchedulerFacts, robot_id: int) -> Hold | None:
 
 
 def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
-    """What stands already; empty: nothing."""
+    """What is held already; empty: nothing."""
     if hold is None or hold.since is None:
         return ""
     since, reason = formats.day_and_time(hold.since, zone, now), _(hold.reason) if hold.reason else ""
@@ -88,10 +85,10 @@ def what_follows(until: datetime | None, zone: str, now: datetime) -> str:
 
 
 def held_message(robot: str | None, until: datetime | None, zone: str, now: datetime) -> str:
-    """Said when it stands."""
+    """What is said when it has been set."""
     if until is None:
         return _("Nothing is sent to {robot} until it is released").format(robot=robot) if robot else \
             _("Nothing is sent until it is released")
-    time_word = moment(until, zone, now)
-    return _("Nothing is sent to {robot} until {time}").format(robot=robot, time=time_word) if robot else \
-        _("Nothing is sent to any robot until {time}").format(time=time_word)
+    end = moment(until, zone, now)
+    return _("Nothing is sent to {robot} until {time}").format(robot=robot, time=end) if robot else \
+        _("Nothing is sent to any robot until {time}").format(time=end)

@@ -1,48 +1,49 @@
-"""Scheduler: what will happen, the form to plan it, the schedules. Facts are read in the background, words made by scheduler_view."""
+"""Scheduler: what will happen, the form to plan it, the schedules. Facts are read in the background; view.py, timeline.py and form_view.py
+make texts and bars of them."""
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import date, timedelta
-from typing import Any
+from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
-from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.uix.widget import Widget
 
-from app.container import Container
 from app.domain.models import Execution, Schedule
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.options import MenuItem
 from app.screens.common.shell import Shell
-from app.screens.common.view_model import ScreenBase, ViewModel
-from app.screens.scheduler import timeline
-from app.screens.scheduler import view as words
+from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
+from app.screens.scheduler import timeline, view
 from app.screens.scheduler.cards import SchedulerEmpty
-from app.screens.scheduler.facts import SchedulerFacts, Window, read
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.hold import HoldDialog
 from app.screens.scheduler.timeline import TimelineView
+from app.screens.scheduler.view import DayRow
 from app.services.catalogue.catalogue import Removed
-from app.services.catalogue.pausing import Pausing
-from app.services.catalogue.preview import Forecasts
-from app.services.files.plan_export import PlanExport, PlanFiles
+from app.services.files.plan_export import PlanExport
 from app.services.live.changes import Topic
-from app.services.robots.missions import RobotMissions
 from app.widgets import load_kv
 
-LOOKS_AGAIN = 60.0           # s after which the plan is read anew although nothing was said to have changed
-TOLD_FOR = 12.0              # s that the place of an export stays readable
-MOVES = 5.0                  # s between two positions of the now-line
-MANY = 200                   # schedules, from which on their words are not made anew every second
+REFRESH_SECONDS = 60.0       # after which the plan is read again although nothing has been published
+EXPORT_SECONDS = 12.0        # that the path of an export stays on screen
+NOW_LINE_SECONDS = 5.0       # between two positions of the now-line
+MANY = 200                   # schedules, from which on their texts are not made anew every second
 PAGE = 0.5                   # of what the timeline shows, that a press moves it by
+
+T = TypeVar("T")
+Reading = tuple[Window | None, SchedulerFacts, TimelineView | list[DayRow]]      # what was asked for, and what is to be shown
 
 
 class SchedulerViewModel(ViewModel):
     """What kv reads. ``mode``: the timeline, or the list of 7 days."""
     mode = OptionProperty("hours", options=("hours", "days"))
     timeline = ObjectProperty(TimelineView(), rebind=True)
-    follows = BooleanProperty(True)      # the timeline goes with the time
+    follows = BooleanProperty(True)      # the timeline moves with the time
     touched = BooleanProperty(False)     # by fingers that move it: it must not change under them
     days = ListProperty()
     schedules = ListProperty()
@@ -50,24 +51,19 @@ class SchedulerViewModel(ViewModel):
     has_robots = BooleanProperty(True)
     narrow = BooleanProperty(False)
     exporting = BooleanProperty(False)
-    busy = ListProperty()                # ids of schedules that something is being done to
 
-    def __init__(self, container: Container, shell: Shell) -> None:
+    def __init__(self, services: SchedulerServices, shell: Shell) -> None:
         super().__init__()
-        self._container, self._shell = container, shell
-        robots = container.repositories.robots
-        robot_missions = RobotMissions(lambda robot_id: robots.get(container.db.read(), robot_id), container.make_client, container.clock)
-        self._skipping = Pausing(container.db, container.clock, container.changes)
-        self.form = FormModel(container, shell, Forecasts(container.db, container.clock), robot_missions,
-                              saved=lambda _schedule: self._refresh())
+        self._services, self._shell = services, shell
+        self._refresher = Refresher(shell, self._reading, self._take)
+        self.form = FormModel(services, shell, saved=self._refresher.request)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows
         self._wanted: int | None = None                       # a schedule to open as soon as it is known
-        self._reading = self._stale = False
-        self._refresh = Clock.create_trigger(lambda _dt: self._read(), 0)
+        self._busy: set[int] = set()                          # ids of schedules that something is being done to
         self.form.fbind("view", lambda *_args: self._show_schedules())
-        self.fbind("narrow", lambda *_args: self._refresh())
-        self.fbind("touched", lambda *_args: self.touched or self._refresh())
+        self.fbind("narrow", self._refresher.request)
+        self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
     def opened(self, schedule_id: int | None = None, mission_id: int | None = None) -> None:
@@ -76,42 +72,40 @@ class SchedulerViewModel(ViewModel):
         if mission_id is not None:
             self.form.begin()
             self.form.set(mission_id=mission_id)
-        self.keep(self._container.changes.subscribe(self._heard))
+        self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.every(1, self._tick)
-        self.every(MOVES, self._move_now)
-        self.every(LOOKS_AGAIN, self._read)
-        self._read()
+        self.every(NOW_LINE_SECONDS, self._move_now)
+        self.every(REFRESH_SECONDS, self._refresher.request)
+        self._refresher.read()
 
-    def _heard(self, topic: Topic, _about: int | None) -> None:
-        """On the publisher's thread. No plan depends on what robots say many times a second."""
-        if topic is not Topic.SNAPSHOT:
-            self._refresh()
+    def closed(self) -> None:
+        self._refresher.stop()
+
+    def _changed(self, event: Changed) -> None:
+        """No plan depends on what robots report many times a second."""
+        if event.topic is not Topic.SNAPSHOT:
+            self._refresher.request()
 
     def retranslated(self) -> None:
         self._show_schedules()
         self.form.show()
-        self._read()
+        self._refresher.request()
 
-    def _read(self) -> None:
-        """One reading at a time; what changes meanwhile asks for one more."""
-        if self._reading:
-            self._stale = True
-            return
-        self._reading, self._stale = True, False
-        window, narrow = self._window if self.mode == "hours" else None, self.narrow
+    def _touch_changed(self, *_args: object) -> None:
+        if not self.touched:
+            self._refresher.request()
 
-        def facts_and_words() -> tuple[Window | None, SchedulerFacts, Any]:
-            facts = read(self._container, window)
-            now = self._container.clock.now()
-            return window, facts, words.days(facts, now) if window is None else timeline.timeline(facts, now, window, narrow)
+    def _reading(self) -> Callable[[], Reading]:
+        services, window, narrow = self._services, self._window if self.mode == "hours" else None, self.narrow
 
-        self._shell.background.run(facts_and_words, self._take, self._not_read)
+        def work() -> Reading:
+            facts, now = read(services, window), services.clock.now()
+            return window, facts, view.days(facts, now) if window is None else timeline.timeline(facts, now, window, narrow)
 
-    def _take(self, found: tuple[Window | None, SchedulerFacts, Any]) -> None:
-        self._reading = False
-        if self._stale:
-            self._refresh()
-        window, facts, shown = found
+        return work
+
+    def _take(self, reading: Reading) -> None:
+        window, facts, shown = reading
         self._facts = facts
         self.has_robots = bool(facts.robots)
         self.form.take(facts)
@@ -124,11 +118,7 @@ class SchedulerViewModel(ViewModel):
         elif self.mode == "days":
             self.days = shown
         self._show_schedules()
-        self.schedules_note = words.schedules_note(self._facts)
-
-    def _not_read(self, problem: BaseException) -> None:
-        self._reading = False
-        self._shell.say_problem(problem)
+        self.schedules_note = view.schedules_note(self._facts)
 
     # ------------------------------------------------------------------ showing
     def _tick(self) -> None:
@@ -136,54 +126,54 @@ class SchedulerViewModel(ViewModel):
             self._show_schedules()
 
     def _move_now(self) -> None:
-        """The now-line moves; where it leads, the window goes along with the next reading."""
+        """Move the now-line; a window that moves with it does so with the next reading."""
         if self.timeline.origin is not None and not self.touched and self.mode == "hours":
-            now = self._container.clock.now()
+            now = self._services.clock.now()
             self.timeline = replace(self.timeline, now=(now - self.timeline.origin).total_seconds() / 3600,
                                     now_label=formats.wall_time(now.astimezone(self._facts.zone)))
 
     def _show_schedules(self) -> None:
-        self.schedules = words.schedule_rows(self._facts, self._container.clock.now(), self.form.editing)
+        self.schedules = view.schedule_rows(self._facts, self._services.clock.now(), self.form.editing)
 
     def choose_mode(self, mode: str) -> None:
         self.mode = mode
         self.days = []
-        self._read()
+        self._refresher.read()
 
     # ------------------------------------------------------------------ the timeline's window
     def zoom(self, further: bool) -> None:
-        self._look_at(timeline.zoomed(self._window, further, self._container.clock.now(), self._facts.zone))
+        self._show_window(timeline.zoomed(self._window, further, self._services.clock.now(), self._facts.zone))
 
     def page(self, forward: bool) -> None:
-        self._look_at(timeline.moved(self._window, PAGE if forward else -PAGE, self._container.clock.now(), self._facts.zone))
+        self._show_window(timeline.moved(self._window, PAGE if forward else -PAGE, self._services.clock.now(), self._facts.zone))
 
     def to_now(self) -> None:
-        self._look_at(Window(None, self._window.hours))
+        self._show_window(Window(None, self._window.hours))
 
     def fingers_moved(self, first: float, hours: float) -> None:
-        """To what the timeline shows now, in hours of its own."""
+        """To what the timeline shows now, in hours from its origin."""
         if self.timeline.origin is not None:
-            self._look_at(Window(self.timeline.origin + timedelta(hours=first), hours))
+            self._show_window(Window(self.timeline.origin + timedelta(hours=first), hours))
 
-    def _look_at(self, window: Window) -> None:
-        """Show at once what is there already; the rest comes with the reading."""
+    def _show_window(self, window: Window) -> None:
+        """Show at once what has been read already; the rest comes with the next reading."""
         self._window, self.follows = window, window.left is None
         if self.timeline.origin is not None:
-            start = window.start(self._container.clock.now(), self._facts.zone)
+            start = window.start(self._services.clock.now(), self._facts.zone)
             self.timeline = replace(self.timeline, first=(start - self.timeline.origin).total_seconds() / 3600, hours=window.hours,
-                                    span=timeline.span_words(window.hours))
-        self._read()
+                                    span=timeline.span_text(window.hours))
+        self._refresher.read()
 
     # ------------------------------------------------------------------ what the operator presses
     def open_bar(self, key: tuple[str, Any]) -> None:
-        """A bar of the timeline: its story, or its schedule; of many in one, a nearer look."""
+        """A bar of the timeline was tapped: show its run or its schedule; one that stands for several is zoomed into."""
         match key:
             case ("execution", number):
                 self._shell.go("logs", execution_id=number)
             case ("zoom", middle, length) if self.timeline.origin is not None:
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
                 hours = min(hours, max(self._window.hours / 2, timeline.SPANS[0]))
-                self._look_at(Window(self.timeline.origin + timedelta(hours=middle - hours / 2), hours))
+                self._show_window(Window(self.timeline.origin + timedelta(hours=middle - hours / 2), hours))
             case ("schedule", number):
                 self.edit(number)
 
@@ -206,20 +196,20 @@ class SchedulerViewModel(ViewModel):
             self.form.edit(schedule)
 
     def switch(self, schedule_id: int, on: bool) -> None:
-        self._act(schedule_id, lambda: self._container.catalogue.set_schedule_enabled(schedule_id, on), lambda _schedule: None)
+        self._act(schedule_id, lambda: self._services.catalogue.set_schedule_enabled(schedule_id, on), lambda _schedule: None)
 
-    def _menu(self, schedule_id: int, anchor: Any) -> None:
+    def _menu(self, schedule_id: int, anchor: Widget) -> None:
         schedule = self._facts.schedule(schedule_id)
         if schedule is None:
             return
-        paused = schedule.is_paused(self._container.clock.now())
+        paused = schedule.is_paused(self._services.clock.now())
         items = [
-            {"key": "run", "text": _("Run now"), "icon": "play"},
-            {"key": "skip", "text": _("Skip next"), "icon": "skip-next", "disabled": not (schedule.enabled and schedule.next_at)},
-            {"key": "resume", "text": _("Resume now"), "icon": "play-circle-outline"} if paused else
-            {"key": "pause", "text": _("Pause until …"), "icon": "pause-circle-outline", "disabled": not schedule.enabled},
-            {"key": "duplicate", "text": _("Duplicate"), "icon": "content-copy"},
-            {"key": "delete", "text": _("Delete"), "icon": "trash-can-outline", "tone": "fault"},
+            MenuItem("run", _("Run now"), "play"),
+            MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
+            MenuItem("resume", _("Resume now"), "play-circle-outline") if paused else
+            MenuItem("pause", _("Pause until …"), "pause-circle-outline", disabled=not schedule.enabled),
+            MenuItem("duplicate", _("Duplicate"), "content-copy"),
+            MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
         ]
         calls: dict[str, Callable[[Schedule], object]] = {
             "run": self.run_now, "skip": self.skip_next, "pause": self.pause, "resume": self.resume,
@@ -229,20 +219,18 @@ class SchedulerViewModel(ViewModel):
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; the banner releases it."""
         if self._facts.robots:
-            self._shell.dialogs.open(HoldDialog(self._container, self._shell, self._facts))
+            self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts))
 
     def export(self) -> None:
-        """The starts of the next days as a calendar file, saying where it went."""
+        """Write the starts of the next days as a calendar file and show its path."""
         if self.exporting:
             return
         self.exporting = True
-        container = self._container
-        files = PlanFiles(container.db, container.catalogue, container.clock, container.plan)
-        self._shell.background.run(files.export, self._exported, self._not_exported)
+        self._shell.background.run(self._services.plan_files.export, self._exported, self._not_exported)
 
     def _exported(self, done: PlanExport) -> None:
         self.exporting = False
-        self._shell.snackbars.show(words.export_result(done, self._facts.settings.timezone), icon="calendar-export", seconds=TOLD_FOR)
+        self._shell.snackbars.show(view.export_result(done, self._facts.settings.timezone), icon="calendar-export", seconds=EXPORT_SECONDS)
 
     def _not_exported(self, problem: BaseException) -> None:
         self.exporting = False
@@ -253,81 +241,79 @@ class SchedulerViewModel(ViewModel):
 
     def run_now(self, schedule: Schedule) -> None:
         """With the schedule's own parameters, whatever its constraints are."""
-        self._act(schedule.id, lambda: self._container.operator.run_now(schedule.robot_id, schedule.mission_id, schedule.parameters),
+        self._act(schedule.id, lambda: self._services.operator.run_now(schedule.robot_id, schedule.mission_id, schedule.parameters),
                   self._started)
 
     def _started(self, execution: Execution) -> None:
         self._say(_("{mission} is on its way to {robot}").format(mission=execution.mission, robot=execution.robot), "play")
 
     def skip_next(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._skipping.skip_next(schedule.id), lambda _at: self._say(
+        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda _at: self._say(
             _("The next start of {name} is skipped").format(name=schedule.name), "skip-next"))
 
     def pause(self, schedule: Schedule) -> None:
-        """Until which day its starts are skipped."""
-        self._shell.dialogs.choose(_("Pause {name}").format(name=schedule.name), words.pause_options(schedule, self._container.clock.now()),
-                                   lambda day: self._pick_pause(schedule) if day == words.PICK else self._pause_until(schedule, day))
+        """Ask until which day its starts are skipped."""
+        self._shell.dialogs.choose(_("Pause {name}").format(name=schedule.name), view.pause_options(schedule, self._services.clock.now()),
+                                   lambda day: self._pick_pause(schedule) if day == view.PICK else self._pause_until(schedule, day))
 
     def _pick_pause(self, schedule: Schedule) -> None:
-        today = self._container.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
+        today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
         tomorrow = today + timedelta(days=1)
         self._shell.dialogs.pick_date(_("First day with starts again"), tomorrow, lambda day: self._pause_until(schedule, day), today=today,
                                       first=tomorrow)
 
     def _pause_until(self, schedule: Schedule, day: date) -> None:
-        until = words.day_begins(day, ZoneInfo(schedule.timezone))
-        self._act(schedule.id, lambda: self._skipping.pause(schedule.id, until), lambda _paused: self._say(
+        until = view.day_begins(day, ZoneInfo(schedule.timezone))
+        self._act(schedule.id, lambda: self._services.pausing.pause(schedule.id, until), lambda _paused: self._say(
             _("{name} is paused until {day}").format(name=schedule.name, day=formats.wall_day(day)), "pause-circle-outline"))
 
     def resume(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._skipping.resume(schedule.id), lambda _resumed: self._say(
-            _("{name} goes on").format(name=schedule.name), "play-circle-outline"))
+        self._act(schedule.id, lambda: self._services.pausing.resume(schedule.id), lambda _resumed: self._say(
+            _("{name} is resumed").format(name=schedule.name), "play-circle-outline"))
 
     def delete(self, schedule: Schedule) -> None:
-        """It is off at once; 8 s to take that back."""
+        """At once, with some seconds to undo it."""
         def deleted(removed: Removed) -> None:
             self._shell.snackbars.undo(
                 _("{name} is deleted").format(name=schedule.name), _("Undo"),
-                lambda: self._act(schedule.id, lambda: self._container.catalogue.restore(removed), lambda _none: None))
+                lambda: self._act(schedule.id, lambda: self._services.catalogue.restore(removed), lambda _none: None))
 
         if self.form.editing == schedule.id:
             self.form.begin()
-        self._act(schedule.id, lambda: self._container.catalogue.remove_schedule(schedule.id), deleted)
+        self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
 
-    def _act(self, name: int, work: Callable[[], Any], done: Callable[[Any], object]) -> None:
-        """Do it elsewhere; what came of it is on screen with the next reading."""
-        if name in self.busy:
+    def _act(self, schedule_id: int, work: Callable[[], T], done: Callable[[T], object]) -> None:
+        """In the background, one action on a schedule at a time; its effect is shown with the next reading."""
+        if schedule_id in self._busy:
             return
-        self.busy = [*self.busy, name]
+        self._busy.add(schedule_id)
 
-        def ended(tell: Callable[[Any], object], outcome: Any) -> None:
-            self.busy = [other for other in self.busy if other != name]
-            tell(outcome)
-            self._refresh()
+        def ended(report: Callable[[Any], object], outcome: Any) -> None:
+            self._busy.discard(schedule_id)
+            report(outcome)
+            self._refresher.request()
 
-        self._shell.background.run(work, lambda outcome: ended(done, outcome), lambda problem: ended(self._shell.say_problem, problem))
+        self._shell.background.run(work, lambda result: ended(done, result), lambda problem: ended(self._shell.say_problem, problem))
 
     def _say(self, text: str, icon: str) -> None:
         self._shell.snackbars.show(text, icon=icon)
 
 
 class SchedulerScreen(ScreenBase):
-    """Upcoming across the top, below it the form and the schedules; the days of a week take the whole screen."""
+    """Upcoming across the top, below it the form and the schedules; the list of days takes the whole screen."""
+    Services = SchedulerServices
     lower_height = NumericProperty(0)    # least, of the form and the schedules
 
-    def __init__(self, container: Container, shell: Shell, **kwargs: Any) -> None:
+    def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("widgets/flow", "widgets/slots", "scheduler/screen", "scheduler/form", "scheduler/hold")
-        super().__init__(vm=SchedulerViewModel(container, shell), **kwargs)
+        super().__init__(vm=SchedulerViewModel(services, shell), **kwargs)
         self._page, self._lower = self.ids.page.__self__, self.ids.lower.__self__
         self._empty = SchedulerEmpty()
         self._empty.bind(on_release=lambda _empty: self.vm.add_robot())
         for name in ("mode", "has_robots"):
             self.vm.fbind(name, self._choose_parts)
-        self.fbind("portrait", self._tell_width)
+        self.fbind("portrait", self.vm.setter("narrow"))
         self._choose_parts()
-
-    def _tell_width(self, *_: Any) -> None:
-        self.vm.narrow = self.portrait
 
     def _choose_parts(self, *_: Any) -> None:
         wanted = self._page if self.vm.has_robots else self._empty

@@ -1,25 +1,23 @@
 """The plan and the past as bars, lanes and ticks for the timeline. Pure; made where the facts are read, off the UI thread."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
 from app.domain.models import Execution, Robot, State
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.scheduler.facts import HOURS, MARGIN, SchedulerFacts, Window
+from app.screens.scheduler.facts import HOURS, MARGIN, SchedulerFacts, Window, full_hour
 from app.screens.scheduler.view import day_begins
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
 
-Row = dict[str, Any]
-
 SHORTEST = 1 / 60                        # hours: a bar of no length would be no bar
-NEAR_NOW = 0.03                          # of what is seen, around the now-line, without a tick's label
+NEAR_NOW = 0.03                          # of what is seen, around the now-line, where ticks have no label
 THIN = 1 / 250                           # of what is seen: bars this short and this close together become one
 MERGED_FROM = 3                          # of them
 SPANS = (6, 12, 24, 48, 96, 168)         # hours to choose from
@@ -31,13 +29,48 @@ BARS = {
 }
 
 
+# Hours are floats from the timeline's origin on. Named tuples, because kivy compares thousands of them whenever they are set.
+class Bar(NamedTuple):
+    """A run, or several that are too short to be told apart. ``key`` is handed back when it is tapped."""
+    key: Hashable
+    start: float
+    end: float
+    label: str = ""
+    state: str = "planned"               # past, failed, skipped, running or planned
+    late: float | None = None            # when nine of ten runs have ended
+    assumed: bool = False                # its length is not known
+    typed: bool = False                  # its length was entered by a person
+    overlaps: bool = False               # of several: some overlap
+
+
+class Closed(NamedTuple):
+    """A time when nothing is started."""
+    start: float
+    end: float
+    text: str
+
+
+class Tick(NamedTuple):
+    """A line of the axis; a strong one begins a day."""
+    hour: float
+    label: str
+    strong: bool
+
+
+class Lane(NamedTuple):
+    """A robot and its bars."""
+    name: str
+    note: str = ""
+    bars: tuple[Bar, ...] = ()
+
+
 @dataclass(frozen=True)
 class TimelineView:
-    """Hours are floats from ``origin`` on."""
+    """What the widget shows."""
     origin: datetime | None = None
-    lanes: tuple[Row, ...] = ()
-    closed: tuple[tuple[float, float, str], ...] = ()
-    ticks: tuple[tuple[float, str, bool], ...] = ()
+    lanes: tuple[Lane, ...] = ()
+    closed: tuple[Closed, ...] = ()
+    ticks: tuple[Tick, ...] = ()
     first: float = 0.0
     hours: float = HOURS
     now: float = 0.0
@@ -45,7 +78,21 @@ class TimelineView:
     span: str = ""                       # in words
 
 
-def span_words(hours: float) -> str:
+@dataclass(frozen=True)
+class _Range:
+    """The hours that are read: from ``low`` to ``high``."""
+    origin: datetime
+    low: float
+    high: float
+
+    def at(self, instant: datetime) -> float:
+        return (instant - self.origin).total_seconds() / 3600
+
+    def instant(self, hour: float) -> datetime:
+        return self.origin + timedelta(hours=hour)
+
+
+def span_text(hours: float) -> str:
     """How much is seen at once."""
     whole = round(hours)
     if whole < 48:
@@ -54,7 +101,7 @@ def span_words(hours: float) -> str:
 
 
 def zoomed(window: Window, further: bool, now: datetime, zone: ZoneInfo) -> Window:
-    """The next span of the row, around the same middle; one that goes with the time goes on doing so."""
+    """The next of SPANS around the same middle; a window that moves with the time still does."""
     wider = [span for span in SPANS if span > window.hours + 0.5]
     nearer = [span for span in SPANS if span < window.hours - 0.5]
     hours = (wider[0] if wider else SPANS[-1]) if further else (nearer[-1] if nearer else SPANS[0])
@@ -72,92 +119,67 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     """What the window shows and a margin on either side; ``narrow``: half as many labelled ticks."""
     window = window or Window()
     left = window.start(now, facts.zone)
-    origin = _full_hour(left, facts.zone)
-    at = _scale(origin)
-    first = at(left)
-    reach = (first - window.hours * MARGIN, first + window.hours * (1 + MARGIN))
+    origin = full_hour(left, facts.zone)
+    first = (left - origin).total_seconds() / 3600
+    read = _Range(origin, first - window.hours * MARGIN, first + window.hours * (1 + MARGIN))
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
     return TimelineView(
-        origin, lanes=tuple(_lane(facts, robot, now, at, reach, window.hours * THIN) for robot in facts.robots),
-        closed=(*_closed(facts, origin, reach), *_held(facts, at, reach)),
-        ticks=tuple(_ticks(origin, facts.zone, reach, at(now), step, window.hours)), first=first, hours=window.hours, now=at(now),
-        now_label=formats.wall_time(now.astimezone(facts.zone)), span=span_words(window.hours))
-
-
-def _full_hour(instant: datetime, zone: ZoneInfo) -> datetime:
-    local = instant.astimezone(zone)
-    return instant - timedelta(minutes=local.minute, seconds=local.second, microseconds=local.microsecond)
-
-
-def _scale(origin: datetime) -> Callable[[datetime], float]:
-    return lambda instant: (instant - origin).total_seconds() / 3600
+        origin, lanes=tuple(_lane(facts, robot, now, read, window.hours * THIN) for robot in facts.robots),
+        closed=(*_closed(facts, read), *_held(facts, read)), ticks=tuple(_ticks(facts.zone, read, read.at(now), step, window.hours)),
+        first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
+        span=span_text(window.hours))
 
 
 # ---------------------------------------------------------------------- bars
-def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, at: Callable[[datetime], float], reach: tuple[float, float],
-          thin: float) -> Row:
-    bars = [_past_bar(facts, execution, now, at) for execution in facts.past if execution.robot_id == robot.id]
-    bars += [_planned_bar(facts, run, at) for run in facts.planned if run.robot.id == robot.id]
-    bars = sorted((bar for bar in bars if bar["end"] > reach[0] and bar["start"] < reach[1]), key=lambda bar: bar["start"])
-    return {"name": robot.name, "note": robot.model or "" if robot.enabled else _("switched off"), "bars": _together(bars, thin)}
+def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, read: _Range, thin: float) -> Lane:
+    bars = [_past_bar(facts, execution, now, read) for execution in facts.past if execution.robot_id == robot.id]
+    bars += [_planned_bar(facts, run, read) for run in facts.planned if run.robot.id == robot.id]
+    bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
+    return Lane(robot.name, robot.model or "" if robot.enabled else _("switched off"), tuple(_merged(bars, thin)))
 
 
-def _together(bars: list[Row], thin: float) -> list[Row]:
+def _merged(bars: list[Bar], thin: float) -> Iterable[Bar]:
     """Bars too thin and too close to be told apart become one, which a tap zooms into."""
-    groups: list[list[Row]] = []
+    groups: list[list[Bar]] = []
     for bar in bars:
         last = groups[-1][-1] if groups else None
-        if (last and bar["state"] == last["state"] and bar["start"] - last["end"] < thin
-                and bar["end"] - bar["start"] < thin and last["end"] - last["start"] < thin):
+        if (last and bar.state == last.state and bar.start - last.end < thin and bar.end - bar.start < thin
+                and last.end - last.start < thin):
             groups[-1].append(bar)
         else:
             groups.append([bar])
-    told: list[Row] = []
     for group in groups:
-        told += group if len(group) < MERGED_FROM else [_block(group)]
-    return told
+        yield from group if len(group) < MERGED_FROM else [_block(group)]
 
 
-def _block(group: list[Row]) -> Row:
-    label = ngettext("{n} run", "{n} runs", len(group)).format(n=len(group))
-    begins, ends = group[0]["start"], max(bar["end"] for bar in group)
-    return {"key": ("zoom", (begins + ends) / 2, ends - begins), "start": begins, "end": ends, "label": label, "state": group[0]["state"],
-            "overlaps": any(bar["start"] < before["end"] for before, bar in pairwise(group))}
+def _block(group: list[Bar]) -> Bar:
+    begins, ends = group[0].start, max(bar.end for bar in group)
+    return Bar(("zoom", (begins + ends) / 2, ends - begins), begins, ends, ngettext("{n} run", "{n} runs", len(group)).format(n=len(group)),
+               group[0].state, overlaps=any(bar.start < before.end for before, bar in pairwise(group)))
 
 
-def _planned_bar(facts: SchedulerFacts, run: PlannedRun, at: Callable[[datetime], float]) -> Row:
-    start, held = at(run.at), facts.hold(run.robot.id, run.at) is not None
-    bar = {"key": ("schedule", run.schedule.id), "start": start, "end": start + (run.usual_s or ASSUMED_S) / 3600,
-           "label": _("Held: {mission}").format(mission=run.mission.name) if held else run.mission.name,
-           "state": "skipped" if held else "planned"}
-    if run.usual_s is None:
-        bar["assumed"] = True
-    elif run.typed:
-        bar["typed"] = True
-    elif run.slow_s is not None and run.slow_s > run.usual_s:
-        bar["late"] = start + run.slow_s / 3600
-    return bar
+def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: _Range) -> Bar:
+    start, held = read.at(run.at), facts.hold(run.robot.id, run.at) is not None
+    is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
+    return Bar(("schedule", run.schedule.id), start, start + (run.usual_s or ASSUMED_S) / 3600,
+               _("Held: {mission}").format(mission=run.mission.name) if held else run.mission.name, "skipped" if held else "planned",
+               late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
+               typed=run.usual_s is not None and run.typed)
 
 
-def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, at: Callable[[datetime], float]) -> Row:
+def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: _Range) -> Bar:
     begins, ends = _span(facts, execution, now)
-    state, label = BARS[execution.state], execution.mission if execution.state.is_open else ""
-    start = at(begins)
-    unsure = _unsure(facts, execution) if state == "planned" else {}
+    state, label, start = BARS[execution.state], execution.mission if execution.state.is_open else "", read.at(begins)
+    key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
+    typed = waits and key in facts.typed
+    assumed = waits and not typed and key not in facts.usual_s
     if execution.state is State.WAITING and facts.hold(execution.robot_id, now) is not None:
         state, label = "skipped", _("Held: {mission}").format(mission=execution.mission)
-    return {"key": ("execution", execution.id), "start": start, "end": max(at(ends), start + SHORTEST), "label": label, "state": state,
-            **unsure}
-
-
-def _unsure(facts: SchedulerFacts, execution: Execution) -> Row:
-    """How its length is known, where no run has shown it."""
-    key = execution.robot_id or 0, execution.mission_guid
-    return {"typed": True} if key in facts.typed else {} if key in facts.usual_s else {"assumed": True}
+    return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)
 
 
 def _span(facts: SchedulerFacts, execution: Execution, now: datetime) -> tuple[datetime, datetime]:
-    """From when to when an execution took its robot's time, or stood waiting for it."""
+    """From when to when an execution used its robot, or waited for it."""
     usual = timedelta(seconds=facts.usual_s.get((execution.robot_id or 0, execution.mission_guid), ASSUMED_S))
     if execution.state is State.EXECUTING:
         begins = execution.started_at or execution.submitted_at or execution.planned_at
@@ -170,39 +192,38 @@ def _span(facts: SchedulerFacts, execution: Execution, now: datetime) -> tuple[d
     return execution.started_at or execution.submitted_at or execution.planned_at, ended
 
 
-# ---------------------------------------------------------------------- ground
-def _closed(facts: SchedulerFacts, origin: datetime, reach: tuple[float, float]) -> Iterable[tuple[float, float, str]]:
-    zone, at, words = facts.zone, _scale(origin), formats.current()
-    first = (origin + timedelta(hours=reach[0])).astimezone(zone).date()
-    for n in range(int((reach[1] - reach[0]) / 24) + 3):
+# ---------------------------------------------------------------------- closed time and axis
+def _closed(facts: SchedulerFacts, read: _Range) -> Iterable[Closed]:
+    zone = facts.zone
+    first = read.instant(read.low).astimezone(zone).date()
+    for n in range(int((read.high - read.low) / 24) + 3):
         day = first + timedelta(days=n)
-        begins, ends = max(reach[0], at(day_begins(day, zone))), min(reach[1], at(day_begins(day + timedelta(days=1), zone)))
-        look = facts.calendar.day_status(day)
-        if begins < ends and not look.is_working:
-            name = look.name or words.weekdays[day.weekday()]
-            yield begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:])
+        begins, ends = max(read.low, read.at(day_begins(day, zone))), min(read.high, read.at(day_begins(day + timedelta(days=1), zone)))
+        status = facts.calendar.day_status(day)
+        if begins < ends and not status.is_working:
+            name = status.name or formats.current().weekdays[day.weekday()]
+            yield Closed(begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:]))
 
 
-def _held(facts: SchedulerFacts, at: Callable[[datetime], float], reach: tuple[float, float]) -> Iterable[tuple[float, float, str]]:
+def _held(facts: SchedulerFacts, read: _Range) -> Iterable[Closed]:
     """As long as nothing is sent to any robot."""
     for hold in facts.holds:
-        begins = max(reach[0], at(hold.since)) if hold.since else reach[0]
-        ends = min(reach[1], at(hold.until)) if hold.until else reach[1]
+        begins = max(read.low, read.at(hold.since)) if hold.since else read.low
+        ends = min(read.high, read.at(hold.until)) if hold.until else read.high
         if hold.robot_id is None and begins < ends:
-            yield begins, ends, ""                   # the bars in it say it, and the banner says why
+            yield Closed(begins, ends, "")           # the bars in it say it, and the banner says why
 
 
-def _ticks(origin: datetime, zone: ZoneInfo, reach: tuple[float, float], now: float, step: int,
-           seen: float) -> Iterable[tuple[float, str, bool]]:
+def _ticks(zone: ZoneInfo, read: _Range, now: float, step: int, seen: float) -> Iterable[Tick]:
     """A tick every ``step`` local hours, strong at midnight, and one where the clock is changed."""
-    begins = int(reach[0]) - 1
-    before = (origin + timedelta(hours=begins)).astimezone(zone).utcoffset()
-    for n in range(begins + 1, int(reach[1]) + 1):
-        local = (origin + timedelta(hours=n)).astimezone(zone)
+    begins = int(read.low) - 1
+    before = read.instant(begins).astimezone(zone).utcoffset()
+    for n in range(begins + 1, int(read.high) + 1):
+        local = read.instant(n).astimezone(zone)
         if local.utcoffset() != before:
             before = local.utcoffset()
-            yield float(n), _("Clock change"), True
+            yield Tick(n, _("Clock change"), True)
         elif local.hour == 0:
-            yield float(n), formats.wall_day(local.date()), True
+            yield Tick(n, formats.wall_day(local.date()), True)
         elif step < 24 and local.hour % step == 0:
-            yield float(n), "" if abs(n - now) < seen * NEAR_NOW else formats.wall_time(local), False
+            yield Tick(n, "" if abs(n - now) < seen * NEAR_NOW else formats.wall_time(local), False)

@@ -1,94 +1,142 @@
-"""The Scheduler in words: the list of days, the list of schedules. Pure; scheduler_timeline has the bars, scheduler_form_view the form."""
+"""Texts of the Scheduler: rules, the list of days, the list of schedules. Pure; timeline.py has the bars, form_view.py the form."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, time, timedelta
 from itertools import groupby
-from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import Robot, Schedule
+from app.domain.models import Robot, Schedule, Settings
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
+from app.screens.common.options import Option
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
-from app.screens.scheduler.words import rule_line
 from app.services.files.plan_export import PlanExport
+from app.services.planning import sentences
 from app.services.planning.plan import PlannedRun
+from app.services.planning.working_days import WorkingCalendar
 
-Row = dict[str, Any]
-
+NO_BREAK = "\N{NO-BREAK SPACE}"
 GROUPED_FROM = 4                         # starts of one schedule on one day become one line
 PICK = "pick"                            # key of the option that asks for a day
 
 
+@dataclass(frozen=True)
+class DayRow:
+    """A row of the list of days: the heading of a day, or a start on it."""
+    key: Hashable
+    heading: str = ""
+    time: str = ""
+    mission: str = ""
+    robot: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class ScheduleItem:
+    """A row of the list of schedules."""
+    key: int
+    on: bool
+    mission: str
+    rule: str
+    next: str
+    selected: bool = False
+    icon: str = ""                       # how it last went
+    tone: str = "neutral"
+    last: str = ""
+
+
+# ---------------------------------------------------------------------- the rule of a schedule
+def rule_line(schedule: Schedule) -> str:
+    """When it starts, for a row of a list."""
+    return _when(replace(schedule, respect_working_days=False))
+
+
+def rule_sentence(schedule: Schedule, settings: Settings, calendar: WorkingCalendar | None = None) -> str:
+    """When it starts and under which conditions."""
+    minimum, when = rules.minimum_battery(schedule, settings), _when(schedule)
+    if calendar is not None and calendar.has_exceptions and schedule.respect_working_days and schedule.recurrence is not None:
+        when = _("{rule}, not on holidays or other days off").format(rule=rule_line(schedule))
+    if minimum is None:
+        return when
+    condition = _("if battery ≥ {percent}").format(percent=formats.percent(minimum))
+    return f"{when}, {condition.replace('≥ ', f'≥{NO_BREAK}').replace(' %', f'{NO_BREAK}%')}"
+
+
+def _when(schedule: Schedule) -> str:
+    if schedule.recurrence is None:
+        return _("Once on {day} at {time}").format(day=formats.wall_day(schedule.start.date(), year=True),
+                                                   time=formats.wall_time(schedule.start))
+    return sentences.sentence(schedule, _)
+
+
 # ---------------------------------------------------------------------- the days to come
-def days(facts: SchedulerFacts, now: datetime) -> list[Row]:
+def days(facts: SchedulerFacts, now: datetime) -> list[DayRow]:
     """The plan as a list: a heading for each of the days, below it its starts; many of one schedule are one line."""
     zone = facts.zone
     today = now.astimezone(zone).date()
     by_day: dict[date, list[PlannedRun]] = {today + timedelta(days=n): [] for n in range(DAYS)}
     for run in facts.planned:
         by_day.setdefault(run.at.astimezone(zone).date(), []).append(run)
-    rows: list[Row] = []
+    rows: list[DayRow] = []
     for day, runs in sorted(by_day.items()):
         rows.append(_day_heading(facts, day, today, len(runs)))
         rows += (row for _at, row in sorted(_day_rows(facts, runs, now), key=lambda entry: entry[0]))
     return rows
 
 
-def _day_heading(facts: SchedulerFacts, day: date, today: date, count: int) -> Row:
+def _day_heading(facts: SchedulerFacts, day: date, today: date, count: int) -> DayRow:
     names = {0: _("Today"), 1: _("Tomorrow")}
     dated = formats.wall_day(day)
     near = names.get((day - today).days)
     notes = [ngettext("{n} start", "{n} starts", count).format(n=count) if count else _("nothing planned")]
-    look = facts.calendar.day_status(day)
-    if not look.is_working:
-        notes.append(_("not a working day: {name}").format(name=look.name) if look.name else _("not a working day"))
-    elif look.name:
-        notes.append(_("extra working day: {name}").format(name=look.name))
-    return {"key": ("day", day.isoformat()), "heading": f"{near}, {dated}" if near else dated, "note": " · ".join(notes)}
+    status = facts.calendar.day_status(day)
+    if not status.is_working:
+        notes.append(_("not a working day: {name}").format(name=status.name) if status.name else _("not a working day"))
+    elif status.name:
+        notes.append(_("extra working day: {name}").format(name=status.name))
+    return DayRow(("day", day.isoformat()), heading=f"{near}, {dated}" if near else dated, note=" · ".join(notes))
 
 
-def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> Iterable[tuple[datetime, Row]]:
-    """Lines with the instant by which they are ordered."""
+def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> Iterable[tuple[datetime, DayRow]]:
+    """Each with the instant by which they are ordered."""
     zone = facts.zone
     by_schedule = sorted(runs, key=lambda run: (run.schedule.id, run.at))
     for _id, group in groupby(by_schedule, key=lambda run: run.schedule.id):
         same = list(group)
         first = same[0]
-        common = {"mission": first.mission.name, "heading": "", "robot": first.robot.name}
+        names = first.mission.name, first.robot.name
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
             note = ngettext("{n} start until {time}", "{n} starts until {time}", len(same)).format(n=len(same), time=ends)
             if held := sum(facts.hold(run.robot.id, run.at) is not None for run in same):
                 note = f"{note} · " + _("{n} held").format(n=held)
-            yield first.at, {**common, "key": ("schedule", first.schedule.id, first.at), "time": begins, "note": note}
+            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note)
             continue
         for run in same:
-            yield run.at, {**common, "key": ("schedule", run.schedule.id, run.at), "time": formats.wall_time(run.at.astimezone(zone)),
-                           "note": held_note(facts, run.schedule, run.at, now) or formats.ahead((run.at - now).total_seconds())}
+            note = held_note(facts, run.schedule, run.at, now) or formats.ahead((run.at - now).total_seconds())
+            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", formats.wall_time(run.at.astimezone(zone)), *names, note)
 
 
 # ---------------------------------------------------------------------- the schedules
-def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = None) -> list[Row]:
-    """In the order in which they come next; those that are off or over stand last, by name."""
+def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = None) -> list[ScheduleItem]:
+    """In the order of their next starts; those that are off or over come last, by name."""
     never = datetime.max.replace(tzinfo=UTC)
     in_order = sorted(facts.schedules, key=lambda s: (not s.enabled, max(s.next_at, s.paused_until or s.next_at) if s.next_at else never,
                                                       s.name.casefold()))
     return [_schedule_row(facts, schedule, now, schedule.id == selected) for schedule in in_order]
 
 
-def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> Row:
+def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> ScheduleItem:
     robot, mission, last = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.last.get(schedule.id)
-    row = {"key": schedule.id, "on": schedule.enabled, "mission": mission.name if mission else schedule.name,
-           "rule": rule_line(schedule),
-           "next": " · ".join(filter(None, (robot.name if robot else "", _next(facts, schedule, robot, now)))), "selected": selected,
-           "icon": "", "tone": "neutral", "last": ""}
-    if last is not None:
-        look = execution_appearance.look(last)
-        row |= {"icon": look["icon"], "tone": look["tone"], "last": look["outcome"]}
-    return row
+    row = ScheduleItem(schedule.id, schedule.enabled, mission.name if mission else schedule.name, rule_line(schedule),
+                       " · ".join(filter(None, (robot.name if robot else "", _next(facts, schedule, robot, now)))), selected)
+    if last is None:
+        return row
+    icon, tone = execution_appearance.LOOKS[last.state]
+    return replace(row, icon=icon, tone=tone, last=execution_appearance.word(last.state))
 
 
 def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: datetime) -> str:
@@ -104,7 +152,7 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
 
 
 def held_note(facts: SchedulerFacts, schedule: Schedule, at: datetime, now: datetime) -> str:
-    """That a start at that instant is held, until when, and whether it is too late by then; empty when it is not held."""
+    """Whether a start at that instant is held, until when, and whether it is too late by then; empty when it is not held."""
     hold = facts.hold(schedule.robot_id, at)
     if hold is None:
         return ""
@@ -123,16 +171,15 @@ def moment(at: datetime, zone: str, now: datetime) -> str:
     return formats.day_and_time(at, zone, now)
 
 
-def pause_options(schedule: Schedule, now: datetime) -> list[Row]:
+def pause_options(schedule: Schedule, now: datetime) -> list[Option]:
     """For how long a schedule can be paused: keys are the first day with starts, PICK asks for one."""
     today = now.astimezone(ZoneInfo(schedule.timezone)).date()
     monday = today + timedelta(days=7 - today.weekday())
-    words = {today + timedelta(days=1): _("For today"), today + timedelta(days=2): _("Today and tomorrow")}
-    words.setdefault(monday, _("Until Monday"))
-    rows: list[Row] = [{"key": day, "text": text, "icon": "pause-circle-outline",
-                        "note": _("no start before {day}").format(day=formats.wall_day(day))} for day, text in words.items()]
-    return [*rows, {"key": PICK, "text": _("Until a day of your choice"), "icon": "calendar-month",
-                    "note": _("starts go on from that day")}]
+    texts = {today + timedelta(days=1): _("For today"), today + timedelta(days=2): _("Today and tomorrow")}
+    texts.setdefault(monday, _("Until Monday"))
+    return [*(Option(day, text, "pause-circle-outline", _("no start before {day}").format(day=formats.wall_day(day)))
+              for day, text in texts.items()),
+            Option(PICK, _("Until a day of your choice"), "calendar-month", _("starts resume on that day"))]
 
 
 def day_begins(day: date, zone: ZoneInfo) -> datetime:

@@ -15,7 +15,7 @@ ALL = (PLACE, COUNT, SPEED, LOUD, NOTE)
 
 
 def test_each_kind_becomes_its_field():
-    assert [(field["label"], field["kind"], field["help"]) for field in fields_of(ALL)] == [
+    assert [(field.label, field.kind, field.help) for field in fields_of(ALL)] == [
         ("Pick-up place", "choice", ""), ("Pallets", "int", "1 to 8"), ("speed", "decimal", "1.5 or less"), ("With horn", "choice", ""),
         ("Note", "text", "")]
 

@@ -3,21 +3,21 @@ from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 
 from app.domain.models import DayException, Mission, Robot, Schedule, Settings
-from app.screens.scheduler import form_view as form
-from app.screens.scheduler import view
+from app.screens.scheduler import form_view, view
 from app.screens.scheduler.draft import Draft, Kind
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_view import Preview
 from app.screens.scheduler.timeline import timeline
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.recurrence import Occurrence
+from app.services.planning.working_days import WorkingCalendar
 
 NOW = datetime(2026, 11, 19, 12, 38, tzinfo=UTC)                       # Thursday, 14:38 in Helsinki
 FRIDAY, SATURDAY = date(2026, 11, 20), date(2026, 11, 21)
 SETTINGS = Settings(timezone="Europe/Helsinki")
 AUDIT = DayException("Audit", FRIDAY, FRIDAY, id=1)
 FAIR = DayException("Fair", SATURDAY, SATURDAY, is_working=True, id=2)
-FACTS = SchedulerFacts(settings=SETTINGS, exceptions=(AUDIT, FAIR), robots=(Robot("Aino", "http://a", id=1),),
+FACTS = SchedulerFacts(settings=SETTINGS, calendar=WorkingCalendar(SETTINGS, (AUDIT, FAIR)), robots=(Robot("Aino", "http://a", id=1),),
                        missions=(Mission("Kits", "g", id=1),))
 
 
@@ -27,7 +27,7 @@ def draft(**values):
 
 def warnings(*concerns):
     forecast = Forecast((Occurrence(NOW, NOW.replace(tzinfo=None)),), None, concerns)
-    return form.present(FACTS, draft(kind=Kind.DAILY), Preview(forecast), NOW).warnings
+    return tuple(row.text for row in form_view.present(FACTS, draft(kind=Kind.DAILY), Preview(forecast), NOW).warnings)
 
 
 def test_the_timeline_hatches_a_closed_day_under_its_name():
@@ -40,7 +40,7 @@ def test_an_extra_working_day_is_not_hatched():
 
 
 def test_the_days_to_come_say_which_are_closed_and_why():
-    notes = {row["heading"]: row["note"] for row in view.days(FACTS, NOW) if row["heading"]}
+    notes = {row.heading: row.note for row in view.days(FACTS, NOW) if row.heading}
     assert notes["Tomorrow, Fri 20 Nov"] == "nothing planned · not a working day: Audit"
     assert notes["Sat 21 Nov"] == "nothing planned · extra working day: Fair"
     assert notes["Sun 22 Nov"] == "nothing planned · not a working day"
@@ -52,18 +52,18 @@ def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
     assert Draft.new(evening, SETTINGS, calendar=FACTS.calendar).day == SATURDAY
 
 
-def test_a_one_time_start_on_a_closed_day_is_told_at_the_day_with_its_name():
-    shown = form.present(FACTS, draft(day=FRIDAY), Preview(Forecast()), NOW)
-    assert shown.problems == {"day": "Not a working day: Audit. Choose another day, or any day under More"}
+def test_a_one_time_start_on_a_closed_day_is_refused_at_the_day_with_its_name():
+    shown = form_view.present(FACTS, draft(day=FRIDAY), Preview(Forecast()), NOW)
+    assert shown.problem_at("day") == "Not a working day: Audit. Choose another day, or any day under More"
     assert shown.save_off
 
 
 def test_the_sentence_speaks_of_holidays_when_there_is_a_calendar():
-    with_calendar = form.present(FACTS, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence
+    with_calendar = form_view.present(FACTS, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence
     assert with_calendar.endswith(", not on holidays or other days off")
-    assert form.present(replace(FACTS, exceptions=()), draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence.endswith(
-        ", on working days only")
-    any_day = form.present(FACTS, draft(kind=Kind.DAILY, respect_working_days=False), Preview(Forecast()), NOW).sentence
+    plain = replace(FACTS, calendar=WorkingCalendar(SETTINGS))
+    assert form_view.present(plain, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence.endswith(", on working days only")
+    any_day = form_view.present(FACTS, draft(kind=Kind.DAILY, respect_working_days=False), Preview(Forecast()), NOW).sentence
     assert "days off" not in any_day
 
 
@@ -78,4 +78,4 @@ def test_warnings_name_the_days_that_are_left_out():
 
 def test_a_one_time_schedule_is_worded_without_days_off():
     once = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki")
-    assert "days off" not in form.rule_sentence(once, SETTINGS, FACTS.calendar)
+    assert "days off" not in view.rule_sentence(once, SETTINGS, FACTS.calendar)

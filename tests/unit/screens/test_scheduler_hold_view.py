@@ -6,8 +6,7 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State, Trigger
-from app.screens.scheduler import hold_view as hold_words
-from app.screens.scheduler import view
+from app.screens.scheduler import hold_view, view
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
 from app.services.live.holds import Hold
@@ -32,91 +31,91 @@ def planned(minutes, robot=AINO):
 
 # ---------------------------------------------------------------------- the dialog
 def test_a_reason_that_is_offered_is_stored_in_english():
-    assert [chip["text"] for chip in hold_words.reason_chips("Audit") if chip["selected"]] == ["Audit"]
-    assert hold_words.reason_of(" Audit ") == "Audit"
-    assert hold_words.reason_of("fire  drill") == "fire drill"
+    assert [chip.text for chip in hold_view.reason_chips("Audit") if chip.selected] == ["Audit"]
+    assert hold_view.reason_of(" Audit ") == "Audit"
+    assert hold_view.reason_of("fire  drill") == "fire drill"
 
 
 @pytest.mark.parametrize(("choice", "end"), [
     ("hour", NOW + timedelta(hours=1)), ("day", datetime(2026, 11, 20, 22, 0, tzinfo=UTC)),
     ("chosen", NOW + timedelta(days=3)), ("open", None)])
 def test_the_end_that_is_chosen(choice, end):
-    assert hold_words.end_of(choice, NOW + timedelta(days=3), ZONE, NOW) == end
+    assert hold_view.end_of(choice, NOW + timedelta(days=3), ZONE, NOW) == end
 
 
-def test_a_time_that_was_picked_stands_on_its_chip():
-    chips = hold_words.end_chips(hold_words.CHOSEN, NOW + timedelta(hours=2), ZONE, NOW)
-    assert [chip["text"] for chip in chips if chip["selected"]] == ["Until 16:38"]
-    assert [chip["text"] for chip in hold_words.end_chips(hold_words.HOUR, None, ZONE, NOW)] == [
+def test_a_time_that_was_picked_is_shown_on_its_chip():
+    chips = hold_view.end_chips(hold_view.CHOSEN, NOW + timedelta(hours=2), ZONE, NOW)
+    assert [chip.text for chip in chips if chip.selected] == ["Until 16:38"]
+    assert [chip.text for chip in hold_view.end_chips(hold_view.HOUR, None, ZONE, NOW)] == [
         "1 hour", "Rest of the day", "Until a time …", "Until released"]
 
 
-def test_what_stands_already_is_told_for_what_is_chosen():
-    assert hold_words.held_sentence(hold_words.held(facts(), hold_words.ALL), ZONE, NOW) == "Held since 14:02 until 15:38 · Maintenance"
-    assert hold_words.held_sentence(hold_words.held(facts(), 1), ZONE, NOW) == ""
+def test_a_present_hold_is_shown_for_what_is_chosen():
+    assert hold_view.held_sentence(hold_view.held(facts(), hold_view.ALL), ZONE, NOW) == "Held since 14:02 until 15:38 · Maintenance"
+    assert hold_view.held_sentence(hold_view.held(facts(), 1), ZONE, NOW) == ""
     endless = replace(HOLD, until=None, reason="", robot_id=1)
-    assert hold_words.held_sentence(hold_words.held(facts(holds=(endless,)), 1), ZONE, NOW) == "Held since 14:02, until it is released"
+    assert hold_view.held_sentence(hold_view.held(facts(holds=(endless,)), 1), ZONE, NOW) == "Held since 14:02, until it is released"
 
 
 @pytest.mark.parametrize(("robot", "until", "text"), [
     (None, None, "Nothing is sent until it is released"), ("Aino", None, "Nothing is sent to Aino until it is released"),
     (None, NOW + timedelta(hours=1), "Nothing is sent to any robot until 15:38"),
     ("Aino", datetime(2026, 11, 22, 22, 0, tzinfo=UTC), "Nothing is sent to Aino until Mon 23 Nov")])
-def test_what_is_said_when_it_stands(robot, until, text):
-    assert hold_words.held_message(robot, until, ZONE, NOW) == text
+def test_what_is_said_when_it_is_set(robot, until, text):
+    assert hold_view.held_message(robot, until, ZONE, NOW) == text
 
 
 def test_robots_can_be_chosen_one_by_one():
-    assert [(row["key"], row["text"]) for row in hold_words.robot_options(facts())] == [(0, "All robots"), (1, "Aino"), (2, "Veikko")]
-    assert (hold_words.robot_word(facts(), 0), hold_words.robot_word(facts(), 2)) == ("All robots", "Veikko")
+    assert [(row.key, row.text) for row in hold_view.robot_options(facts())] == [(0, "All robots"), (1, "Aino"), (2, "Veikko")]
+    assert (hold_view.robot_name(facts(), 0), hold_view.robot_name(facts(), 2)) == ("All robots", "Veikko")
 
 
 # ---------------------------------------------------------------------- what is held
 def test_starts_within_a_hold_look_held_and_later_ones_do_not():
-    bars = timeline(facts(planned=(planned(22), planned(82))), NOW).lanes[0]["bars"]
-    assert [(bar["label"], bar["state"]) for bar in bars] == [("Held: Kits", "skipped"), ("Kits", "planned")]
+    bars = timeline(facts(planned=(planned(22), planned(82))), NOW).lanes[0].bars
+    assert [(bar.label, bar.state) for bar in bars] == [("Held: Kits", "skipped"), ("Kits", "planned")]
     assert timeline(facts(), NOW).closed[-1] == (pytest.approx(1 + 2 / 60), pytest.approx(2 + 38 / 60), "")
 
 
 def test_a_hold_of_one_robot_is_on_its_lane_only():
     one = facts(holds=(replace(HOLD, robot_id=2),), planned=(planned(22), planned(22, VEIKKO)))
     lanes = timeline(one, NOW).lanes
-    assert [lane["bars"][0]["state"] for lane in lanes] == ["planned", "skipped"]
+    assert [lane.bars[0].state for lane in lanes] == ["planned", "skipped"]
     assert timeline(one, NOW).closed == timeline(facts(holds=()), NOW).closed
 
 
 def test_what_waits_because_of_a_hold_looks_held():
     closes = NOW + timedelta(minutes=15)
     waiting = Execution(Trigger.SCHEDULED, 1, "Aino", "Kits", "g", NOW, closes, NOW, "t", ZONE, state=State.WAITING, id=9)
-    [bar] = timeline(facts(past=(waiting,)), NOW).lanes[0]["bars"]
-    assert (bar["label"], bar["state"]) == ("Held: Kits", "skipped")
+    [bar] = timeline(facts(past=(waiting,)), NOW).lanes[0].bars
+    assert (bar.label, bar.state) == ("Held: Kits", "skipped")
 
 
 def test_lists_say_until_when_it_is_held():
-    assert view.schedule_rows(facts(), NOW)[0]["next"] == "Aino · skipped: held until 15:38"   # at 15:00, 15 min late at most
+    assert view.schedule_rows(facts(), NOW)[0].next == "Aino · skipped: held until 15:38"   # at 15:00, 15 min late at most
     in_time = replace(HOURLY, start_window_minutes=39)
-    assert view.schedule_rows(facts(schedules=(in_time,)), NOW)[0]["next"] == "Aino · held until 15:38"
-    assert view.schedule_rows(facts(holds=(replace(HOLD, until=None),)), NOW)[0]["next"] == "Aino · held until released"
+    assert view.schedule_rows(facts(schedules=(in_time,)), NOW)[0].next == "Aino · held until 15:38"
+    assert view.schedule_rows(facts(holds=(replace(HOLD, until=None),)), NOW)[0].next == "Aino · held until released"
     rows = view.days(facts(planned=(planned(22), planned(82))), NOW)
-    assert [row["note"] for row in rows if not row["heading"]] == ["skipped: held until 15:38", "in 1 h 22 min"]
+    assert [row.note for row in rows if not row.heading] == ["skipped: held until 15:38", "in 1 h 22 min"]
     many = view.days(facts(planned=tuple(planned(22 + 10 * n) for n in range(6))), NOW)
-    assert [row["note"] for row in many if not row["heading"]] == ["6 starts until 15:50 · 4 held"]
+    assert [row.note for row in many if not row.heading] == ["6 starts until 15:50 · 4 held"]
 
 
 # ---------------------------------------------------------------------- pausing
 def test_a_pause_can_be_chosen_by_day():
     options = view.pause_options(HOURLY, NOW)
-    assert [(row["key"], row["text"]) for row in options] == [
+    assert [(row.key, row.text) for row in options] == [
         (date(2026, 11, 21), "For today"), (date(2026, 11, 22), "Today and tomorrow"), (date(2026, 11, 23), "Until Monday"),
         (view.PICK, "Until a day of your choice")]
-    assert options[0]["note"] == "no start before Sat 21 Nov"
+    assert options[0].note == "no start before Sat 21 Nov"
     sunday = NOW + timedelta(days=2)
-    assert [row["text"] for row in view.pause_options(HOURLY, sunday)] == ["For today", "Today and tomorrow", "Until a day of your choice"]
+    assert [row.text for row in view.pause_options(HOURLY, sunday)] == ["For today", "Today and tomorrow", "Until a day of your choice"]
     assert view.day_begins(date(2026, 11, 21), ZoneInfo(ZONE)) == datetime(2026, 11, 20, 22, 0, tzinfo=UTC)
 
 
-def test_a_paused_schedule_says_until_which_day_and_stands_where_it_starts_again():
+def test_a_paused_schedule_says_until_which_day_and_is_listed_where_it_starts_again():
     paused = replace(HOURLY, id=8, name="A", paused_until=datetime(2026, 11, 22, 22, 0, tzinfo=UTC))
     later = replace(HOURLY, id=9, next_at=NOW + timedelta(hours=5))
     rows = view.schedule_rows(facts(holds=(), schedules=(paused, later)), NOW)
-    assert [(row["key"], row["next"]) for row in rows] == [(9, "Aino · in 5 h"), (8, "Aino · paused until Mon 23 Nov")]
+    assert [(row.key, row.next) for row in rows] == [(9, "Aino · in 5 h"), (8, "Aino · paused until Mon 23 Nov")]

@@ -1,4 +1,4 @@
-"""The Scheduler's words and bars from plain facts: timeline, days, list of schedules, form."""
+"""The Scheduler's words and bars from plain facts: timeline, days, list of schedules, form_view."""
 from dataclasses import replace
 from datetime import UTC, date, datetime, time, timedelta
 from zoneinfo import ZoneInfo
@@ -19,15 +19,15 @@ from app.domain.models import (
     State,
     Trigger,
 )
-from app.screens.scheduler import form_view as form
-from app.screens.scheduler import view
+from app.screens.scheduler import form_view, view
 from app.screens.scheduler.draft import Draft, Kind
-from app.screens.scheduler.facts import SchedulerFacts, Window, window_start
-from app.screens.scheduler.form_view import Preview
-from app.screens.scheduler.timeline import ASSUMED_S, moved, span_words, timeline, zoomed
+from app.screens.scheduler.facts import SchedulerFacts, Window
+from app.screens.scheduler.form_view import Preview, WarningRow
+from app.screens.scheduler.timeline import ASSUMED_S, moved, span_text, timeline, zoomed
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.plan import PlannedRun
 from app.services.planning.recurrence import Occurrence
+from app.services.planning.working_days import WorkingCalendar
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
 HELSINKI = ZoneInfo("Europe/Helsinki")
@@ -38,7 +38,8 @@ HOURLY = Schedule("Kits", 1, 1, datetime(2026, 11, 2, 6, 0), "Europe/Helsinki", 
 
 
 def facts(**values):
-    return SchedulerFacts(**{"settings": SETTINGS, "robots": (AINO, VEIKKO), "missions": (KITS, EMPTIES), "schedules": (HOURLY,), **values})
+    return SchedulerFacts(**{"settings": SETTINGS, "calendar": WorkingCalendar(values.get("settings", SETTINGS)), "robots": (AINO, VEIKKO),
+                             "missions": (KITS, EMPTIES), "schedules": (HOURLY,), **values})
 
 
 def planned(minutes, usual_s=420.0, schedule=HOURLY, robot=AINO, mission=KITS):
@@ -55,7 +56,7 @@ def execution(state, minutes_ago, **values):
 # ---------------------------------------------------------------------- the timeline
 def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
     shown = timeline(facts(), NOW)
-    assert window_start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)     # 13:00 local
+    assert Window().start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)     # 13:00 local
     assert shown.now == pytest.approx(1 + 38 / 60)
     assert shown.now_label == "14:38"
     assert (3.0, "16:00", False) in shown.ticks
@@ -65,42 +66,42 @@ def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
 
 def test_there_is_a_lane_for_every_robot_and_one_that_is_off_says_so():
     lanes = timeline(facts(), NOW).lanes
-    assert [(lane["name"], lane["note"]) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "switched off")]
+    assert [(lane.name, lane.note) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "switched off")]
 
 
 def test_a_planned_bar_is_as_long_as_the_mission_usually_takes():
-    bar = timeline(facts(planned=(planned(22),)), NOW).lanes[0]["bars"][0]
-    assert (bar["start"], bar["end"] - bar["start"]) == (pytest.approx(2.0), pytest.approx(7 / 60))
-    assert (bar["key"], bar["label"], bar["state"]) == (("schedule", 7), "Deliver kits", "planned")
-    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0]["bars"][0]
-    assert unknown["end"] - unknown["start"] == pytest.approx(ASSUMED_S / 3600)
+    bar = timeline(facts(planned=(planned(22),)), NOW).lanes[0].bars[0]
+    assert (bar.start, bar.end - bar.start) == (pytest.approx(2.0), pytest.approx(7 / 60))
+    assert (bar.key, bar.label, bar.state) == (("schedule", 7), "Deliver kits", "planned")
+    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0].bars[0]
+    assert unknown.end - unknown.start == pytest.approx(ASSUMED_S / 3600)
 
 
 @pytest.mark.parametrize(("state", "look"), [(State.COMPLETED, "past"), (State.CANCELLED, "past"), (State.FAILED, "failed")])
 def test_a_past_bar_lies_where_it_ran_in_the_colour_of_its_outcome(state, look):
     ran = execution(state, 38, started_at=NOW - timedelta(minutes=36), ended_at=NOW - timedelta(minutes=30))
-    bar = timeline(facts(past=(ran,)), NOW).lanes[0]["bars"][0]
-    assert (bar["key"], bar["state"]) == (("execution", 70), look)
-    assert (bar["start"], bar["end"]) == (pytest.approx(62 / 60), pytest.approx(68 / 60))
+    bar = timeline(facts(past=(ran,)), NOW).lanes[0].bars[0]
+    assert (bar.key, bar.state) == (("execution", 70), look)
+    assert (bar.start, bar.end) == (pytest.approx(62 / 60), pytest.approx(68 / 60))
 
 
 def test_what_was_missed_is_drawn_no_longer_than_its_start_window():
     missed = execution(State.MISSED, 60, ended_at=NOW, reason=Reason(ReasonCode.APP_DOWN))
-    bar = timeline(facts(past=(missed,)), NOW).lanes[0]["bars"][0]
-    assert (bar["state"], bar["end"] - bar["start"]) == ("skipped", pytest.approx(15 / 60))
+    bar = timeline(facts(past=(missed,)), NOW).lanes[0].bars[0]
+    assert (bar.state, bar.end - bar.start) == ("skipped", pytest.approx(15 / 60))
 
 
 def test_what_runs_reaches_to_its_usual_end_or_to_now():
     running = execution(State.EXECUTING, 4, started_at=NOW - timedelta(minutes=4))
-    bar = timeline(facts(past=(running,), usual_s={(1, "g-kits"): 420.0}), NOW).lanes[0]["bars"][0]
-    assert bar["end"] == pytest.approx(timeline(facts(), NOW).now + 3 / 60)
+    bar = timeline(facts(past=(running,), usual_s={(1, "g-kits"): 420.0}), NOW).lanes[0].bars[0]
+    assert bar.end == pytest.approx(timeline(facts(), NOW).now + 3 / 60)
     late = timeline(facts(past=(running,), usual_s={(1, "g-kits"): 60.0}), NOW)
-    assert late.lanes[0]["bars"][0]["end"] == pytest.approx(late.now)
+    assert late.lanes[0].bars[0].end == pytest.approx(late.now)
 
 
 def test_what_ended_before_the_window_is_not_drawn():
     old = execution(State.COMPLETED, 900, started_at=NOW - timedelta(minutes=899), ended_at=NOW - timedelta(minutes=890))
-    assert timeline(facts(past=(old,)), NOW).lanes[0]["bars"] == []
+    assert timeline(facts(past=(old,)), NOW).lanes[0].bars == ()
 
 
 def test_days_without_work_are_closed_and_named():
@@ -112,7 +113,7 @@ def test_a_clock_change_is_marked_and_the_hours_stay_true():
     night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)                 # 23:10 in Helsinki, clocks go back at 04:00
     shown = timeline(facts(), night)
     change = next(hour for hour, label, strong in shown.ticks if label == "Clock change")
-    assert window_start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
+    assert Window().start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
 
 
 # ---------------------------------------------------------------------- window, zoom
@@ -132,33 +133,32 @@ def test_zooming_goes_through_the_row_of_spans_around_the_middle():
     assert [zoomed(Window(None, hours), True, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [12, 12, 168, 168]
     assert [zoomed(Window(None, hours), False, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [6, 6, 96, 96]
     assert zoomed(Window(None, 24), True, NOW, HELSINKI).left is None                     # goes on following the time
-    assert [span_words(hours) for hours in (6, 24, 47, 48, 168)] == ["6 h", "24 h", "47 h", "2 days", "7 days"]
+    assert [span_text(hours) for hours in (6, 24, 47, 48, 168)] == ["6 h", "24 h", "47 h", "2 days", "7 days"]
 
 
 def test_the_whisker_ends_where_nine_of_ten_runs_had_ended_and_unknown_lengths_say_so():
     run = replace(planned(22), slow_s=660.0)
-    bar = timeline(facts(planned=(run,)), NOW).lanes[0]["bars"][0]
-    assert (bar["late"] - bar["start"], "assumed" in bar) == (pytest.approx(11 / 60), False)
-    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0]["bars"][0]
-    assert ("late" in unknown, unknown["assumed"]) == (False, True)
+    bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
+    assert (bar.late - bar.start, bar.assumed) == (pytest.approx(11 / 60), False)
+    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0].bars[0]
+    assert (unknown.late, unknown.assumed) == (None, True)
 
 
 def test_a_typed_length_says_so_and_has_no_whisker():
     run = PlannedRun(NOW + timedelta(minutes=22), HOURLY, AINO, KITS, 1500.0, 1500.0, typed=True)
-    bar = timeline(facts(planned=(run,)), NOW).lanes[0]["bars"][0]
-    assert (bar["typed"], bar["end"] - bar["start"]) == (True, pytest.approx(25 / 60))
-    assert "late" not in bar
-    assert "assumed" not in bar
-    assert "typed" not in timeline(facts(planned=(planned(22),)), NOW).lanes[0]["bars"][0]
+    bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
+    assert (bar.typed, bar.end - bar.start) == (True, pytest.approx(25 / 60))
+    assert (bar.late, bar.assumed) == (None, False)
+    assert not timeline(facts(planned=(planned(22),)), NOW).lanes[0].bars[0].typed
 
 
 @pytest.mark.parametrize(("known", "marked"), [
     ({"usual_s": {(1, "g-kits"): 1500.0}}, set()), ({"usual_s": {(1, "g-kits"): 1500.0}, "typed": frozenset({(1, "g-kits")})}, {"typed"}),
     ({}, {"assumed"})])
 def test_what_waits_says_how_its_length_is_known_too(known, marked):
-    bar = timeline(facts(past=(execution(State.QUEUED, 1),), **known), NOW).lanes[0]["bars"][0]
-    assert {"typed", "assumed"} & bar.keys() == marked
-    assert bar["end"] - bar["start"] == pytest.approx((ASSUMED_S if "assumed" in marked else 1500.0) / 3600)
+    bar = timeline(facts(past=(execution(State.QUEUED, 1),), **known), NOW).lanes[0].bars[0]
+    assert {name for name in ("typed", "assumed") if getattr(bar, name)} == marked
+    assert bar.end - bar.start == pytest.approx((ASSUMED_S if "assumed" in marked else 1500.0) / 3600)
 
 
 @pytest.mark.parametrize(("usual", "words"), [
@@ -173,39 +173,39 @@ def test_the_form_says_how_long_it_takes_and_who_says_so(usual, words):
 
 def test_bars_too_thin_to_be_told_apart_become_one_that_a_tap_zooms_into():
     runs = tuple(planned(10 * n, 60.0) for n in range(1, 40))
-    seen = timeline(facts(planned=runs), NOW, Window(None, 24)).lanes[0]["bars"]
+    seen = timeline(facts(planned=runs), NOW, Window(None, 24)).lanes[0].bars
     assert len(seen) == 39                                             # 10 min apart are told apart on 24 h
-    block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0]["bars"]
-    assert block["label"] == "39 runs"
-    assert block["key"] == ("zoom", pytest.approx((block["start"] + block["end"]) / 2), pytest.approx(380 / 60 + 1 / 60))
-    assert not block["overlaps"]
+    block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
+    assert block.label == "39 runs"
+    assert block.key == ("zoom", pytest.approx((block.start + block.end) / 2), pytest.approx(380 / 60 + 1 / 60))
+    assert not block.overlaps
     overlapping = tuple(planned(n, 120.0) for n in range(1, 6))
-    block, = timeline(facts(planned=overlapping), NOW, Window(None, 168)).lanes[0]["bars"]
-    assert (block["overlaps"], block["end"] - block["start"]) == (True, pytest.approx(6 / 60))
+    block, = timeline(facts(planned=overlapping), NOW, Window(None, 168)).lanes[0].bars
+    assert (block.overlaps, block.end - block.start) == (True, pytest.approx(6 / 60))
 
 
 # ---------------------------------------------------------------------- the days
 def test_the_week_has_a_heading_for_every_day():
-    rows = [row for row in view.days(facts(planned=(planned(22),)), NOW) if row["heading"]]
-    assert [row["heading"] for row in rows][:3] == ["Today, Fri 20 Nov", "Tomorrow, Sat 21 Nov", "Sun 22 Nov"]
-    assert [row["note"] for row in rows][:2] == ["1 start", "nothing planned · not a working day"]
+    rows = [row for row in view.days(facts(planned=(planned(22),)), NOW) if row.heading]
+    assert [row.heading for row in rows][:3] == ["Today, Fri 20 Nov", "Tomorrow, Sat 21 Nov", "Sun 22 Nov"]
+    assert [row.note for row in rows][:2] == ["1 start", "nothing planned · not a working day"]
     assert len(rows) == 7
 
 
 def test_many_starts_of_one_schedule_are_one_line():
     runs = (*(planned(22 + 60 * n) for n in range(5)), planned(50, schedule=replace(HOURLY, id=8), mission=EMPTIES))
-    rows = [row for row in view.days(facts(planned=runs), NOW) if not row["heading"]]
-    assert [(row["time"], row["mission"], row["note"]) for row in rows] == [
+    rows = [row for row in view.days(facts(planned=runs), NOW) if not row.heading]
+    assert [(row.time, row.mission, row.note) for row in rows] == [
         ("15:00", "Deliver kits", "5 starts until 19:00"), ("15:28", "Collect empties", "in 50 min")]
 
 
 # ---------------------------------------------------------------------- the schedules
-def test_schedules_stand_in_the_order_they_come_and_those_that_are_off_last():
+def test_schedules_are_in_the_order_of_their_starts_and_those_that_are_off_last():
     later = replace(HOURLY, id=8, name="Later", next_at=NOW + timedelta(hours=3))
     off = replace(HOURLY, id=9, name="Off", enabled=False, next_at=None)
     rows = view.schedule_rows(facts(schedules=(off, later, HOURLY)), NOW, selected=8)
-    assert [(row["key"], row["on"], row["selected"]) for row in rows] == [(7, True, False), (8, True, True), (9, False, False)]
-    assert [row["next"] for row in rows] == ["Aino · in 22 min", "Aino · in 3 h", "Aino · switched off"]
+    assert [(row.key, row.on, row.selected) for row in rows] == [(7, True, False), (8, True, True), (9, False, False)]
+    assert [row.next for row in rows] == ["Aino · in 22 min", "Aino · in 3 h", "Aino · switched off"]
 
 
 @pytest.mark.parametrize(("changes", "words"), [
@@ -215,12 +215,12 @@ def test_schedules_stand_in_the_order_they_come_and_those_that_are_off_last():
     ({"next_at": NOW + timedelta(days=3)}, "Aino · Mon 23 Nov 14:38"),
 ])
 def test_a_schedule_says_when_or_why_not(changes, words):
-    assert view.schedule_rows(facts(schedules=(replace(HOURLY, **changes),)), NOW)[0]["next"] == words
+    assert view.schedule_rows(facts(schedules=(replace(HOURLY, **changes),)), NOW)[0].next == words
 
 
 def test_a_schedule_shows_how_it_last_went():
     row = view.schedule_rows(facts(last={7: execution(State.SKIPPED, 60)}), NOW)[0]
-    assert (row["icon"], row["tone"], row["last"]) == ("skip-next-circle", "attention", "Skipped")
+    assert (row.icon, row.tone, row.last) == ("skip-next-circle", "attention", "Skipped")
     assert view.schedules_note(facts()) == "1 of 1 on"
     assert view.schedules_note(facts(schedules=())) == ""
 
@@ -236,19 +236,19 @@ def start(day, hour=4, minute=30, moved=False):
 
 
 def shown(chosen, preview=None):
-    return form.present(facts(), chosen, preview or Preview(Forecast((start(23),))), NOW)
+    return form_view.present(facts(), chosen, preview or Preview(Forecast((start(23),))), NOW)
 
 
 def test_an_empty_form_asks_for_a_mission_without_looking_wrong():
     empty = shown(draft(mission_id=None), Preview())
-    assert (empty.title, empty.mission, empty.save_off, empty.why, empty.problems) == (
-        "New schedule", "Choose a mission", True, "Choose a mission", {})
+    assert (empty.title, empty.mission, empty.save_off, empty.why, empty.wrong_field) == (
+        "New schedule", "Choose a mission", True, "Choose a mission", "")
 
 
 def test_the_form_shows_what_is_chosen():
     chosen = shown(draft(kind=Kind.WEEKLY, weekdays=("MO", "WE"), minimum_battery_percent=40.0, overlap=Overlap.QUEUE))
     assert (chosen.mission, chosen.robot, chosen.day, chosen.time) == ("Deliver kits", "Aino", "Mon 23 Nov 2026", "06:30")
-    assert [chip["key"] for chip in chosen.day_chips if chip["selected"]] == ["MO", "WE"]
+    assert [chip.key for chip in chosen.day_chips if chip.selected] == ["MO", "WE"]
     assert (chosen.battery, chosen.window, chosen.overlap, chosen.save_off) == ("40 %", "15 min", "Queue", False)
     assert shown(draft()).battery == "30 %"                             # inherited
     assert shown(draft(minimum_battery_percent=0.0)).battery == "No minimum"
@@ -261,33 +261,33 @@ def test_saving_waits_for_the_answer_of_the_services():
 def test_a_one_time_start_on_a_day_without_work_is_refused_at_the_day():
     saturday = shown(draft(day=date(2026, 11, 21)))
     assert saturday.save_off
-    assert saturday.problems == {"day": "Saturday is not a working day: choose another day, or any day under More"}
+    assert saturday.problem_at("day") == "Saturday is not a working day: choose another day, or any day under More"
+    assert saturday.problem_at("time") == ""
     assert not shown(draft(day=date(2026, 11, 21), respect_working_days=False)).save_off
 
 
 def test_a_one_time_start_in_the_past_is_refused_at_the_time():
-    assert shown(draft(day=date(2026, 11, 20), at=time(8)), Preview(Forecast())).problems == {
-        "time": "This time has passed: choose a later one"}
+    assert shown(draft(day=date(2026, 11, 20), at=time(8)), Preview(Forecast())).problem_at("time") == (
+        "This time has passed: choose a later one")
 
 
-def test_what_the_services_refuse_stands_at_its_field():
+def test_what_the_services_refuse_is_shown_at_its_field():
     refused = shown(draft(), Preview(Forecast(), InvalidInput("name", "there is a schedule {name} already", name="Kits")))
-    assert (refused.problems, refused.why, refused.save_off) == (
-        {"name": "There is a schedule Kits already"}, "There is a schedule Kits already", True)
-    assert form.form_field(InvalidInput("recurrence", "x")) == "kind"
-    assert form.form_field(InvalidInput("something else", "x")) == "kind"
+    assert (refused.wrong_field, refused.why, refused.save_off) == ("name", "There is a schedule Kits already", True)
+    assert form_view.form_field(InvalidInput("recurrence", "x")) == "kind"
+    assert form_view.form_field(InvalidInput("something else", "x")) == "kind"
 
 
-def test_the_next_starts_are_told_and_those_with_a_warning_marked():
+def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     concern = Concern(ConcernCode.OVERLAP, start(25).instant,
                       {"mission": "Collect empties", "start": start(25, 4, 25).instant, "end": start(25, 4, 40).instant})
-    told = shown(draft(kind=Kind.DAILY), Preview(Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0),
-                                                          (concern,))))
-    assert told.starts_label == "Next five starts"
-    assert [(row["day"], row["time"], row["icon"]) for row in told.starts][1:3] == [
+    forecast = Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0), (concern,))
+    form = shown(draft(kind=Kind.DAILY), Preview(forecast))
+    assert form.starts_label == "Next five starts"
+    assert [(row.day, row.time, row.icon) for row in form.starts][1:3] == [
         ("Tue 24 Nov", "06:30", ""), ("Wed 25 Nov", "06:30", "alert")]
-    assert told.warnings == ("Wed 25 Nov: still running then on Aino is Collect empties, 06:25–06:40",)
-    assert not told.save_off
+    assert form.warnings == (WarningRow("Wed 25 Nov: still running then on Aino is Collect empties, 06:25–06:40"),)
+    assert not form.save_off
 
 
 @pytest.mark.parametrize(("concern", "text"), [
@@ -304,21 +304,21 @@ def test_the_next_starts_are_told_and_those_with_a_warning_marked():
      "Wed 25 Nov: 03:30 comes twice that night, it starts the first time"),
 ])
 def test_every_concern_is_one_sentence(concern, text):
-    assert shown(draft(kind=Kind.DAILY), Preview(Forecast((start(23),), None, (concern,)))).warnings == (text,)
+    assert shown(draft(kind=Kind.DAILY), Preview(Forecast((start(23),), None, (concern,)))).warnings == (WarningRow(text),)
 
 
 def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
     own = Mission("Deliver kits", "g-own", id=3, robot_id=1)
     foreign = Mission("Charge", "g-charge", id=4, robot_id=2)
     known = facts(missions=(KITS, replace(EMPTIES, favourite=True), own, foreign))
-    assert [row["key"] for row in form.mission_options(known, 1)] == [2, 3]
-    assert [row["note"] for row in form.mission_options(known, 1)] == ["", "only on Aino"]
-    assert {row["key"] for row in form.mission_options(known, None)} == {1, 2, 3, 4}
+    assert [row.key for row in form_view.mission_options(known, 1)] == [2, 3]
+    assert [row.note for row in form_view.mission_options(known, 1)] == ["", "only on Aino"]
+    assert {row.key for row in form_view.mission_options(known, None)} == {1, 2, 3, 4}
 
 
 def test_pickers_offer_the_setting_first_and_keep_odd_values():
-    batteries = form.battery_options(facts(), 37.0)
-    assert (batteries[0]["key"], batteries[0]["note"], batteries[1]["key"]) == (form.INHERIT, "30 %", 0.0)
-    assert 37.0 in [row["key"] for row in batteries]
-    assert form.window_options(facts(), None)[0]["note"] == "15 min"
-    assert [row["key"] for row in form.also_options(draft())] == [hour for hour in range(24) if hour != 6]
+    batteries = form_view.battery_options(facts(), 37.0)
+    assert (batteries[0].key, batteries[0].note, batteries[1].key) == (form_view.INHERIT, "30 %", 0.0)
+    assert 37.0 in [row.key for row in batteries]
+    assert form_view.window_options(facts(), None)[0].note == "15 min"
+    assert [row.key for row in form_view.also_options(draft())] == [hour for hour in range(24) if hour != 6]

@@ -1,0 +1,279 @@
+"""What a timeline looks like: ``Frame`` says what is drawn and where, each function paints a part of it on the open canvas."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from kivy.graphics import Color, Mesh
+from kivy.metrics import dp
+
+from app.widgets.chart import box, hatch, text, width_of
+from app.widgets.tokens import tk
+
+AXIS = 28                # dp, above the lanes
+NARROW = 12              # dp; such bars have no border and are drawn together
+BEYOND = .5              # of what is seen, drawn on either side of it
+PIECES = 10_000          # bars of one mesh, whose indices have 16 bits
+
+Span = tuple[float, float]               # left and right end in px
+
+
+class Colours(NamedTuple):
+    """Of a bar, its text and its border; ``solid`` where it is too thin for a border."""
+    fill: Any
+    ink: Any
+    edge: Any
+    solid: Any
+
+
+TOKENS = {               # by the state of a bar
+    "past": Colours("track", "ink2", "track", "ink3"), "failed": Colours("fault_bg", "fault_on", "fault", "fault"),
+    "skipped": Colours("attention_bg", "attention_on", "attention", "attention"),
+    "running": Colours("accent", "accent_ink", "accent", "accent"), "planned": Colours("accent_bg", "accent_on", "accent", "accent"),
+}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is drawn and where: hours of the timeline, px of the window. ``lanes``, ``closed`` and ``ticks`` are those of ``Timeline``."""
+    lanes: Sequence[Any]
+    closed: Sequence[tuple[float, float, str]]
+    ticks: Sequence[tuple[float, str, bool]]
+    first: float         # hour at the left edge
+    hours: float         # from the left edge to the right
+    low: float           # hours that are drawn: from, to
+    high: float
+    x: float             # names begin here
+    left: float          # the bars' left edge
+    right: float
+    y: float
+    top: float
+    unit: float          # px of an hour
+    lane_height: float
+    colours: Mapping[str, Colours]
+
+    @classmethod
+    def of(cls, lanes: Sequence[Any], closed: Sequence[Any], ticks: Sequence[Any], first: float, hours: float,
+           pos: tuple[float, float], size: tuple[float, float]) -> Frame:
+        """The names take what they need of the width, up to a third."""
+        (x, y), (width, height) = pos, size
+        names = max(max(width_of(lane.name, 16, "RobotoMedium"), width_of(lane.note)) for lane in lanes)
+        left = x + max(dp(88), min(names + dp(16), width * .3))
+        return cls(lanes, closed, ticks, first, hours, low=first - hours * BEYOND, high=first + hours * (1 + BEYOND),
+                   x=x, left=left, right=x + width, y=y, top=y + height, unit=(x + width - left) / hours,
+                   lane_height=(height - dp(AXIS)) / len(lanes),
+                   colours={state: Colours(*(getattr(tk, token) for token in tokens)) for state, tokens in TOKENS.items()})
+
+    @property
+    def bottom_of_axis(self) -> float:
+        return self.top - dp(AXIS)
+
+    @property
+    def bar_height(self) -> float:
+        return self.lane_height - dp(16)
+
+    def at(self, hour: float) -> float:
+        """Where an hour is, or the end of what is drawn."""
+        return self.left + self.unit * (min(max(hour, self.low), self.high) - self.first)
+
+    def middle(self, lane: int) -> float:
+        return self.bottom_of_axis - self.lane_height * (lane + .5)
+
+    def lane_at(self, y: float) -> int:
+        """Nearest lane to a height in px."""
+        return min(max(int((self.bottom_of_axis - y) / self.lane_height), 0), len(self.lanes) - 1)
+
+    def lanes_in_sight(self, seen_from: float, seen_height: float) -> range:
+        """All lanes, or of a page that scrolls those that are seen (px from the top) and one on either side."""
+        if not seen_height:
+            return range(len(self.lanes))
+        above = int((seen_from - dp(AXIS)) / self.lane_height)
+        return range(max(0, above - 1), min(len(self.lanes), above + int(seen_height / self.lane_height) + 3))
+
+    def is_drawn(self, start: float, end: float | None = None) -> bool:
+        """Whether something of that time is within what is drawn."""
+        return (start if end is None else end) > self.low and start < self.high
+
+
+# ---------------------------------------------------------------------- the background
+def paint_background(frame: Frame) -> None:
+    """Closed time with its words, and the lines of the ticks."""
+    height = frame.bottom_of_axis - frame.y
+    closed = [(frame.at(start), frame.at(end), words) for start, end, words in frame.closed if frame.is_drawn(start, end)]
+    for x, x2, _words in closed:
+        box(x, frame.y, x2 - x, height, tk.closed)
+        hatch(x, frame.y, x2 - x, height, tk.hatch)
+    for hour, _label, strong in frame.ticks:
+        if frame.is_drawn(hour):
+            box(frame.at(hour), frame.y, 2 if strong else 1, height, tk.outline if strong else tk.grid)
+    for x, x2, words in closed:
+        left, right = max(frame.left, x), min(frame.right, x2)
+        width = width_of(words) + dp(24)
+        if words and width <= right - left:
+            middle, y = (left + right) / 2, frame.y + frame.lane_height * (len(frame.lanes) - .5)
+            box(middle - width / 2, y - dp(13), width, dp(26), tk.surface, dp(13))
+            text(words, middle, y, tk.ink2, ax=.5)
+
+
+# ---------------------------------------------------------------------- lanes
+def paint_name(frame: Frame, lane: int) -> None:
+    name, note, y = frame.lanes[lane].name, frame.lanes[lane].note, frame.middle(lane)
+    text(name, frame.x, y + (dp(9) if note else 0), tk.ink, 16, font="RobotoMedium")
+    text(note, frame.x, y - dp(10), tk.ink3)
+
+
+def paint_bars(frame: Frame, bars: Sequence[Any], y: float) -> None:
+    """Each with border, label and whisker, but for narrow ones."""
+    height = frame.bar_height
+    narrow: dict[str, list[Span]] = {}
+    hollow: list[Span] = []
+    starts = [frame.at(bar.start) for bar in bars]
+    closes = [frame.at(start) for start, *_ in frame.closed]
+    for n, bar in enumerate(bars):
+        x, x2 = starts[n], frame.at(bar.end)
+        width = bar_width(x, x2)
+        if x2 - x < dp(NARROW):
+            narrow.setdefault(bar.state, []).append((x, x + width))
+            if bar.assumed:
+                hollow.append((x + dp(1.5), x + width - dp(1.5)))
+        else:
+            _paint_bar(frame, bar, x, x2, y)
+        if bar.label:
+            room_ends = min((start for start in (*starts[n + 1:n + 2], *closes) if start > x), default=frame.at(1e9))
+            _paint_label(frame, bar, x, width, y, room_ends)
+    for state, spans in narrow.items():
+        _mesh(spans, y, height, frame.colours[state].solid)
+    _mesh(hollow, y, height - dp(3), tk.surface)
+    _paint_overlaps(frame, bars, y)
+
+
+def paint_bars_together(frame: Frame, bars: Sequence[Any], y: float) -> None:
+    """So many that only where there are some can be seen: few drawings, whatever their number, so that a finger can drag them."""
+    taken: dict[str, list[Span]] = {}
+    shared: list[Span] = []
+    origin, unit, low, high = frame.left - frame.unit * frame.first, frame.unit, frame.low, frame.high
+    last_end = None
+    for bar in bars:
+        start, end = bar.start, bar.end
+        x = origin + unit * (start if start > low else low)
+        x2 = max(origin + unit * (end if end < high else high), x + 2)
+        _join(taken.setdefault(bar.state, []), x, x2)
+        if last_end is not None and x < last_end - 1:
+            _join(shared, x, min(x2, last_end))
+        elif bar.overlaps:
+            _join(shared, x, x2)
+        if last_end is None or x2 > last_end:
+            last_end = x2
+    for state, spans in taken.items():
+        _mesh(spans, y, frame.bar_height, frame.colours[state].solid)
+    _mesh(shared, y, frame.bar_height / 2, tk.overlap)
+
+
+def _paint_bar(frame: Frame, bar: Any, x: float, x2: float, y: float) -> None:
+    width, height, colours = x2 - x - 1, frame.bar_height, frame.colours[bar.state]
+    bottom = y - height / 2
+    if (late := _late_end(frame, bar)) > x2 + dp(2):
+        box(x2, y - dp(1), late - x2, dp(2), colours.edge)
+        box(late - dp(2), y - dp(6), dp(2), dp(12), colours.edge)
+    box(x, bottom, width, height, tk.surface if bar.assumed else colours.fill, dp(4))
+    box(x, bottom, width, height, colours.edge, dp(4), ring=1)
+    if bar.typed:                                # a frame in the frame; fills are solid in high contrast
+        box(x + dp(3), bottom + dp(3), width - dp(6), height - dp(6), colours.ink if tk.strong else colours.edge, dp(2), ring=1)
+    if bar.state == "planned":
+        box(x, bottom, dp(4), height, tk.accent, (dp(4), 0, 0, dp(4)))
+
+
+def _paint_label(frame: Frame, bar: Any, x: float, width: float, y: float, room_ends: float) -> None:
+    """In the bar, or beside it where nothing follows too soon."""
+    need, ends = width_of(bar.label) + dp(16), max(x + width, _late_end(frame, bar))
+    if need <= width:
+        text(bar.label, x + dp(10), y, tk.ink2 if bar.assumed else frame.colours[bar.state].ink)
+    elif ends + need <= min(room_ends, frame.right if frame.first <= bar.start <= frame.first + frame.hours else 1e9):
+        text(bar.label, ends + dp(6), y, tk.ink2)
+
+
+def _paint_overlaps(frame: Frame, bars: Sequence[Any], y: float) -> None:
+    height, last_end = frame.bar_height, None
+    bottom = y - height / 2
+    for bar in bars:
+        if bar.overlaps:
+            x, x2 = frame.at(bar.start), frame.at(bar.end)
+            hatch(x, bottom, x2 - x, height, tk.overlap, 6, 2)
+        if last_end is not None and bar.start < last_end:
+            x, x2 = frame.at(bar.start), frame.at(min(last_end, bar.end))
+            if x2 - x >= 2:
+                box(x, bottom, x2 - x, height, tk.attention_bg)
+                hatch(x, bottom, x2 - x, height, tk.overlap, 6, 2)
+                box(x, bottom, x2 - x, height, tk.attention, ring=1)
+        last_end = bar.end if last_end is None else max(last_end, bar.end)
+
+
+def _late_end(frame: Frame, bar: Any) -> float:
+    """Where its whisker ends."""
+    return frame.at(bar.end if bar.late is None else bar.late)
+
+
+def bar_width(x: float, x2: float) -> float:
+    """Of a bar from x to x2: a gap after it, and wide enough to be seen."""
+    return max(dp(6), x2 - x - 1)
+
+
+def _join(spans: list[Span], x: float, x2: float) -> None:
+    """Add a span to those before it, which it may touch."""
+    if spans and x <= spans[-1][1] + 1:
+        if x2 > spans[-1][1]:
+            spans[-1] = spans[-1][0], x2
+    else:
+        spans.append((x, x2))
+
+
+def _mesh(spans: list[Span], y: float, height: float, colour: Any) -> None:
+    """Many thin bars as one drawing, in pieces that its indices can count."""
+    Color(*colour)
+    bottom, top = round(y - height / 2), round(y + height / 2)
+    for n in range(0, len(spans), PIECES):
+        vertices: list[float] = []
+        indices: list[int] = []
+        for at, (left, right) in enumerate(spans[n:n + PIECES]):
+            at *= 4
+            vertices += (left, bottom, 0, 0, right, bottom, 0, 0, right, top, 0, 0, left, top, 0, 0)
+            indices += (at, at + 1, at + 2, at, at + 2, at + 3)
+        Mesh(vertices=vertices, indices=indices, mode="triangles")
+
+
+# ---------------------------------------------------------------------- the axis and the time
+def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
+    """The labels of the ticks and the now-line with its own; ``seen``: left and right end of what is seen."""
+    pill = None
+    if frame.is_drawn(now) and now_label:
+        width = width_of(now_label, 14, "RobotoMedium") + dp(16)
+        left = _kept_in(frame.at(now), width, seen)
+        pill = left, left + width
+    _paint_tick_labels(frame, seen, [pill] if pill else [])
+    if frame.is_drawn(now):
+        box(frame.at(now) - 1, frame.y, 2, frame.bottom_of_axis - frame.y, tk.ink)
+    if pill:
+        box(left, frame.bottom_of_axis + dp(3), width, dp(24), tk.ink, dp(12))
+        text(now_label, left + width / 2, frame.top - dp(AXIS) / 2 + dp(1), tk.surface, ax=.5, font="RobotoMedium")
+
+
+def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
+    """As many as fit side by side and beside what is ``taken``: the strong ones (a new day) first. Those that are seen stay whole at the
+    ends."""
+    y = frame.top - dp(AXIS) / 2 + dp(2)
+    for hour, label, strong in sorted(frame.ticks, key=lambda tick: not tick[2]):
+        if not label or not frame.is_drawn(hour):
+            continue
+        font = "RobotoMedium" if strong else "Roboto"
+        width = width_of(label, font=font)
+        left = _kept_in(frame.at(hour), width, seen)
+        if all(left + width + dp(6) <= begins or ends + dp(6) <= left for begins, ends in taken):
+            taken.append((left, left + width))
+            text(label, left, y, tk.ink if strong else tk.ink3, font=font)
+
+
+def _kept_in(x: float, width: float, seen: Span) -> float:
+    """Left end of something ``width`` px wide around x, which is not cut by an edge as long as x is seen."""
+    left, right = seen
+    return min(max(x - width / 2, left), right - width) if left <= x <= right else x - width / 2
