@@ -27,12 +27,12 @@ from app.domain.robot import (
 from app.mir import parameters as mission_parameters
 from app.mir import parse
 from app.mir.address import Address
-from app.mir.connections import Timeouts
 from app.mir.credentials import Token
 from app.mir.errors import Busy, NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
+from app.mir.http import HttpTransport
 from app.mir.mission_queue import NOT_OFFERED, QueueReader
 from app.mir.texts import clean, resolve
-from app.mir.transport import API, HttpTransport, Response, Transport
+from app.mir.transport import API, Response, Timeouts, Transport
 
 LONGEST_DESCRIPTION = 200   # characters of message and description (MiR's REST definition 3.5.4)
 LONGEST_ANSWER = 255        # characters of the answer to a prompt (the same)

@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import errno
 import functools
-import hashlib
 import socket
 import ssl
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import closing
-from dataclasses import dataclass
 from typing import Any
 
 from requests.utils import DEFAULT_CA_BUNDLE_PATH
@@ -24,8 +21,9 @@ from urllib3.exceptions import SSLError as FingerprintError
 from urllib3.response import HTTPResponse
 from urllib3.util.ssl_ import create_urllib3_context
 
-from app.mir.address import Address, is_ip
+from app.mir.address import is_ip
 from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, TimedOut, Unreachable, Unreadable
+from app.mir.transport import Timeouts
 
 MIB = 1024 * 1024
 LONGEST_BODY = 8 * MIB          # unpacked
@@ -33,14 +31,6 @@ _CODES = {errno.ECONNREFUSED: "refused", errno.ETIMEDOUT: "no_answer", errno.EHO
           errno.ENETUNREACH: "no_route", errno.ENETDOWN: "no_route", errno.EADDRNOTAVAIL: "no_route"}
 _of_numbers = functools.lru_cache(1024)(socket.getaddrinfo)      # an IP address never means another one
 _lookups: dict[tuple[str, int], Future[list[Any]]] = {}          # the last one of each name
-
-
-@dataclass(frozen=True)
-class Timeouts:
-    """Seconds: to connect, between two parts of an answer, and for everything together."""
-    connect: float = 3.0
-    read: float = 5.0
-    total: float = 10.0
 
 
 def resolve(host: str, port: int, seconds: float) -> list[Any]:
@@ -176,17 +166,3 @@ def tls_context(*, is_pinned: bool) -> ssl.SSLContext:
         context.load_verify_locations(DEFAULT_CA_BUNDLE_PATH)
     context.sslsocket_class = _TlsSocket
     return context
-
-
-def presented_fingerprint(address: Address, timeouts: Timeouts | None = None) -> str:
-    """SHA-256 of the certificate at an https address, as 64 hex digits, for a person to compare and pin. Sends no request.
-
-    Raises Unreachable or CertificateProblem.
-    """
-    with closing(TlsConnection(address.host, address.port, ssl_context=tls_context(is_pinned=True))) as connection:
-        connection.begin(timeouts or Timeouts())
-        try:
-            connection.connect()
-        except Unreachable as error:
-            raise error.at(address.netloc) from None
-        return hashlib.sha256(connection.sock.getpeercert(binary_form=True)).hexdigest()

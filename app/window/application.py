@@ -176,8 +176,7 @@ class SchedulerApp(MDApp):
     def _build_screen(self, name: str) -> Widget:
         module, class_name = SCREENS[name]
         screen = getattr(importlib.import_module(module), class_name)
-        kind = getattr(screen, "Services", None)
-        return screen(self.container if kind is None else pick(kind, self.container), self.shell)
+        return screen(pick(screen.Services, self.container), self.shell)
 
     # ------------------------------------------------------------------ the poll cycle
     def _set_poll(self, settings: Settings) -> None:

@@ -13,9 +13,9 @@ import pytest
 from app.domain.models import InvalidInput
 from app.mir.address import Address
 from app.mir.client import RobotClient
-from app.mir.connections import presented_fingerprint
 from app.mir.credentials import Token
 from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, Delivery, RobotError, TimedOut, Unreachable
+from app.mir.fingerprint import presented_fingerprint
 from app.mir.transport import Timeouts
 from tests.unit.mir.answers import MISSION, STATUS
 from tests.unit.mir.servers import HEAD, Conversation, Server, closed_port

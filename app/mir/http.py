@@ -1,0 +1,101 @@
+"""Requests to a robot over HTTP.
+
+An adapter of requests without its ``Session``, which adds what is not wanted here: cookies, proxies, .netrc (it overrides the Authorization
+header) and redirects (they make a GET of a POST, and their bodies are read without a limit).
+"""
+from __future__ import annotations
+
+import json as json_module
+import logging
+from collections.abc import Mapping
+from http.client import HTTPException
+from typing import Any, cast
+from urllib.parse import urlencode
+
+from requests import PreparedRequest
+from requests import Response as RequestsResponse
+from requests.adapters import HTTPAdapter
+from urllib3.exceptions import HTTPError
+
+from app.domain.message import message
+from app.mir.address import Address
+from app.mir.connections import LONGEST_BODY, RobotConnection, TlsConnection, tls_context, too_long
+from app.mir.credentials import Token, normalise_fingerprint
+from app.mir.errors import ConnectionLost, RobotError, Unreadable
+from app.mir.transport import API, Response, Timeouts
+
+logging.getLogger("urllib3").setLevel(logging.ERROR)         # it logs a traceback for each answer with a broken header
+
+
+class _Adapter(HTTPAdapter):
+    """Of requests, on one connection of ours and without cookies."""
+    connection: RobotConnection
+
+    def get_connection_with_tls_context(self, *_: Any, **__: Any) -> Any:
+        return self.connection
+
+    def cert_verify(self, *_: Any) -> None:
+        """Done by the connection."""
+
+    def build_response(self, req: PreparedRequest, resp: Any) -> RequestsResponse:
+        response = RequestsResponse()
+        response.request, response.raw, response.status_code, response.headers = req, resp, resp.status, resp.headers
+        return response
+
+
+class HttpTransport:
+    """Reads keep their connection open; everything else gets a fresh one, as the robot may just be closing an open one."""
+
+    def __init__(self, address: Address, token: Token, certificate_sha256: str | None = None) -> None:
+        self._address, self._adapter = address, _Adapter()
+        kind, tls = RobotConnection, dict[str, Any]()
+        if address.is_secure:
+            pin = normalise_fingerprint(certificate_sha256) if certificate_sha256 else None
+            kind, tls = TlsConnection, {"ssl_context": tls_context(is_pinned=pin is not None), "assert_fingerprint": pin}
+        self._reading, self._writing = kind(address.host, address.port, **tls), kind(address.host, address.port, **tls)
+        self._headers = {
+            "Host": address.netloc, "Accept": "application/json", "Accept-Encoding": "identity", "Accept-Language": "en_US",
+            "Content-Type": "application/json", "User-Agent": "AMR-Scheduler", **({"Authorization": token.header} if token else {})}
+
+    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
+        request, headers = PreparedRequest(), {"Connection": "keep-alive"}
+        request.method = method
+        request.url = f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else "")
+        if method != "GET":
+            body = b"" if json is None else json_module.dumps(json, allow_nan=False).encode("ascii")
+            request.body, headers = body or None, {"Connection": "close", "Content-Length": str(len(body))}
+        request.headers = cast(Any, self._headers | headers)         # whose names need no other case
+        connection = self._reading if method == "GET" else self._writing
+        connection.begin(timeout)
+        try:
+            return self._send(request, connection)
+        except RobotError as error:
+            raise error.at(self._address.netloc) from None
+
+    def close(self) -> None:
+        self._reading.close()
+
+    def _send(self, request: PreparedRequest, connection: RobotConnection) -> Response:
+        try:
+            return self._once(request, connection)
+        except ConnectionLost:
+            if request.method != "GET" or connection.is_new or connection.received:
+                raise
+        return self._once(request, connection)       # a read: the robot had closed the kept-alive connection
+
+    def _once(self, request: PreparedRequest, connection: RobotConnection) -> Response:
+        self._adapter.connection, body, keeps = connection, bytearray(), False
+        try:
+            answer = self._adapter.send(request, stream=True)
+            for part in answer.iter_content(65536):                  # unpacks no more than that at a time
+                body += part
+                if len(body) > LONGEST_BODY:
+                    raise too_long()
+            keeps = request.method == "GET"
+            return Response(answer.status_code, bytes(body), answer.headers)
+        except (OSError, HTTPException, HTTPError, ValueError):      # those of requests are OSErrors
+            # Not chained: the originals carry the request with its token.
+            raise (ConnectionLost() if connection.is_at_end else Unreadable(problem=message("it doesn't keep to HTTP"))) from None
+        finally:
+            if not keeps:                    # or what is left of the answer may be taken for that of the next request
+                connection.close()
