@@ -154,7 +154,7 @@ def test_the_plan_is_written_as_a_calendar_file_and_says_where(screen, container
     monkeypatch.setattr("platformdirs.user_documents_path", lambda: tmp_path)
     press(screen, ui, "Export")
     [path] = tmp_path.glob("*.ics")
-    count = len(list(ics.events(path.read_bytes().decode())))
+    count = len(list(ics.events(path.read_bytes())))
     assert count > 50
     ui.wait(lambda: ui.find(Snackbar).text == f"{count} starts of the next 30 days written to {path}")
 
