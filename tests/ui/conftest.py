@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import gc
+import time
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
@@ -35,7 +36,14 @@ HctSolver.solve_to_int = staticmethod(cache(HctSolver.solve_to_int))
 
 
 PENDING = 200.0                          # s of virtual time, longer than any animation and than kivy's caches keep what they drew
+LET_GO_WITHIN = 5.0                      # s, in which threads of the test before end
 _shown_before: list[str] = []            # the last test that had the window
+
+
+def living_widgets() -> Counter[str]:
+    """After a collection of garbage, by class."""
+    gc.collect()
+    return Counter(type(thing).__name__ for thing in gc.get_objects() if issubclass(type(thing), Widget))
 
 
 class Stage(MDApp):
@@ -71,8 +79,9 @@ def ui(stage, nothing_left) -> Iterator[Driver]:
 def nothing_left(stage, request) -> Iterator[None]:
     """Python looks for garbage between two tests only; whenever it likes, that takes a third of their time. By then no widget of the test
     before may be alive: what keeps one would keep it, and the screen around it, in the app as well. After a failure its traceback may."""
-    gc.collect()
-    alive = Counter(type(thing).__name__ for thing in gc.get_objects() if issubclass(type(thing), Widget))
+    ends = time.monotonic() + LET_GO_WITHIN
+    while (alive := living_widgets()) and time.monotonic() < ends:
+        time.sleep(.01)
     assert not alive or request.session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
     _shown_before[:] = [request.node.nodeid]
     gc.disable()
