@@ -12,7 +12,7 @@ HIDDEN = {
     "in a transparent box": "BoxLayout:\n            opacity: 0\n            Button:",
     "a label of a box that is off": "BoxLayout:\n            opacity: 0\n            disabled: True\n            Label:",
     "a field that leaves a box without height":
-        "BoxLayout:\n            size_hint_y: None\n            height: 0\n            TextInput:\n                size_hint: None, None\n"
+        "BoxLayout:\n            size_hint_y: None\n            height: 0\n            FieldInput:\n                size_hint: None, None\n"
         "                size: 90, 50",
     "a list beside its box":
         "FloatLayout:\n            ScrollView:\n                size_hint: None, None\n                size: 90, 50\n"
