@@ -15,7 +15,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -66,11 +66,12 @@ def texts_of_code(root: Path = ROOT) -> dict[str, Text]:
 
 def _python_texts(path: Path) -> Iterator[tuple[int, Text]]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    found = list(_calls(tree, path, 0))
-    if any(isinstance(node, ast.arg) and node.arg == "translate" for node in ast.walk(tree)):
+    nodes = list(ast.walk(tree))
+    found = list(_calls(nodes, path, 0))
+    if any(isinstance(node, ast.arg) and node.arg == "translate" for node in nodes):
         found += _tables(tree)
     else:
-        found += [text for node in ast.walk(tree) if _is_sentences(node) for text in _tables(node)]
+        found += [text for node in nodes if _is_sentences(node) for text in _tables(node)]
     yield from sorted(found, key=lambda item: item[0])
 
 
@@ -99,7 +100,7 @@ def _kv_texts(path: Path) -> Iterator[tuple[int, Text]]:
     """kv values are Python expressions; each line with a call is read as one, from the call to its closing bracket."""
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         for match in KV_CALL.finditer(line):
-            yield from _calls(ast.parse(_to_closing_bracket(line[match.start():], path, number)), path, number - 1)
+            yield from _calls(ast.walk(ast.parse(_to_closing_bracket(line[match.start():], path, number))), path, number - 1)
 
 
 def _to_closing_bracket(source: str, path: Path, number: int) -> str:
@@ -112,8 +113,8 @@ def _to_closing_bracket(source: str, path: Path, number: int) -> str:
     raise NotConstant(f"{path}:{number}: the call of tr must stand on one line")
 
 
-def _calls(tree: ast.AST, path: Path, offset: int) -> Iterator[tuple[int, Text]]:
-    for node in ast.walk(tree):
+def _calls(nodes: Iterable[ast.AST], path: Path, offset: int) -> Iterator[tuple[int, Text]]:
+    for node in nodes:
         if not isinstance(node, ast.Call):
             continue
         name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr if isinstance(node.func, ast.Attribute) else ""

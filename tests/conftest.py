@@ -1,6 +1,7 @@
 """Of all tests: how many run at once, and how many examples hypothesis tries."""
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Generator
 from pathlib import Path
@@ -15,6 +16,10 @@ settings.load_profile("quick")
 
 # pytest compiles the assertions of every test module anew, in every process, if it may not keep what it compiled: seconds each time.
 sys.dont_write_bytecode = False
+
+# Thousands of small databases: in memory nothing waits for a disk.
+if os.access("/dev/shm", os.W_OK):
+    os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", "/dev/shm")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:

@@ -80,7 +80,7 @@ def nothing_left(stage, request) -> Iterator[None]:
     """Python looks for garbage between two tests only; whenever it likes, that takes a third of their time. By then no widget of the test
     before may be alive: what keeps one would keep it, and the screen around it, in the app as well. After a failure its traceback may."""
     ends = time.monotonic() + LET_GO_WITHIN
-    while (alive := living_widgets()) and time.monotonic() < ends:
+    while (alive := living_widgets()) and not request.session.testsfailed and time.monotonic() < ends:
         time.sleep(.01)
     assert not alive or request.session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
     _shown_before[:] = [request.node.nodeid]

@@ -46,6 +46,7 @@ def install(width: int = 1280, height: int = 800):
 
 
 def _install(width: int, height: int):
+    logging.getLogger("kivy").addHandler(logging.NullHandler())      # which clipboards this machine lacks is no news here
     from kivy.config import Config
     Config.set("graphics", "width", str(width))
     Config.set("graphics", "height", str(height))

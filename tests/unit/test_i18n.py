@@ -180,7 +180,7 @@ def test_the_check_finds_what_is_missing_unused_or_filled_differently(code, loca
 
 
 def test_the_apps_own_texts_can_all_be_extracted():
-    assert len(catalogues.texts_of_code()) > 100
+    assert len(catalogues.texts_of_code(catalogues.ROOT)) > 100
 
 
 def test_the_language_needs_no_kivy():
