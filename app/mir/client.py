@@ -35,6 +35,7 @@ from app.mir.texts import clean, resolve
 from app.mir.transport import API, Response, Timeouts, Transport
 
 LONGEST_DESCRIPTION = 200   # characters of message and description (MiR's REST definition 3.5.4)
+LONGEST_TOLD = 20_000       # characters of an error's text that are looked at
 LONGEST_ANSWER = 255        # characters of the answer to a prompt (the same)
 
 T = TypeVar("T")
@@ -227,7 +228,7 @@ class RobotClient:
         if status < 200:
             raise Unreadable(address=address, problem=message("status {status}", status=status))
         if status < 400:
-            target = self._token.hide_in(clean(answer.headers.get("Location", ""), 100)) or "elsewhere"
+            target = self._told(answer.headers.get("Location", ""), 100) or "elsewhere"
             raise NotAMir(code="redirected", address=address, target=target)
         if status in (401, 403):
             raise Unauthorized(status=status, address=address)
@@ -244,7 +245,11 @@ class RobotClient:
             return "", ""
         if not isinstance(found, dict):
             return "", ""
-        return clean(found.get("error_code"), 80), self._token.hide_in(resolve(found.get("error_human"), 300))
+        return self._told(found.get("error_code"), 80), self._told(found.get("error_human"), 300)
+
+    def _told(self, text: Any, limit: int) -> str:
+        """The robot's words, without our token: it is looked for before anything is cut off, or a part of it would stay."""
+        return clean(self._token.hide_in(resolve(text, LONGEST_TOLD)), limit)
 
 
 def _segment(identifier: str) -> str:

@@ -21,12 +21,14 @@ from urllib3.exceptions import SSLError as FingerprintError
 from urllib3.response import HTTPResponse
 from urllib3.util.ssl_ import create_urllib3_context
 
+from app.domain.message import message
 from app.mir.address import is_ip
 from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, TimedOut, Unreachable, Unreadable
 from app.mir.transport import Timeouts
 
 MIB = 1024 * 1024
 LONGEST_BODY = 8 * MIB          # unpacked
+LONGEST_HEAD = 16 * 1024        # with interim answers and the begin of the body; what email.message takes for one grows with its square
 _CODES = {errno.ECONNREFUSED: "refused", errno.ETIMEDOUT: "no_answer", errno.EHOSTUNREACH: "no_answer", errno.EHOSTDOWN: "no_answer",
           errno.ENETUNREACH: "no_route", errno.ENETDOWN: "no_route", errno.EADDRNOTAVAIL: "no_route"}
 _of_numbers = functools.lru_cache(1024)(socket.getaddrinfo)      # an IP address never means another one
@@ -58,6 +60,10 @@ def too_long() -> Unreadable:
     return Unreadable(code="too_long", limit=LONGEST_BODY // MIB)
 
 
+def not_http() -> Unreadable:
+    return Unreadable(problem=message("it doesn't keep to HTTP"))
+
+
 class _Socket(socket.socket):
     """Keeps to the deadline of its connection. A request is collected here and leaves in one piece when its answer is to be read."""
     connection: RobotConnection
@@ -73,7 +79,9 @@ class _Socket(socket.socket):
             self._run(super().sendall, request)
         count: int = self._run(super().recv_into, *args)
         connection.received, connection.is_at_end = connection.received + count, count == 0
-        if connection.received > LONGEST_BODY + MIB:           # of headers, sizes of chunks, interim answers
+        if connection.is_in_head and connection.received > LONGEST_HEAD:
+            raise not_http()
+        if connection.received > LONGEST_BODY + MIB:           # of sizes of chunks
             raise too_long()
         return count
 
@@ -111,8 +119,14 @@ class RobotConnection(HTTPConnection):
 
     def urlopen(self, *, method: str, url: str, body: Any, headers: Any, **_: Any) -> HTTPResponse:
         """Without redirects and retries."""
+        self.is_in_head = True
         self.request(method, url, body, headers, preload_content=False)
-        return self.getresponse()
+        try:
+            answer = self.getresponse()
+        except TypeError:                  # of email.message: parameters of Content-Type that contradict each other
+            raise not_http() from None
+        self.is_in_head = False
+        return answer
 
     def connect(self) -> None:
         """Raises Unreachable or CertificateProblem."""
@@ -156,6 +170,11 @@ class RobotConnection(HTTPConnection):
 
 class TlsConnection(RobotConnection, HTTPSConnection):
     """Compares the certificate with ``assert_fingerprint`` after the handshake, before anything is sent."""
+
+    @property
+    def is_connected(self) -> bool:
+        """Not with a rest of the last answer either, which may be decrypted already."""
+        return super().is_connected and not self.sock.pending()
 
 
 def tls_context(*, is_pinned: bool) -> ssl.SSLContext:

@@ -17,11 +17,10 @@ from requests import Response as RequestsResponse
 from requests.adapters import HTTPAdapter
 from urllib3.exceptions import HTTPError
 
-from app.domain.message import message
 from app.mir.address import Address
-from app.mir.connections import LONGEST_BODY, RobotConnection, TlsConnection, tls_context, too_long
+from app.mir.connections import LONGEST_BODY, RobotConnection, TlsConnection, not_http, tls_context, too_long
 from app.mir.credentials import Token, normalise_fingerprint
-from app.mir.errors import ConnectionLost, RobotError, Unreadable
+from app.mir.errors import ConnectionLost, RobotError
 from app.mir.transport import API, Response, Timeouts
 
 logging.getLogger("urllib3").setLevel(logging.ERROR)         # it logs a traceback for each answer with a broken header
@@ -91,11 +90,11 @@ class HttpTransport:
                 body += part
                 if len(body) > LONGEST_BODY:
                     raise too_long()
-            keeps = request.method == "GET"
+            keeps = request.method == "GET" and answer.status_code == 200      # others may be followed by what they don't announce
             return Response(answer.status_code, bytes(body), answer.headers)
         except (OSError, HTTPException, HTTPError, ValueError):      # those of requests are OSErrors
             # Not chained: the originals carry the request with its token.
-            raise (ConnectionLost() if connection.is_at_end else Unreadable(problem=message("it doesn't keep to HTTP"))) from None
+            raise (ConnectionLost() if connection.is_at_end else not_http()) from None
         finally:
             if not keeps:                    # or what is left of the answer may be taken for that of the next request
                 connection.close()

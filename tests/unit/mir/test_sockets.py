@@ -17,7 +17,6 @@ from typing import Any
 
 import pytest
 
-from app.mir import connections
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
@@ -291,6 +290,10 @@ NONSENSE: dict[str, bytes] = {
     "switching protocols": b"HTTP/1.1 101 Switching Protocols\r\nUpgrade: x\r\n\r\n",
     "a web page": b"HTTP/1.1 200 OK\r\nContent-Length: 13\r\n\r\n<html></html>",
     "half an answer": b"HTTP/1.1 201 Created\r\n\r\n{\"id\": 7",
+    "parameters that contradict each other": HEAD.replace(b"application/json", b"multipart/mixed; boundary*=a; boundary*0=b") + b"\r\n{}",
+    "a parameter that takes hours": HEAD.replace(b"application/json", b'multipart/mixed; a="' + b"\r\n ".join([b";" * 60_000] * 90))
+                                    + b"\r\n\r\n{}",
+    "a long head": HEAD + b"".join(b"X%d: %b\r\n" % (n, b"x" * 1000) for n in range(30)) + b"\r\n" + ACCEPTED,
 }
 
 
@@ -334,10 +337,10 @@ def test_a_flood_is_cut(serve: Serve, connect: Connect, behaviour: str) -> None:
     assert len(server.requests) == 1
 
 
-def test_endless_interim_answers_are_cut(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connections, "LONGEST_BODY", 0)
+def test_endless_interim_answers_are_cut(serve: Serve, connect: Connect) -> None:
     server = serve(after_request(lambda robot: flood(robot, b"", b"HTTP/1.1 100 Continue\r\n\r\n" * 100)))
-    assert enqueue_fails(connect(server)).code == "too_long"
+    error = enqueue_fails(connect(server))
+    assert (type(error), error.delivery) == (Unreadable, Delivery.UNKNOWN)
 
 
 def test_a_long_answer_within_the_limit_is_read(serve: Serve, connect: Connect) -> None:
@@ -402,6 +405,31 @@ def test_a_write_after_a_read_does_not_meet_the_dead_connection(serve: Serve, co
         robot.status()
         assert robot.enqueue(MISSION) == 7
         assert server.connections == 2 * number
+
+
+@pytest.mark.parametrize("first", [b"HTTP/1.1 103 Early Hints\r\n\r\n", b"HTTP/1.1 204 No Content\r\n\r\n"])
+def test_a_belated_second_answer_is_not_that_of_the_next_request(serve: Serve, connect: Connect, first: bytes) -> None:
+    def answers_twice(conversation: Conversation) -> None:
+        conversation.request()
+        conversation.send(first)
+        conversation.request()                      # the second answer arrives when the next request has left, if that comes here
+        conversation.answer(READY)
+
+    server = serve(answers_twice)
+    robot = connect(server)
+    status_fails(robot)
+    status_fails(robot)
+    assert server.connections == 2
+
+
+@pytest.mark.parametrize("length", [30, 80, 99, 100, 101, 150, 500])
+def test_a_token_that_a_robot_sends_back_is_not_shown_in_part_either(serve: Serve, connect: Connect, length: int) -> None:
+    said = "x" * (length - 30) + "\u200b".join(TOKEN.header)
+    body = json.dumps({"error_code": TOKEN.header, "error_human": said}).encode()
+    for answer in (lambda robot: robot.answer(b"", "302 Found", f"Location: {'x' * (length - 30)}{TOKEN.header}"),
+                   lambda robot: robot.answer(body, "400 Bad Request"), lambda robot: robot.answer(body, "503 Service Unavailable")):
+        error = enqueue_fails(connect(serve(after_request(answer))))
+        assert TOKEN.header[6:20] not in f"{error!r}{error}{vars(error)}"
 
 
 def test_a_time_out_on_a_kept_alive_connection_is_no_reason_to_ask_again(serve: Serve, connect: Connect) -> None:

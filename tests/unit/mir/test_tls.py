@@ -77,6 +77,24 @@ def test_the_pinned_certificate_is_taken_though_expired_nameless_and_self_signed
     robot.close()
 
 
+def test_a_second_answer_that_is_decrypted_already_is_not_that_of_the_next_request(serve: Serve) -> None:
+    def answers_twice(conversation: Conversation) -> None:
+        conversation.request()
+        body = json.dumps(STATUS).encode()
+        length = 8192 - len(HEAD) - len(b"Content-Length: 8000\r\n\r\n")          # what is read at a time
+        conversation.send(HEAD + b"Content-Length: %d\r\n\r\n%b" % (length, body.ljust(length))
+                          + HEAD + b"Content-Length: 15\r\n\r\n" + b'{"id": "wrong"}')
+        conversation.request()
+        conversation.hang()
+
+    server = serve(answers_twice)
+    robot = robot_at(server, fingerprint(FIELD_ROBOT))
+    assert robot.status().robot_name == "R1"
+    assert robot.status().robot_name == "R1"
+    assert server.connections == 2
+    robot.close()
+
+
 @pytest.mark.parametrize("pin", ["00" * 32, fingerprint(PLANT_ROBOT)])
 def test_another_certificate_than_the_pinned_one_gets_not_a_byte(serve: Serve, pin: str) -> None:
     server = serve()
