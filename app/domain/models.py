@@ -253,7 +253,6 @@ class RobotSnapshot:
     queue_read_at: datetime | None = None
     since: datetime | None = None        # of this connection state
     problem: Message = ""                   # what the last failure says, empty when it answers
-    idle_since: datetime | None = None
 
 
 KEYBOARDS = ("auto", "on", "off")        # on the screen: when the tablet has none of its own, always, never

@@ -196,11 +196,3 @@ class MapPosition:
     type_id: int | None = None
     map_id: str | None = None
     pose: Pose | None = None
-
-
-@dataclass(frozen=True)
-class Register:
-    """A PLC register: 1–100 hold integers, 101–200 floating-point numbers."""
-    id: int
-    value: float | None
-    label: str = ""

@@ -19,7 +19,6 @@ from app.domain.robot import (
     MissionInfo,
     MissionParameter,
     QueueItem,
-    Register,
     RobotMap,
     RobotState,
     RobotStatus,
@@ -184,9 +183,6 @@ class RobotClient:
         return self._get(path, lambda found: parse.listed(found, message("the list of positions"),
                                                           lambda entry: parse.map_position(entry, map_id)),
                          {"whitelist": "all"})
-
-    def registers(self) -> list[Register]:
-        return self._get("/registers", lambda found: parse.listed(found, message("the list of registers"), parse.register))
 
     # ------------------------------------------------------------------ requests
     def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None) -> T:

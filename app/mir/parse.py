@@ -19,7 +19,6 @@ from app.domain.robot import (
     Pose,
     QueueItem,
     QueueState,
-    Register,
     RobotMap,
     RobotProblem,
     RobotState,
@@ -254,7 +253,7 @@ def queue_item(value: Any) -> QueueItem:
         control_state=int_or_none(value.get("control_state")))
 
 
-# ---------------------------------------------------------------------- missions, map, registers
+# ---------------------------------------------------------------------- missions, map
 def mission_info(value: Object) -> MissionInfo | None:
     guid = text_or_none(value.get("guid"))
     return MissionInfo(guid, clean(value.get("name"), 255) or guid, api_url(value.get("url"))) if guid else None
@@ -278,11 +277,6 @@ def map_position(value: Object, map_id: str | None) -> MapPosition | None:
         return None
     return MapPosition(guid, clean(value.get("name"), 255), int_or_none(value.get("type_id")), text_or_none(value.get("map_id")) or map_id,
                        _pose(value, "pos_x", "pos_y"))
-
-
-def register(value: Object) -> Register | None:
-    number = int_or_none(value.get("id"))
-    return Register(number, float_or_none(value.get("value")), clean(value.get("label"), 80)) if number is not None else None
 
 
 def robot_map(value: Any) -> RobotMap:

@@ -11,6 +11,9 @@ A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the
                 text: tr._("Cancel")
                 on_release: root.dismiss()
 """
+from collections.abc import Hashable
+from dataclasses import dataclass
+
 from kivy.clock import Clock
 from kivy.metrics import dp
 from kivy.properties import (
@@ -23,7 +26,7 @@ from kivy.properties import (
 )
 from kivy.uix.modalview import ModalView
 
-from app.widgets.lists import Row, values_of
+from app.widgets.lists import Row
 from app.widgets.surfaces import SeenBox, Surface, TonedTap
 
 ESCAPE = 27                              # also Android's back button
@@ -106,6 +109,17 @@ class ConfirmDialog(FormDialog):
         self.dispatch("on_confirmed" if self._confirmed else "on_declined")
 
 
+@dataclass(frozen=True)
+class Choice:
+    """Values of OptionRow."""
+    key: Hashable
+    text: str
+    icon: str
+    note: str
+    selected: bool
+    mark: bool
+
+
 class ChoiceDialog(Dialog):
     """Choose one of many, or with ``multiple`` tick several and confirm. Long lists get a search field.
 
@@ -146,8 +160,8 @@ class ChoiceDialog(Dialog):
     def _show(self, *_):
         words = self.query.casefold().split()
         self.shown = [
-            {**option, "selected": option["key"] in self.selected, "mark": self.multiple} for option in map(values_of, self.options)
-            if all(word in f"{option['text']} {option.get('note', '')}".casefold() for word in words)]
+            Choice(option.key, option.text, option.icon, option.note, option.key in self.selected, self.multiple) for option in self.options
+            if all(word in f"{option.text} {option.note}".casefold() for word in words)]
 
     def chosen(self, key) -> None:
         """An option was tapped."""
@@ -159,8 +173,7 @@ class ChoiceDialog(Dialog):
         self.dismiss()
 
     def confirmed(self) -> None:
-        keys = [values_of(option)["key"] for option in self.options]
-        self.dispatch("on_choose_many", [key for key in keys if key in self.selected])
+        self.dispatch("on_choose_many", [option.key for option in self.options if option.key in self.selected])
         self.dismiss()
 
 

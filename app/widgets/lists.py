@@ -1,8 +1,8 @@
 """Lists whose rows keep their identity while the data change, that scroll, and that come to rest on whole rows.
 
-Each row of ``data`` is a frozen dataclass whose fields are properties of the row class (a dict of them works too) and, for lists that
-change, a ``key`` that identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to
-a key, and a view that is reused for another row ignores an earlier press.
+Each row of ``data`` is a frozen dataclass whose fields are properties of the row class and, for lists that change, a ``key`` that
+identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to a key, and a view that
+is reused for another row ignores an earlier press.
 """
 from kivy.animation import Animation
 from kivy.clock import Clock
@@ -44,18 +44,9 @@ class Row:
             self.host.dispatch("on_action", self.key, action, *values)
 
     def take(self, data) -> None:
-        """Show ``data``; properties that earlier data had set and this one lacks return to their defaults."""
-        values = values_of(data)
-        for name in getattr(self, "_taken", set()) - values.keys():
-            setattr(self, name, self.property(name).defaultvalue)
-        for name, value in values.items():
+        """Show ``data``."""
+        for name, value in vars(data).items():
             setattr(self, name, value)
-        self._taken = set(values)
-
-
-def values_of(row) -> dict:
-    """The properties that a row of data sets, by name."""
-    return row if isinstance(row, dict) else vars(row)
 
 
 class Rows(BoxLayout):
@@ -96,7 +87,7 @@ class Rows(BoxLayout):
             return
         old, self._views = self._views, {}
         for n, data in enumerate(self.data):
-            key = values_of(data).get("key", n)
+            key = getattr(data, "key", n)
             if key in self._views:
                 raise ValueError(f"two rows with the key {key!r}")
             view = old.pop(key, None) or Factory.get(self.viewclass)()

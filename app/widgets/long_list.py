@@ -16,7 +16,7 @@ from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 from kivy.uix.relativelayout import RelativeLayout
 
-from app.widgets.lists import CalmScroll, Row, values_of
+from app.widgets.lists import CalmScroll, Row
 
 
 class Seat(RelativeLayout):
@@ -93,7 +93,7 @@ class LongList(CalmScroll):
 
     # ------------------------------------------------------------------ what is where
     def _changed(self, *_):
-        self._keys = [values_of(row).get("key", n) for n, row in enumerate(self.data)]
+        self._keys = [row.key for row in self.data]
         self._places = {key: n for n, key in enumerate(self._keys)}
         if len(self._places) != len(self._keys):
             raise ValueError("two rows with one key")

@@ -5,6 +5,7 @@ from datetime import date, time
 
 from kivy.lang import Builder
 
+from app.screens.common.options import MenuItem, Option
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu
 from app.widgets.pickers import DateDialog, TimeDialog
 from app.widgets.snackbar import Snackbars
@@ -66,15 +67,14 @@ def date_dialog(studio):
 @picture("gallery-choice", sizes=EVERY_SIZE)
 def choice_dialog(studio):
     page(studio, "GalleryForm")
-    options = [{"key": n, "text": f"Mission {n}", "note": "" if n % 3 else "on Aino only", "icon": "star" if n < 2 else "star-outline"}
-               for n in range(30)]
+    options = [Option(n, f"Mission {n}", "star" if n < 2 else "star-outline", "" if n % 3 else "on Aino only") for n in range(30)]
     return studio.dialogs.open(ChoiceDialog(title="Mission", options=options, selected=[2], hint="Search"))
 
 
 @picture("gallery-checklist", sizes=(LANDSCAPE, PORTRAIT))
 def checklist(studio):
     page(studio, "GalleryForm")
-    options = [{"key": n, "text": name} for n, name in enumerate(("Deliver kits to line 2", "Collect empties", "Waste to compactor"))]
+    options = [Option(n, name) for n, name in enumerate(("Deliver kits to line 2", "Collect empties", "Waste to compactor"))]
     return studio.dialogs.open(ChoiceDialog(title="Missions on Aino", options=options, selected=[1], multiple=True, confirm="Add missions",
                                             decline="Cancel"))
 
@@ -90,9 +90,9 @@ def confirm(studio):
 @picture("gallery-menu", sizes=BOTH)
 def menu(studio):
     page(studio, "GalleryLists")
-    menu = Menu(items=[{"key": "run", "text": "Run now", "icon": "play"}, {"key": "skip", "text": "Skip next", "icon": "skip-next"},
-                       {"key": "copy", "text": "Duplicate", "icon": "content-copy", "disabled": True},
-                       {"key": "delete", "text": "Delete", "icon": "delete-outline", "tone": "fault"}])
+    menu = Menu(items=[MenuItem("run", "Run now", "play"), MenuItem("skip", "Skip next", "skip-next"),
+                       MenuItem("copy", "Duplicate", "content-copy", disabled=True),
+                       MenuItem("delete", "Delete", "delete-outline", "fault")])
     dots = studio.driver.find(icon="dots-vertical")
     menu.open_at(dots, animation=False)
     return menu

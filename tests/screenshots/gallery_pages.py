@@ -253,8 +253,7 @@ PAGES = """
                 note: "120, newest first"
             LongList:
                 viewclass: "LogRow"
-                data: [{**row, "narrow": root.height > root.width, "opened": row["key"] == 1, "steps": samples.STEPS, \
-"message": "Robot: Failed to reach goal position 'Dock 3'. Queue item 14026."} for row in samples.RUNS]
+                data: samples.runs(root.height > root.width)
 
 <GalleryCharts@GalleryFrame>:
     current: "logs"

@@ -1,67 +1,74 @@
 """An invented Friday afternoon in a Finnish plant: what the gallery shows."""
 from __future__ import annotations
 
-from app.screens.logs.kpi_view import DayBar, RobotBar, with_unit
+from dataclasses import replace
+from datetime import UTC, datetime
+
+from app.screens.home.lists import FinishedRun, PlannedStart, QueueEntry, RobotSummary
+from app.screens.logs.kpi_view import Card, DayBar, RobotBar, with_unit
+from app.screens.logs.view import RunRow, StepView
 from app.screens.scheduler.timeline import Bar, Lane
+from app.screens.scheduler.view import ScheduleItem
 from app.services.robots.map_picture import Place
 
+FRIDAY = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 NAV = [("home", "Home", "home-variant-outline", "home-variant"), ("scheduler", "Scheduler", "calendar-clock-outline", "calendar-clock"),
        ("logs", "Logs", "text-box-outline", "text-box"), ("settings", "Settings", "cog-outline", "cog")]
 CHIPS = [
-    {"key": 1, "name": "Aino", "icon": "play-circle-outline", "tone": "accent", "battery": "78 %", "battery_icon": "battery-80",
-     "selected": True},
-    {"key": 2, "name": "Veikko", "icon": "check-circle-outline", "battery": "64 %", "battery_icon": "battery-60"},
-    {"key": 3, "name": "Sisu", "icon": "lightning-bolt", "battery": "19 %", "battery_icon": "battery-charging-20",
-     "battery_tone": "attention"},
-    {"key": 4, "name": "Trukki hallissa 2", "icon": "alert-octagon", "tone": "fault"},
+    RobotSummary(1, "Aino", "play-circle-outline", "accent", "78 %", "battery-80", "neutral", selected=True),
+    RobotSummary(2, "Veikko", "check-circle-outline", "neutral", "64 %", "battery-60", "neutral", selected=False),
+    RobotSummary(3, "Sisu", "lightning-bolt", "neutral", "19 %", "battery-charging-20", "attention", selected=False),
+    RobotSummary(4, "Trukki hallissa 2", "alert-octagon", "fault", "–", "battery-unknown", "neutral", selected=False),
 ]
 QUEUE = [
-    {"key": 1, "icon": "play", "tone": "accent", "mission": "Deliver kits to line 2", "origin": "Run now · started 14:34", "loud": True},
-    {"key": 2, "number": "1", "mission": "Collect empties", "origin": "Idle automation · since 14:36"},
-    {"key": 3, "number": "2", "mission": "Bring pallet to dock", "origin": "Robot's own screen · since 14:37", "cancellable": False},
-    {"key": 4, "number": "3", "mission": "Move coils to press", "origin": "Schedule Coils · since 14:37"},
-    {"key": 5, "number": "4", "mission": "Waste to compactor", "origin": "Schedule Waste · since 14:37"},
+    QueueEntry(("item", 1), "Deliver kits to line 2", "Run now · started 14:34", icon="play", tone="accent", loud=True),
+    QueueEntry(("item", 2), "Collect empties", "Idle automation · since 14:36", "1"),
+    QueueEntry(("item", 3), "Bring pallet to dock", "Robot's own screen · since 14:37", "2", cancellable=False),
+    QueueEntry(("item", 4), "Move coils to press", "Schedule Coils · since 14:37", "3"),
+    QueueEntry(("item", 5), "Waste to compactor", "Schedule Waste · since 14:37", "4"),
 ]
 PLANNED = [
-    {"key": n, "time": at, "mission": mission, "note": note} for n, (at, mission, note) in enumerate([
+    PlannedStart((n, FRIDAY), at, mission, note) for n, (at, mission, note) in enumerate([
         ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:15", "Move coils to press", "Sisu · in 37 min"),
         ("15:30", "Collect empties", "Veikko · in 52 min"), ("16:00", "Deliver kits to line 2", "Aino · in 1 h 22 min")])]
 FINISHED = [
-    {"key": 1, "icon": "skip-next-circle", "tone": "attention", "abnormal": True, "mission": "Move coils to press", "when": "Sisu 14:30",
-     "reason": "Skipped: Battery 12 % stayed under 30 % until 14:30"},
-    {"key": 2, "icon": "check-circle-outline", "tone": "done", "mission": "Collect empties", "when": "Veikko 14:21",
-     "reason": "Completed in 8 min 05 s"},
-    {"key": 3, "icon": "alert-circle", "tone": "fault", "abnormal": True, "mission": "Bring pallet to dock", "when": "Veikko 13:52",
-     "reason": "Failed: could not reach 'Dock 3' within 4 min"},
+    FinishedRun(1, "skip-next-circle", "attention", True, "Move coils to press", "Sisu 14:30",
+                "Skipped: Battery 12 % stayed under 30 % until 14:30"),
+    FinishedRun(2, "check-circle-outline", "done", False, "Collect empties", "Veikko 14:21", "Completed in 8 min 05 s"),
+    FinishedRun(3, "alert-circle", "fault", True, "Bring pallet to dock", "Veikko 13:52", "Failed: could not reach 'Dock 3' within 4 min"),
 ]
 SCHEDULES = [
-    {"key": 1, "mission": "Deliver kits to line 2", "rule": "Every hour 06–18, Mon–Fri", "next": "Aino · in 22 min", "last": "Completed",
-     "icon": "check-circle-outline", "tone": "done", "selected": True},
-    {"key": 2, "mission": "Waste to compactor", "rule": "Weekly Mon, Wed, Fri at 16:30", "next": "Veikko · in 1 h 52 min", "last": "Failed",
-     "icon": "alert-circle", "tone": "fault"},
-    {"key": 3, "mission": "Floor wash, hall A", "rule": "Monthly on the first Monday", "next": "Veikko · switched off", "last": "Completed",
-     "icon": "check-circle-outline", "tone": "done", "on": False},
+    ScheduleItem(1, True, "Deliver kits to line 2", "Every hour 06–18, Mon–Fri", "Aino · in 22 min", True, "check-circle-outline", "done",
+                 "Completed"),
+    ScheduleItem(2, True, "Waste to compactor", "Weekly Mon, Wed, Fri at 16:30", "Veikko · in 1 h 52 min", False, "alert-circle", "fault",
+                 "Failed"),
+    ScheduleItem(3, False, "Floor wash, hall A", "Monthly on the first Monday", "Veikko · switched off", False, "check-circle-outline",
+                 "done", "Completed"),
 ]
-STEPS = [
-    {"label": "Planned", "time": "13:30:00", "note": "Run now"}, {"label": "Submitted", "time": "13:30:02", "note": "1 attempt"},
-    {"label": "Started", "time": "13:30:09", "note": "no wait"},
-    {"label": "Failed", "time": "13:52:13", "note": "after 22 min", "tone": "fault", "last": True},
-]
-RUNS = [
-    {"key": n, "icon": icon, "tone": tone, "outcome": outcome, "mission": mission, "reason": reason, "robot": robot, "trigger": trigger,
-     "when": when, "took": took} for n, (icon, tone, outcome, mission, reason, robot, trigger, when, took) in enumerate([
-         ("skip-next-circle", "attention", "Skipped", "Move coils to press", "Battery 12 % stayed under 30 % until 14:30", "Sisu",
-          "Schedule", "14:15", "–"),
-         ("check-circle-outline", "done", "Completed", "Collect empties", "Started on time, as long as usual", "Veikko", "Schedule",
-          "14:12", "8 min 05 s"),
-         ("alert-circle", "fault", "Failed", "Bring pallet to dock", "Could not reach 'Dock 3' within 4 min", "Veikko", "Run now", "13:30",
-          "22 min 04 s")] * 40)]
+STEPS = (
+    StepView("Planned", "13:30:00", "Run now", "neutral", False), StepView("Submitted", "13:30:02", "1 attempt", "neutral", False),
+    StepView("Started", "13:30:09", "no wait", "neutral", False), StepView("Failed", "13:52:13", "after 22 min", "fault", True),
+)
+
+
+def runs(narrow: bool) -> list[RunRow]:
+    """The second is opened."""
+    rows = [RunRow(n, *run, opened=False, narrow=narrow) for n, run in enumerate([
+        ("skip-next-circle", "attention", "Skipped", "Move coils to press", "Battery 12 % stayed under 30 % until 14:30", "Sisu",
+         "Schedule", "14:15", "–"),
+        ("check-circle-outline", "done", "Completed", "Collect empties", "Started on time, as long as usual", "Veikko", "Schedule", "14:12",
+         "8 min 05 s"),
+        ("alert-circle", "fault", "Failed", "Bring pallet to dock", "Could not reach 'Dock 3' within 4 min", "Veikko", "Run now", "13:30",
+         "22 min 04 s")] * 40)]
+    rows[1] = replace(rows[1], opened=True, steps=STEPS, message="Robot: Failed to reach goal position 'Dock 3'. Queue item 14026.")
+    return rows
+
+
 KPIS = [
-    {"key": 1, "label": "Success rate", "value": with_unit("98.1", "%"), "note": "405 of 413 ended runs",
-     "history": [97.1, 97.8, 96.9, None, 97.9, 98.4, 98.1]},
-    {"key": 2, "label": "Mean duration", "value": with_unit("6", "min ") + with_unit("12", "s"), "note": "405 completed runs",
-     "history": [6.6, 6.4, 6.5, 6.3, 6.35, 6.1, 6.2]},
-    {"key": 3, "label": "Missions per day", "value": "–", "note": "no recorded day", "history": []},
+    Card("success", "Success rate", with_unit("98.1", "%"), "405 of 413 ended runs", (97.1, 97.8, 96.9, None, 97.9, 98.4, 98.1)),
+    Card("duration", "Mean duration", with_unit("6", "min ") + with_unit("12", "s"), "405 completed runs",
+         (6.6, 6.4, 6.5, 6.3, 6.35, 6.1, 6.2)),
+    Card("per_day", "Missions per day", "–", "no recorded day", ()),
 ]
 UTILISATION = [RobotBar("Aino", "46 %", "3 h 41 min", .46, .14), RobotBar("Veikko", "31 %", "2 h 29 min", .31, .11),
                RobotBar("Sisu", "22 %", "1 h 46 min", .22, .27)]

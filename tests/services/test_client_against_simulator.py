@@ -75,7 +75,7 @@ def test_a_wrong_password_shows_though_status_answers(machine: FleetRobot, user:
     robot.close()
 
 
-def test_map_places_registers_and_parameters(robot: RobotClient) -> None:
+def test_map_places_and_parameters(robot: RobotClient) -> None:
     map_id = robot.status().map_id
     assert map_id is not None
     floor_plan = robot.map(map_id)
@@ -85,7 +85,6 @@ def test_map_places_registers_and_parameters(robot: RobotClient) -> None:
     assert places
     assert all(place.name and place.pose and place.map_id == map_id for place in places)
     assert {place.guid for place in places} == {place.guid for place in robot.positions()}
-    assert len(robot.registers()) == 200
     assert robot.parameters(guid_of(robot, "Deliver")) == []
     assert [parameter.name for parameter in robot.parameters(guid_of(robot, "Go to position"))] == ["Position"]
     assert [parameter.default for parameter in robot.parameters(guid_of(robot, "Wait at home"))] == ["00:01:00.000000"]

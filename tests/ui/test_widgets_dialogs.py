@@ -9,6 +9,7 @@ import pytest
 from kivy.core.window import Window
 from kivy.lang import Builder
 
+from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog, FormDialog, Menu
@@ -64,7 +65,7 @@ def test_a_tap_beside_a_question_does_not_answer_it(ui, dialogs):
 
 
 def test_escape_closes_the_topmost_only(ui, dialogs):
-    dialogs.choose("Robot", [{"key": 1, "text": "Aino"}], lambda key: None)
+    dialogs.choose("Robot", [Option(1, "Aino")], lambda key: None)
     dialogs.confirm("Sure?", "", "Yes", lambda: None)
     ui.advance()
     ui.key(ESCAPE)
@@ -84,7 +85,7 @@ def test_what_lies_behind_a_dialog_cannot_be_pressed(ui, dialogs):
 
 
 # ---------------------------------------------------------------------- choose
-MISSIONS = [{"key": n, "text": f"Mission {n}", "note": "on Aino only" if n == 7 else ""} for n in range(30)]
+MISSIONS = [Option(n, f"Mission {n}", note="on Aino only" if n == 7 else "") for n in range(30)]
 
 
 @pytest.mark.parametrize("body", [100, 101, 102.5])
@@ -97,7 +98,7 @@ def test_a_dialog_stands_on_whole_pixels(ui, dialogs, body):
 
 
 def test_a_short_list_shows_all_options_also_with_long_notes(ui, dialogs):
-    options = [{"key": n, "text": f"Mission {n}", "note": "Another mission of this name is here already " * 3} for n in range(4)]
+    options = [Option(n, f"Mission {n}", note="Another mission of this name is here already " * 3) for n in range(4)]
     dialogs.choose("Missions", options, lambda key: None)
     ui.advance(.5)
     last, around = ui.find(OptionRow, text="Mission 3"), ui.find(LongList)
@@ -280,7 +281,7 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
     for x, y in ((0, 736), (1080, 0), (600, 400)):
         button.pos = x, y
         ui.advance()
-        menu = dialogs.menu(button, [{"key": "run", "text": "Run now"}, {"key": "delete", "text": "Delete"}], lambda key: None)
+        menu = dialogs.menu(button, [MenuItem("run", "Run now"), MenuItem("delete", "Delete")], lambda key: None)
         ui.advance()
         assert menu.x >= 0
         assert menu.right <= Window.width
@@ -294,7 +295,7 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
 def test_a_menu_hands_over_its_key(ui, dialogs):
     button = ui.show(CommandButton(text="More"), (200, 64))
     chosen: list[str] = []
-    dialogs.menu(button, [{"key": "run", "text": "Run now"}, {"key": "delete", "text": "Delete", "disabled": True}], chosen.append)
+    dialogs.menu(button, [MenuItem("run", "Run now"), MenuItem("delete", "Delete", disabled=True)], chosen.append)
     ui.advance()
     ui.tap(ui.find(Txt, text="Delete"))
     assert chosen == []
@@ -341,7 +342,7 @@ def kinds() -> dict:
         "choice": lambda: ChoiceDialog(title="Mission", options=MISSIONS),
         "time": lambda: TimeDialog(time(6, 30)),
         "date": lambda: DateDialog(today=date(2026, 11, 20)),
-        "menu": lambda: Menu(items=[{"key": 1, "text": "Run"}]),
+        "menu": lambda: Menu(items=[MenuItem(1, "Run")]),
     }
 
 

@@ -1,11 +1,16 @@
 """Lists keep the identity of their rows, scroll, rest on whole rows, and tell who was used."""
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import wraps
 
 import pytest
 from kivy.uix.boxlayout import BoxLayout
 
+from app.screens.common.options import Option
+from app.screens.home.lists import QueueEntry, RobotSummary
+from app.screens.logs.view import RunRow, StepView
+from app.screens.scheduler.view import ScheduleItem
 from app.widgets.buttons import IconButton, Toggle
 from app.widgets.lists import Rows, ScrollRows
 from app.widgets.long_list import LongList
@@ -19,8 +24,12 @@ def actions_of(rows) -> list[tuple]:
     return calls
 
 
-def queue(*keys: int) -> list[dict]:
-    return [{"key": key, "mission": f"Mission {key}", "number": str(key)} for key in keys]
+def queue(*keys: int) -> list[QueueEntry]:
+    return [QueueEntry(key, f"Mission {key}", "Run now", number=str(key)) for key in keys]
+
+
+def robots(count: int) -> list[RobotSummary]:
+    return [RobotSummary(n, f"Robot {n}", "", "neutral", "", "", "neutral", False) for n in range(count)]
 
 
 def test_the_cross_of_a_row_cancels_what_the_row_stands_for(ui):
@@ -32,7 +41,7 @@ def test_the_cross_of_a_row_cancels_what_the_row_stands_for(ui):
 
 
 def test_a_row_without_a_cross_cannot_be_cancelled(ui):
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=[{"key": 1, "mission": "Dock", "cancellable": False}]), (400, 300))
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=[QueueEntry(1, "Dock", "Run now", cancellable=False)]), (400, 300))
     calls = actions_of(rows)
     cross = next(w for w in rows.walk() if isinstance(w, IconButton) and w.icon == "close")
     ui.tap(cross)
@@ -52,10 +61,10 @@ def test_rows_are_updated_not_rebuilt(ui):
     rows = Rows(viewclass="QueueRow", orientation="vertical", data=queue(1, 2))
     ui.show(rows, (400, 300))
     first = ui.find(QueueRow, key=1)
-    rows.data = [{"key": 2, "mission": "Two"}, {"key": 1, "mission": "One", "icon": "play"}]
+    rows.data = [QueueEntry(2, "Two", "Run now"), QueueEntry(1, "One", "Run now", icon="play")]
     assert ui.find(QueueRow, key=1) is first
     assert first.mission == "One"
-    assert first.number == ""                # what the new data leave out is not kept from the old
+    assert first.number == ""
     assert [row.key for row in reversed(rows.children)] == [2, 1]
 
 
@@ -84,12 +93,12 @@ def test_an_empty_list_says_so(ui):
 
 
 def test_a_strip_shares_its_width_or_turns_pages(ui):
-    strip = ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=[{"key": n, "name": f"Robot {n}"} for n in range(3)])
+    strip = ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=robots(3))
     ui.show(strip, (600, 64))
     assert not strip.paged
     assert ui.find(RobotChip).width == pytest.approx((600 - 16) / 3)
     calls = actions_of(strip)
-    strip.data = [{"key": n, "name": f"Robot {n}"} for n in range(50)]
+    strip.data = robots(50)
     ui.advance()
     assert strip.paged
     ui.tap(ui.find(IconButton, icon="chevron-right"))
@@ -115,7 +124,7 @@ def seen(strip) -> set[int]:
 
 
 def test_of_a_strip_only_what_is_seen_is_drawn(ui):
-    chips = [{"key": n, "name": f"Robot {n}"} for n in range(50)]
+    chips = robots(50)
     strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=chips), (600, 64))
     assert 0 in seen(strip)
     assert drawn(strip) == seen(strip)
@@ -132,12 +141,12 @@ def test_of_a_strip_only_what_is_seen_is_drawn(ui):
 
 
 def test_a_schedule_row_asks_and_shows_what_is_true(ui):
-    rows = ui.show(ScrollRows(viewclass="ScheduleRow", data=[{"key": 5, "mission": "Deliver", "on": True}]), (400, 200))
+    rows = ui.show(ScrollRows(viewclass="ScheduleRow", data=[ScheduleItem(5, True, "Deliver", "Daily", "Tomorrow")]), (400, 200))
     calls = actions_of(rows)
     ui.tap(ui.find(Toggle))
     assert calls == [(5, "switch", False)]
     assert ui.find(Toggle).active            # until the service has agreed
-    rows.data = [{"key": 5, "mission": "Deliver", "on": False}]
+    rows.data = [ScheduleItem(5, False, "Deliver", "Daily", "Tomorrow")]
     assert not ui.find(Toggle).active
     ui.tap(ui.find(Txt, text="Deliver"))
     dots = ui.find(IconButton, root=ui.find(ScheduleRow))
@@ -150,8 +159,15 @@ def place(widget) -> float:
     return widget.to_window(*widget.pos)[1]
 
 
-def runs(n: int, **more) -> list[dict]:
-    return [{"key": key, "mission": f"Mission {key}", "reason": "as usual", **more} for key in range(n)]
+PLANNED = StepView("Planned", "13:30", "", "neutral", False)
+
+
+def run(key: object, mission: str = "") -> RunRow:
+    return RunRow(key, "", "neutral", "", mission or f"Mission {key}", "as usual", "", "", "", "", False, False)
+
+
+def runs(n: int) -> list[RunRow]:
+    return [run(key) for key in range(n)]
 
 
 def test_thousands_of_runs_need_a_dozen_rows(ui):
@@ -197,8 +213,8 @@ def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatc
 
 def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     data = runs(200)
-    data[1]["reason"] = "The robot stood still for four minutes before a pallet that nobody had announced. " * 3
-    data[3] |= {"opened": True, "steps": [{"label": "Planned", "time": "13:30"}], "message": "Robot: blocked"}
+    data[1] = replace(data[1], reason="The robot stood still for four minutes before a pallet that nobody had announced. " * 3)
+    data[3] = replace(data[3], opened=True, steps=(PLANNED,), message="Robot: blocked")
     rows = LongList(viewclass="LogRow", data=data)
     ui.show(rows, (700, 700))
     views = {view.key: view for view in rows.views}
@@ -219,7 +235,7 @@ def test_a_row_opens_and_the_others_make_room(ui):
     ui.tap(ui.find(Txt, text="Mission 1"))
     assert calls == [(1, "open")]
     before = place(ui.find(LogRow, key=2))
-    rows.data = [{**row, "opened": row["key"] == 1, "steps": [{"label": "Planned", "time": "13:30"}]} for row in data]
+    rows.data = [replace(row, opened=row.key == 1, steps=(PLANNED,)) for row in data]
     ui.advance(.1)
     assert place(ui.find(LogRow, key=2)) < before - 40
     assert "13:30" in ui.texts()
@@ -232,7 +248,7 @@ def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
     ui.advance(.5)
     top = ui.find(LogRow, key=100)
     place = top.to_window(*top.pos)
-    rows.data = [{"key": f"new {n}", "mission": "New"} for n in range(5)] + runs(300)
+    rows.data = [run(f"new {n}", "New") for n in range(5)] + runs(300)
     ui.advance(.1)
     top = ui.find(LogRow, key=100)
     assert top.to_window(*top.pos) == pytest.approx(place, abs=1.5)
@@ -241,7 +257,7 @@ def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
 def test_at_the_top_the_newest_is_seen(ui):
     rows = LongList(viewclass="LogRow", data=runs(300))
     ui.show(rows, (700, 600))
-    rows.data = [{"key": "new", "mission": "Brand new"}, *runs(300)]
+    rows.data = [run("new", "Brand new"), *runs(300)]
     ui.advance(.1)
     assert "Brand new" in ui.texts()
 
@@ -268,7 +284,7 @@ def test_a_row_that_became_another_while_pressed_does_nothing(ui):
     row.host = Host()
     ui.show(row, (400, 64))
     lift = ui.press(row)
-    row.take({"key": 2, "text": "Two"})
+    row.take(Option(2, "Two"))
     lift()
     assert calls == []
     ui.tap(row)

@@ -18,6 +18,7 @@ from kivy.metrics import Metrics
 from kivy.uix.widget import Widget
 
 from app.i18n import translator
+from app.screens.common.options import MenuItem, Option
 from app.widgets.long_list import LongList
 from app.widgets.tokens import tk
 from app.widgets.tr import tr
@@ -26,7 +27,8 @@ from tests.ui.driver import Driver
 
 SCREENS = ("scheduler", "logs", "settings", "home")
 SECTIONS = ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about")
-OPTIONS = [{"key": n, "text": f"Option {n}", "icon": "star"} for n in range(20)]
+OPTIONS = [Option(n, f"Option {n}", "star") for n in range(20)]
+ITEMS = [MenuItem(n, f"Command {n}", "star") for n in range(4)]
 CACHED = 200.0                           # s for which kivy's caches keep what they drew
 DAY = datetime(2026, 11, 20, tzinfo=UTC).date()
 
@@ -44,7 +46,7 @@ class Wear:
             lambda: self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None),
             lambda: self._shell.dialogs.pick_time("Time", time(6, 30), lambda _time: None),
             lambda: self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY),
-            lambda: self._shell.dialogs.menu(app.root_box, OPTIONS[:4], lambda _key: None),
+            lambda: self._shell.dialogs.menu(app.root_box, ITEMS, lambda _key: None),
             lambda: app._frame._pick_robot(None),
             lambda: app._frame._show_alarms(None),
             lambda: self._shell.go("settings", section="robots", add=True),

@@ -13,7 +13,6 @@ from app.services.live.snapshots import is_stale
 
 ANSWERS = (Connection.CONNECTED, Connection.SLOW)
 STOPPED = (RobotState.EMERGENCY_STOP, RobotState.ERROR)
-DRIVES = (RobotState.EXECUTING, RobotState.DOCKING)
 
 
 @dataclass(frozen=True)

@@ -132,14 +132,12 @@ class Adherence:
 @dataclass(frozen=True)
 class Delays:
     """From the planned instant to the start on the robot, in seconds, over the newest ``count`` runs (at most 5,000); and what they did
-    next: ``run_count`` of them with a known duration, their waiting in the robot's queue against their running."""
+    next: waiting in the robot's queue, and running."""
     count: int
     p50_s: float | None
     p90_s: float | None
     app_p50_s: float | None              # of that, until the robot had accepted it
     queue_p50_s: float | None            # and waiting in the robot's queue
-    queue_p90_s: float | None = None
-    run_count: int = 0
     queue_s: float = 0.0                 # of those with a known duration, together
     run_s: float = 0.0
     run_p50_s: float | None = None
@@ -251,11 +249,10 @@ class Kpis:
         """Of scheduled executions that started on the robot."""
         found = self._repository.timings(self._db.read(), _span(wanted), DELAYS_OF)
         both = sorted(one.app_s + one.queue_s for one in found)
-        queue = sorted(one.queue_s for one in found)
         run = sorted(one.run_s for one in found if one.run_s is not None)
         return Delays(
             len(found), percentile(both, 50), percentile(both, 90), percentile(sorted(one.app_s for one in found), 50),
-            percentile(queue, 50), percentile(queue, 90), len(run), sum(one.queue_s for one in found if one.run_s is not None), sum(run),
+            percentile(sorted(one.queue_s for one in found), 50), sum(one.queue_s for one in found if one.run_s is not None), sum(run),
             percentile(run, 50), percentile(run, 90), sum(delay > LATE_S for delay in both))
 
     def failures(self, wanted: KpiFilter | None = None) -> Sequence[Cause]:

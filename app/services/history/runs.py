@@ -1,7 +1,7 @@
 """The history: the ledger's rows, page by page."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.database.connection import Database
@@ -36,10 +36,6 @@ class History:
     def open(self) -> Sequence[Execution]:
         """Everything under way or waiting, of all robots."""
         return self._executions.open_all(self._db.read())
-
-    def by_queue_id(self, robot_id: int) -> Mapping[int, Execution]:
-        """Which items of a robot's queue are ours."""
-        return {e.queue_id: e for e in self._executions.open_for(self._db.read(), robot_id) if e.queue_id is not None}
 
     def last_of_schedule(self, schedule_id: int) -> Execution | None:
         return self._executions.last_of_schedule(self._db.read(), schedule_id)

@@ -217,17 +217,14 @@ def test_no_other_state_can_be_set(robot: RobotClient, responses: RequestsMock, 
         robot.set_state(state)
 
 
-def test_map_positions_and_registers(robot: RobotClient, responses: RequestsMock) -> None:
+def test_map_and_positions(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(f"{API}/maps/{MAP}", json={"guid": MAP, "name": "Hall", "base_map": png(), "resolution": 0.05, "origin_x": 1})
     responses.get(f"{API}/maps/{MAP}/positions", json=[
         {"guid": "p", "name": "Dock", "type_id": 7, "pos_x": 1.5, "pos_y": -2, "orientation": 90}, {"guid": "q", "name": "Door"}, {}])
     responses.get(f"{API}/positions", json=[{"guid": "r", "name": "A", "map_id": "m"}])
-    responses.get(f"{API}/registers", json=[{"id": 1, "label": "Light", "value": 3, "url": "/v2.0.0/registers/1"},
-                                            {"id": 101, "value": None}])
     assert (robot.map(MAP).name, robot.map(MAP).width_px) == ("Hall", 4)
     assert robot.positions(MAP) == [MapPosition("p", "Dock", 7, MAP, Pose(1.5, -2.0, 90.0)), MapPosition("q", "Door", None, MAP)]
     assert robot.positions() == [MapPosition("r", "A", None, "m")]
-    assert robot.registers() == [Register(1, 3.0, "Light"), Register(101, None)]
 
 
 # ---------------------------------------------------------------------- what goes wrong
@@ -292,7 +289,7 @@ def test_an_unreadable_answer(robot: RobotClient, responses: RequestsMock, text:
 @pytest.mark.parametrize("call", [
     lambda robot: robot.missions(), lambda robot: robot.mission(MISSION), lambda robot: robot.queue_item(5),
     lambda robot: robot.open_items(), lambda robot: robot.items_after(5), lambda robot: robot.highest_queue_id(),
-    lambda robot: robot.map(MAP), lambda robot: robot.positions(), lambda robot: robot.registers(), lambda robot: robot.status()])
+    lambda robot: robot.map(MAP), lambda robot: robot.positions(), lambda robot: robot.status()])
 @pytest.mark.parametrize("text", ['"text"', "5", "null", "true", '{"a": 1}', "[5]", "[null]", '[{"id": "x"}]', '[[]]'])
 def test_an_answer_of_the_wrong_shape(robot: RobotClient, responses: RequestsMock, call: Callable[[RobotClient], Any], text: str) -> None:
     responses.assert_all_requests_are_fired = False

@@ -68,7 +68,7 @@ def test_without_a_history_before_nothing_is_called_usual():
 
 
 def test_waiting_against_running_in_words():
-    delays = Delays(3, 5, 9, 1, 4, 8, 2, 40.0, 160.0, 80, 120)
+    delays = Delays(3, 5, 9, 1, 4, 40.0, 160.0, 80, 120)
     assert view.waiting_text(delays) == "Of the time from submission to end, 20.0 % was waiting in the queue."
     assert [row.value for row in view.delay_rows(delays)] == ["5 s", "9 s", "4 s", "1 min 20 s"]
     assert view.delay_rows(Delays(0, None, None, None, None)) == ()
