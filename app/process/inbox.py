@@ -57,7 +57,7 @@ class Inbox:
         except Exception as error:       # the answer tells the one who asked; the app goes on
             log.exception("The request %s could not be served", path.name)
             answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
-        if answer is not None:
+        if answer is not None and path.exists():          # else nobody waits any more, who would take the answer away
             _write(path.with_suffix(".answer"), answer)
             path.unlink(missing_ok=True)
 
@@ -77,7 +77,8 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
         while time.monotonic() < deadline:
             if answer.exists():
                 return dict(json.loads(answer.read_text(encoding="utf-8")))
-            if holder_is_gone() and not answer.exists():
+            # An app that was started at once takes the request away, which was asked of the one before.
+            if (holder_is_gone() or not path.exists()) and not answer.exists():
                 raise HolderGone("the app that was running ended before it answered")
             time.sleep(0.05)
         raise NoAnswer(f"the running app did not answer within {timeout:.0f} s")

@@ -49,6 +49,8 @@ def outcome(execution: Execution) -> dict[str, Any]:
 def handlers(container: Container) -> Mapping[str, Handler]:
     def take_import(request: Mapping[str, Any]) -> Mapping[str, Any]:
         path = Path(request["path"])
+        if not path.is_file():                   # a pipe or a terminal, which the command has read to its end: more would be waited for
+            return {"exit": 2, "error": f"{path} is no plain file, which the running app could read; nothing was changed"}
         try:
             content = path.read_bytes()
         except OSError as error:

@@ -6,11 +6,14 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import cast
 
 import pytest
 
+from app.container import Container
 from app.process.inbox import HolderGone, Inbox, ask
 from app.process.lock import AlreadyRunning, InstanceLock
+from app.process.requests import handlers
 
 
 def test_only_one_process_holds_a_directory_and_a_killed_one_loses_it(tmp_path):
@@ -65,6 +68,47 @@ def test_nobody_answers_when_the_app_is_gone(tmp_path):
     with pytest.raises(HolderGone, match="ended"):
         ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: True)
     assert list((tmp_path / "inbox").iterdir()) == []
+
+
+def test_an_app_that_was_started_at_once_is_asked_anew(tmp_path):
+    """Between the two the lock was free for a moment that the command did not see."""
+    begun, takes_over = threading.Event(), threading.Event()
+
+    def is_gone():
+        begun.set()
+        takes_over.wait(10)
+        return False
+
+    def begin():
+        begun.wait(10)
+        for request in (tmp_path / "inbox").glob("*.request"):
+            os.utime(request, (1000.0, 1000.0))
+        Inbox(tmp_path, {}, since=2000.0)
+        takes_over.set()
+
+    app = threading.Thread(target=begin)
+    app.start()
+    with pytest.raises(HolderGone):
+        ask(tmp_path, "greet", timeout=1.0, holder_is_gone=is_gone)
+    app.join()
+
+
+def test_a_withdrawn_request_leaves_no_answer(tmp_path):
+    inbox = Inbox(tmp_path, {"greet": lambda _request: left.unlink() or {}})
+    left = tmp_path / "inbox" / "left.request"
+    left.write_text('{"kind": "greet"}')
+    inbox.tick()
+    assert list((tmp_path / "inbox").iterdir()) == []
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    """The command has read what came through it; the app would wait for more, and every robot with it."""
+    os.mkfifo(tmp_path / "pipe")
+    with open(os.open(tmp_path / "pipe", os.O_RDWR | os.O_NONBLOCK), "wb") as writer:
+        writer.write(b"{}")
+        writer.flush()
+        answer = handlers(cast(Container, None))["import"]({"path": str(tmp_path / "pipe"), "sha256": ""})
+    assert (answer["exit"], "no plain file" in answer["error"]) == (2, True)
 
 
 def test_what_a_command_of_an_earlier_life_asked_for_is_not_done(tmp_path):
