@@ -136,7 +136,7 @@ class Container:
         return self._settings()
 
     def calendar(self) -> WorkingCalendar:
-        """Working days as they stand now, exceptions and public holidays included."""
+        """The present working days, exceptions and public holidays included."""
         return self._calendar()
 
     def _read_holidays(self) -> None:

@@ -56,12 +56,12 @@ class AlarmRepository:
         c.execute("UPDATE alarms SET shelved_until = ? WHERE id = ?", (to_optional_text(until), alarm_id))
 
     def active(self, c: sqlite3.Connection, code: str, key: str) -> Alarm | None:
-        """The one whose cause persists."""
+        """The alarm whose cause persists."""
         row = c.execute(f"{_SELECT} WHERE code = ? AND key = ? AND cleared_at IS NULL", (code, key)).fetchone()
         return row and _alarm(row)
 
-    def standing(self, c: sqlite3.Connection) -> list[Alarm]:
-        """Not yet cleared *and* acknowledged, newest first."""
+    def open(self, c: sqlite3.Connection) -> list[Alarm]:
+        """Not yet both cleared and acknowledged, newest first."""
         return [_alarm(row) for row in c.execute(f"{_SELECT} WHERE {_STANDING} ORDER BY last_at DESC, id DESC")]
 
     def past(self, c: sqlite3.Connection, limit: int) -> list[Alarm]:

@@ -132,14 +132,14 @@ class _Reader:
 
 def connect_for_reading(path: Path) -> sqlite3.Connection:
     # Each connection is handed to one thread only; the check is off because the collector may close it on another.
-    mode = "mode=ro&immutable=1" if _is_at_rest(path) else "mode=ro"
+    mode = "mode=ro&immutable=1" if _is_immutable(path) else "mode=ro"
     connection = sqlite3.connect(f"{path.as_uri()}?{mode}", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT, check_same_thread=False)
     connection.execute("PRAGMA query_only = ON")
     return _configured(connection)
 
 
-def _is_at_rest(path: Path) -> bool:
-    """Whether it is in a read-only place and complete in its one file: then SQLite has to be told that it needs no files beside it
+def _is_immutable(path: Path) -> bool:
+    """Whether it is in a read-only place and complete in its one file: then SQLite must not create files beside it
     (sqlite.org/wal.html, "Read-Only Databases"). Where an app has been killed they are there already."""
     return (not os.access(path.parent, os.W_OK) and not files.beside_of(path, "-shm").exists()
             and files.size_of(files.beside_of(path, "-wal")) == 0)
@@ -167,7 +167,7 @@ def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str
             raise _damage(problem)
         migrate(connection, path, migrations, clock.now())
         connection.execute("PRAGMA foreign_keys = ON")
-        # What a statement with a trigger would have to undo is otherwise kept in a temporary file, made anew for each transaction: that was
+        # What a statement with a trigger would have to undo is otherwise kept in a temporary file, created for each transaction: that was
         # half of the time of a write. After the migrations, which may have to sort a million rows.
         connection.execute("PRAGMA temp_store = MEMORY")
     except BaseException:

@@ -176,7 +176,7 @@ CREATE TABLE activity_spans (                 -- what each robot was seen doing:
 """
 
 _TYPED_DURATIONS = """
-ALTER TABLE missions ADD COLUMN usual_minutes INTEGER;        -- as a person typed it; NULL: only runs tell
+ALTER TABLE missions ADD COLUMN usual_minutes INTEGER;        -- as a person typed it; NULL: known from runs only
 """
 
 _ENDED_DAYS = """

@@ -54,7 +54,7 @@ class Inbox:
         try:
             request = json.loads(path.read_text(encoding="utf-8"))
             answer = self._handlers[request["kind"]](request)
-        except Exception as error:       # the answer tells the one who asked; the app goes on
+        except Exception as error:       # the answer reports it; the app goes on
             log.exception("The request %s could not be served", path.name)
             answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
         if answer is not None and path.exists():          # else nobody waits any more, who would take the answer away

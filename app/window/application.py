@@ -143,7 +143,7 @@ class SchedulerApp(MDApp):
         Clock.schedule_once(lambda _dt: self._go_back(path), 0)
 
     def _go_back(self, path: Path) -> None:
-        """Close everything, put the backup in place, build everything anew on it; one sentence reports the outcome."""
+        """Close everything, put the backup in place, build everything again on it; one sentence reports the outcome."""
         assert self._bus is not None
         assert self._restorer is not None
         restorer = self._restorer
@@ -159,8 +159,8 @@ class SchedulerApp(MDApp):
             container, problem = opened
             self.begin(container)
             assert self.shell is not None
-            told = _("The app goes on with {name}").format(name=path.name) if problem is None else sentence_of(problem)
-            self.shell.snackbars.show(told, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=RESULT_SHOWN_FOR)
+            text = _("The app goes on with {name}").format(name=path.name) if problem is None else sentence_of(problem)
+            self.shell.snackbars.show(text, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=RESULT_SHOWN_FOR)
 
         def failed(problem: BaseException) -> None:
             background.close()

@@ -26,7 +26,7 @@ def test_off_at_the_instant_but_back_in_the_window_runs_once(site, plan):
     off_for(site, 600)
     site.run(300)
     assert outcome(site) == [("06:05", State.COMPLETED, None)]
-    assert "app_was_off" in [alarm.code for alarm in site.container.alarms.standing()]
+    assert "app_was_off" in [alarm.code for alarm in site.container.alarms.open()]
 
 
 def test_off_longer_than_the_window_is_missed(site, plan):
@@ -56,7 +56,7 @@ def test_thousands_of_missed_ones_are_counted_whole_but_kept_to_the_limit(site, 
     site.run(30)
     missed = site.executions(State.MISSED)
     assert len(missed) == 100
-    [alarm] = [alarm for alarm in site.container.alarms.standing() if alarm.code == "executions_missed"]
+    [alarm] = [alarm for alarm in site.container.alarms.open() if alarm.code == "executions_missed"]
     assert 1430 < alarm.details["count"] < 1440
 
 
@@ -84,7 +84,7 @@ def test_a_short_restart_is_no_absence(site, plan):
     off_for(site, 10)
     site.run(300)
     assert outcome(site) == [("06:05", State.COMPLETED, None)]
-    assert site.container.alarms.standing() == []
+    assert site.container.alarms.open() == []
 
 
 @pytest.mark.parametrize("step", [7200, 3 * 86400])
@@ -115,7 +115,7 @@ def test_a_clock_before_the_last_heartbeat_holds_everything(site, plan):
     site.switch_on()
     site.run(600)
     assert site.executions() == []
-    assert "clock_implausible" in [alarm.code for alarm in site.container.alarms.standing()]
+    assert "clock_implausible" in [alarm.code for alarm in site.container.alarms.open()]
     assert site.container.holds.active().clock
     site.clock.step(86400 * 3650)
     site.run(600)

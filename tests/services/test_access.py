@@ -70,7 +70,7 @@ def test_after_five_wrong_ones_nothing_is_taken_for_half_a_minute(door):
     assert door.access.check("4711").is_right
 
 
-def test_a_right_one_makes_the_count_begin_anew(door):
+def test_a_right_one_makes_the_count_start_again(door):
     door.access.set_pin("4711")
     for _n in range(3):
         for _m in range(TRIES - 1):

@@ -25,7 +25,7 @@ class Desk:
         self.changes.subscribe(lambda topic, _about: self.told.append(topic))
 
     def only(self):
-        [alarm] = self.alarms.standing()
+        [alarm] = self.alarms.open()
         return alarm
 
 
@@ -44,9 +44,9 @@ def test_alarms_carry_the_name_that_the_robot_has_now(desk):
     desk.alarms.raise_("execution_failed", "schedule:1", robot="Aino", robot_id=robot.id, mission="Deliver", reason="x")
     desk.alarms.raise_("emergency_stop", "robot:99", robot="Sisu")                    # of a robot that was removed
     desk.db.write(lambda c: robots.update(c, replace(robot, name="Alma")))
-    assert {alarm.code: alarm.details["robot"] for alarm in desk.alarms.standing()} == {
+    assert {alarm.code: alarm.details["robot"] for alarm in desk.alarms.open()} == {
         "unreachable": "Alma", "execution_failed": "Alma", "emergency_stop": "Sisu"}
-    for alarm in desk.alarms.standing():
+    for alarm in desk.alarms.open():
         desk.alarms.acknowledge(alarm.id)
     [failed], _total = desk.alarms.past(10)
     assert failed.details["robot"] == "Alma"
@@ -60,7 +60,7 @@ def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):
     desk.alarms.acknowledge(alarm_id)                         # a second tap, or a second tablet
     assert (desk.only().acknowledged_at, desk.only().note) == (at, "access point is off")
     desk.alarms.clear("unreachable", "robot:1")
-    assert desk.alarms.standing() == []
+    assert desk.alarms.open() == []
     [past], total = desk.alarms.past(10)
     assert (past.note, total) == ("access point is off", 1)
     assert desk.told == [Topic.ALARMS] * 4
@@ -77,11 +77,11 @@ def test_a_note_is_as_long_as_a_note(desk):
 def test_shelving_ends_by_itself(desk, hours):
     desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
     desk.alarms.raise_("app_was_off", "app")
-    [first, _second] = desk.alarms.standing()
+    [first, _second] = desk.alarms.open()
     assert desk.alarms.shelve(first.id, hours) == desk.clock.now() + timedelta(hours=hours)
-    assert [alarm.code for alarm in desk.alarms.standing()] == ["app_was_off", "unreachable"]      # shelved ones last
+    assert [alarm.code for alarm in desk.alarms.open()] == ["app_was_off", "unreachable"]      # shelved ones last
     desk.clock.advance(hours * 3600 + 1)
-    assert [alarm.code for alarm in desk.alarms.standing()] == ["unreachable", "app_was_off"]
+    assert [alarm.code for alarm in desk.alarms.open()] == ["unreachable", "app_was_off"]
 
 
 def test_nothing_is_shelved_for_ever(desk):
@@ -106,7 +106,7 @@ def test_what_comes_and_goes_stays_on_the_shelf_also_when_it_was_acknowledged_be
     desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
     assert desk.only().shelved_until is None
     desk.alarms.raise_("unreachable", "robot:2", robot="Veikko")
-    assert all(alarm.shelved_until is None for alarm in desk.alarms.standing())
+    assert all(alarm.shelved_until is None for alarm in desk.alarms.open())
 
 
 def test_what_was_taken_back_stays_back(desk):
@@ -124,7 +124,7 @@ def test_the_past_is_limited_and_counted(desk):
     for number in range(12):
         desk.alarms.raise_("app_was_off", str(number))
         desk.clock.advance(1)
-    for alarm in desk.alarms.standing():
+    for alarm in desk.alarms.open():
         desk.alarms.acknowledge(alarm.id)
     newest, total = desk.alarms.past(5)
     assert [alarm.key for alarm in newest] == ["11", "10", "9", "8", "7"]

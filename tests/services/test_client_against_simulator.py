@@ -183,7 +183,7 @@ def test_a_question_is_answered(machine: FleetRobot, robot: RobotClient) -> None
     ("drop_request", ConnectionLost, False), ("drop_response", ConnectionLost, True), ("delay", TimedOut, True), ("late", TimedOut, True),
     ("hang", TimedOut, False), ("status_503", Busy, False), ("html", RobotError, True), ("truncate", RobotError, True),
     ("garbage", RobotError, True)])
-def test_after_a_fault_the_queue_tells_whether_the_mission_landed(machine: FleetRobot, robot: RobotClient, kind: str,
+def test_after_a_fault_the_queue_says_whether_the_mission_landed(machine: FleetRobot, robot: RobotClient, kind: str,
                                                                   expected: type[RobotError], lands: bool) -> None:
     guid = guid_of(robot, "Deliver")
     robot.set_state(RobotState.PAUSE)

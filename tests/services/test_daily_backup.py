@@ -39,7 +39,7 @@ def test_one_that_fails_is_alarmed_and_tried_again_later(site, backup):
     (site.directory / "backups").write_text("in the way")
     tick(backup)
     tick(backup)
-    alarm, = site.container.alarms.standing()
+    alarm, = site.container.alarms.open()
     assert (alarm.code, alarm.cleared_at) == ("backup_failed", None)
     (site.directory / "backups").unlink()
     tick(backup)
@@ -48,5 +48,5 @@ def test_one_that_fails_is_alarmed_and_tried_again_later(site, backup):
     tick(backup)
     tick(backup)
     assert made(site) == ["daily-2026-11-23.db"]
-    alarm, = site.container.alarms.standing()
+    alarm, = site.container.alarms.open()
     assert alarm.cleared_at

@@ -145,7 +145,7 @@ def test_a_wrong_password_fails_at_once(site, plan):
     plan("2026-11-23T06:05")
     site.run(305)
     assert outcome(site) == [(State.FAILED, ReasonCode.UNAUTHORIZED)]
-    assert [alarm.code for alarm in site.container.alarms.standing()].count("unauthorized") == 1
+    assert [alarm.code for alarm in site.container.alarms.open()].count("unauthorized") == 1
 
 
 def test_another_machine_at_the_address_gets_nothing(site, plan):
@@ -157,7 +157,7 @@ def test_another_machine_at_the_address_gets_nothing(site, plan):
     assert (run.state, run.reason.code) == (State.FAILED, ReasonCode.WRONG_ROBOT)
     assert run.reason.details["found"] == "somebody else"
     assert items(site) == []
-    assert "wrong_robot" in [alarm.code for alarm in site.container.alarms.standing()]
+    assert "wrong_robot" in [alarm.code for alarm in site.container.alarms.open()]
 
 
 def test_retry_limit_zero_means_no_second_try(site, plan):
@@ -216,7 +216,7 @@ def test_cancelled_while_unknown_is_never_sent_again(site, plan):
     assert items(site) == []
 
 
-def test_a_copy_that_lands_after_all_is_cancelled_and_told(site, plan):
+def test_a_copy_that_lands_after_all_is_cancelled_and_alarmed(site, plan):
     """Later than the quiet time, which no protocol can exclude: the copy is found pending and taken back."""
     plan("2026-11-23T06:05")
     site.network.next("POST", "/mission_queue", Fate.LOST)
@@ -229,7 +229,7 @@ def test_a_copy_that_lands_after_all_is_cancelled_and_told(site, plan):
     client.enqueue(site.executions()[0].mission_guid, description=token)
     site.run(60)
     assert [str(item.state) for item in items(site)] == ["Pending", "Aborted"]
-    assert "duplicate_healed" in [alarm.code for alarm in site.container.alarms.standing()]
+    assert "duplicate_healed" in [alarm.code for alarm in site.container.alarms.open()]
 
 
 def test_an_item_that_is_gone_from_the_robot_has_vanished(site, plan):
@@ -247,7 +247,7 @@ def test_the_robot_stays_silent_until_the_window_is_over(site, plan):
     site.network.down.add("R1")
     site.run(600)
     assert outcome(site) == [(State.FAILED, ReasonCode.UNKNOWN_OUTCOME)]
-    assert "unknown_outcome" in [alarm.code for alarm in site.container.alarms.standing()]
+    assert "unknown_outcome" in [alarm.code for alarm in site.container.alarms.open()]
 
 
 def test_an_unreachable_robot_leaves_running_executions_open(site, plan):

@@ -7,7 +7,7 @@ import pytest
 
 from app.domain.models import State
 from app.services.dispatch.scheduler import PREFETCH_LEAD, PREFETCH_TOGETHER
-from app.services.dispatch.worker import PREPARES_WITHIN, phase_of
+from app.services.dispatch.worker import PREFETCH_SPREAD, phase_of
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05
@@ -23,7 +23,7 @@ def requests(site, plan) -> list[str]:
     return asked
 
 
-def test_each_instant_is_told_once_and_only_shortly_before(site, plan):
+def test_each_instant_is_reported_once_and_only_shortly_before(site, plan):
     scheduler = site.container.scheduler
     plan("2026-11-23T06:05")
     site.run(DUE - 5.0)
@@ -68,7 +68,7 @@ def test_a_robot_is_read_ahead_when_its_turn_comes(site, requests):
     [worker] = site._workers.values()
     wait = worker.step(False, due_soon=True, changed=False)
     assert requests == []
-    assert 0 < wait < PREPARES_WITHIN
+    assert 0 < wait < PREFETCH_SPREAD
     site.clock.advance(wait)
     worker.step(False, changed=False)
     assert requests == ["GET /status"]
@@ -76,6 +76,6 @@ def test_a_robot_is_read_ahead_when_its_turn_comes(site, requests):
 
 def test_many_robots_take_turns_and_all_are_read_before_the_instant():
     """What else falls due in the second before must not wait for two hundred reads in one moment."""
-    assert (PREFETCH_LEAD - PREFETCH_TOGETHER).total_seconds() - 0.2 > PREPARES_WITHIN
-    turns = sorted(PREPARES_WITHIN * phase_of(number) for number in range(1, 201))
-    assert max(later - earlier for earlier, later in pairwise(turns)) <= 2.5 * PREPARES_WITHIN / 200
+    assert (PREFETCH_LEAD - PREFETCH_TOGETHER).total_seconds() - 0.2 > PREFETCH_SPREAD
+    turns = sorted(PREFETCH_SPREAD * phase_of(number) for number in range(1, 201))
+    assert max(later - earlier for earlier, later in pairwise(turns)) <= 2.5 * PREFETCH_SPREAD / 200

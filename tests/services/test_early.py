@@ -115,7 +115,7 @@ def _take_the_robot_away(site, schedule):
 
 
 @pytest.mark.parametrize("change", [_switch_off, _delete, _edit, _pause, _cancel, _switch_the_robot_off, _take_the_robot_away])
-def test_what_is_taken_back_in_that_moment_is_not_sent(site, in_hand, change):
+def test_what_is_revoked_in_that_moment_is_not_sent(site, in_hand, change):
     site.clock.advance(0.01)
     outcome = change(site, in_hand)
     site.run(600.0)
@@ -124,7 +124,7 @@ def test_what_is_taken_back_in_that_moment_is_not_sent(site, in_hand, change):
     assert sent(site) == []
 
 
-def test_what_is_taken_back_never_counts_as_tried(site, in_hand):
+def test_what_is_revoked_never_counts_as_tried(site, in_hand):
     site.clock.advance(0.01)
     _switch_off(site, in_hand)
     site.run(1.0)
@@ -205,7 +205,7 @@ def test_a_clock_that_is_set_in_that_moment_neither_delays_nor_doubles(site, in_
     assert len(site.executions()) == 1
 
 
-def test_a_worker_that_is_closed_gives_back_what_it_holds(site, in_hand):
+def test_a_worker_that_is_closed_releases_what_it_holds(site, in_hand):
     only_worker(site).close()
     [run] = site.executions()
     assert (run.state, run.attempts) == (State.WAITING, 0)

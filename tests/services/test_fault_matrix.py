@@ -22,11 +22,11 @@ def robot_of(site):
 
 
 def alarms(site):
-    return [alarm.code for alarm in site.container.alarms.standing()]
+    return [alarm.code for alarm in site.container.alarms.open()]
 
 
 # ---------------------------------------------------------------- copies and strangers in the queue
-def test_a_copy_that_runs_already_is_left_alone_and_told(site, plan):
+def test_a_copy_that_runs_already_is_left_alone_and_alarmed(site, plan):
     """Cancelling it would stop a robot in the middle of something; a person decides."""
     plan("2026-11-23T06:05")
     site.run_until(lambda: site.executions(State.COMPLETED))
@@ -79,7 +79,7 @@ def test_after_a_restart_too_a_forgetful_robot_is_known(site, plan):
     assert [run.attempts for run in site.executions()] == [1, 1]
 
 
-def test_queue_numbers_that_begin_anew_are_an_unknown_outcome(site, plan):
+def test_queue_numbers_that_start_again_are_an_unknown_outcome(site, plan):
     """The robot's database was reset while it was asked: what it did is gone, and nothing is sent in its place."""
     client = site.container.make_client(robot_of(site))
     mission = site.container.repositories.missions.all(site.container.db.read())[0]
@@ -126,7 +126,7 @@ def _take_the_robot_away(site, schedule):
 
 
 @pytest.mark.parametrize("change", [_switch_off, _delete, _cancel, _take_the_robot_away])
-def test_what_is_taken_back_between_falling_due_and_the_post_is_not_sent(site, plan, change):
+def test_what_is_revoked_between_falling_due_and_the_post_is_not_sent(site, plan, change):
     """The robot has just been asked for its status; the intent is written only if the row still waits."""
     site.container.scheduler.due_soon = set                      # it was not read ahead
     schedule = plan("2026-11-23T06:05", minimum_battery_percent=20)
@@ -171,7 +171,7 @@ def test_a_database_that_somebody_holds_for_a_moment_is_waited_for(tmp_path):
 
 
 # ---------------------------------------------------------------- idle automation
-def test_idle_automation_goes_on_when_the_robot_s_queue_numbers_begin_anew(site):
+def test_idle_automation_goes_on_when_the_robot_s_queue_numbers_start_again(site):
     """Its last number lies above all that the robot will have for long; it is asked whether it still knows it."""
     container, robot = site.container, robot_of(site)
     container.catalogue.save_idle_rule(robot.id, container.repositories.missions.all(container.db.read())[0].id, after_minutes=5)

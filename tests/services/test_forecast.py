@@ -1,4 +1,4 @@
-"""What a schedule in the making would bring: starts, meetings, clock changes, and what it can't be; skipping the next start; the export."""
+"""The preview of a schedule that is not saved yet: starts, conflicts, clock changes, refusals; skipping the next start; the export."""
 from __future__ import annotations
 
 import csv
@@ -60,7 +60,7 @@ def codes(forecast):
 
 
 # ---------------------------------------------------------------------- starts
-def test_the_next_five_starts_pass_over_days_without_work(container):
+def test_the_next_five_starts_skip_days_without_work(container):
     found = forecasts(container).of(draft(recurrence="FREQ=DAILY", start=datetime(2026, 11, 20, 18, 0)))
     assert [start.nominal.date() for start in found.starts] == [date(2026, 11, day) for day in (20, 23, 24, 25, 26)]
     assert found.usual_s is None
@@ -92,7 +92,7 @@ def test_what_cannot_be_is_refused_as_when_it_is_saved(container, values, field)
     assert saved.value.text == caught.value.text
 
 
-# ---------------------------------------------------------------------- meetings
+# ---------------------------------------------------------------------- conflicts
 @pytest.mark.parametrize(("other", "meets"), [
     ("06:10", True),                     # still under way: it takes 25 min
     ("06:04", False),                    # ended a minute before
@@ -100,7 +100,7 @@ def test_what_cannot_be_is_refused_as_when_it_is_saved(container, values, field)
     ("06:36", True),                     # begins while this one runs: it takes 7 min
     ("06:38", False),
 ])
-def test_a_meeting_is_found_by_the_learned_durations(container, other, meets):
+def test_a_conflict_is_found_by_the_learned_durations(container, other, meets):
     usually(container, "guid-kits", 420.0)
     usually(container, "guid-empties", 1500.0)
     hour, minute = map(int, other.split(":"))
@@ -182,7 +182,7 @@ def test_the_nearest_free_time_is_offered_and_is_free(container):
     assert forecasts(container).of(draft(start=datetime(2026, 11, 23, 9, 0))).free_at is None    # nothing in its way
 
 
-def test_a_battery_that_was_too_low_at_that_time_is_told(container):
+def test_a_battery_that_was_too_low_at_that_time_is_reported(container):
     for days, hour in ((1, 6), (3, 7), (5, 12), (40, 6)):
         at = datetime(2026, 11, 20, hour, 20, tzinfo=UTC) - timedelta(days=days, hours=2)     # Helsinki is two hours ahead
         row = Execution(trigger=Trigger.SCHEDULED, robot_id=1, robot="Aino", mission="x", mission_guid="g", planned_at=at, closes_at=at,
@@ -194,7 +194,7 @@ def test_a_battery_that_was_too_low_at_that_time_is_told(container):
     assert codes(forecasts(container).of(draft(minimum_battery_percent=0.0))) == []
 
 
-def test_every_start_that_meets_is_told_once(container):
+def test_every_start_that_conflicts_is_reported_once(container):
     plan(container, start=datetime(2026, 11, 23, 6, 30), recurrence="FREQ=WEEKLY;BYDAY=MO,WE")
     plan(container, start=datetime(2026, 11, 23, 6, 31), recurrence="FREQ=DAILY", name="second")
     found = forecasts(container).of(draft(recurrence="FREQ=DAILY"))
@@ -215,7 +215,7 @@ def test_unknown_durations_count_as_five_minutes(container):
 
 
 # ---------------------------------------------------------------------- what else a person should know
-def test_a_clock_change_is_told_with_both_times(container):
+def test_a_clock_change_is_reported_with_both_times(container):
     gap = forecasts(container).of(draft(start=datetime(2027, 3, 28, 3, 30), respect_working_days=False))
     assert [(concern.code, concern.details["nominal"], concern.details["twice"]) for concern in gap.concerns] == [
         (ConcernCode.CLOCK_CHANGE, datetime(2027, 3, 28, 3, 30), False)]
@@ -225,7 +225,7 @@ def test_a_clock_change_is_told_with_both_times(container):
     assert codes(forecasts(container).of(draft(start=datetime(2027, 3, 29, 3, 30)))) == []
 
 
-def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_told(container):
+def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_reported(container):
     container.catalogue.set_robot_enabled(2, False)
     found = forecasts(container).of(draft(robot_id=2, start=datetime(2026, 11, 21, 6, 30), recurrence="FREQ=DAILY"), {"other": "Other"})
     assert codes(found) == [ConcernCode.ROBOT_OFF, ConcernCode.MISSION_MISSING, ConcernCode.DAY_OFF]
@@ -280,7 +280,7 @@ def test_the_export_has_what_the_filter_lets_through_and_says_where_it_went(cont
 
 
 # ---------------------------------------------------------------------- the exception calendar
-def test_days_that_the_calendar_closes_between_the_next_starts_are_told_by_name(container):
+def test_days_that_the_calendar_closes_between_the_next_starts_are_reported_by_name(container):
     closed = DayException("Audit", date(2026, 11, 24), date(2026, 11, 25))
     container.catalogue.save_days(closed)
     found = forecasts(container).of(draft(recurrence="FREQ=DAILY"))
@@ -290,7 +290,7 @@ def test_days_that_the_calendar_closes_between_the_next_starts_are_told_by_name(
     assert forecasts(container).of(draft(recurrence="FREQ=WEEKLY;BYDAY=MO")).concerns == ()
 
 
-def test_a_first_day_that_is_closed_is_told_by_name(container):
+def test_a_first_day_that_is_closed_is_reported_by_name(container):
     container.catalogue.save_days(DayException("Audit", date(2026, 11, 23), date(2026, 11, 23)))
     [concern] = forecasts(container).of(draft(recurrence="FREQ=DAILY")).concerns
     assert (concern.code, concern.details) == (ConcernCode.DAY_OFF, {"day": date(2026, 11, 23), "name": "Audit"})

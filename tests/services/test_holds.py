@@ -41,7 +41,7 @@ def test_a_hold_of_all_holds_each_and_says_since_when_and_why(container):
     container.changes.subscribe(lambda topic, _about: told.append(topic))
     hold = container.holds.hold("  Fire\n drill ", NOW + HOUR)
     assert (hold.reason, hold.since, hold.until, hold.robot_id) == ("Fire drill", NOW, NOW + HOUR, None)
-    assert container.holds.active() == container.holds.active(1) == container.holds.standing()[0] == hold
+    assert container.holds.active() == container.holds.active(1) == container.holds.current()[0] == hold
     assert told == [Topic.HOLDS]
 
 
@@ -54,40 +54,40 @@ def test_a_hold_of_one_robot_leaves_the_others_alone(container):
 def test_it_ends_by_itself_and_the_shorter_one_uncovers_the_longer(container, clock):
     container.holds.hold("All", NOW + HOUR)
     container.holds.hold("One", NOW + 2 * HOUR, robot_id=1)
-    assert [hold.reason for hold in container.holds.standing()] == ["All", "One"]
+    assert [hold.reason for hold in container.holds.current()] == ["All", "One"]
     clock.step(3600)
     assert (container.holds.active(1).reason, container.holds.active(2)) == ("One", None)
     clock.step(3600)
-    assert (container.holds.active(1), container.holds.standing()) == (None, [])
+    assert (container.holds.active(1), container.holds.current()) == (None, [])
 
 
 def test_a_new_hold_takes_the_place_of_the_old_one_and_release_ends_it(container):
     container.holds.hold("Audit", NOW + HOUR)
     container.holds.hold("Maintenance")
-    assert [hold.reason for hold in container.holds.standing()] == ["Maintenance"]
+    assert [hold.reason for hold in container.holds.current()] == ["Maintenance"]
     container.holds.hold("One", robot_id=1)
     container.holds.release()
-    assert [hold.reason for hold in container.holds.standing()] == ["One"]
+    assert [hold.reason for hold in container.holds.current()] == ["One"]
     container.holds.release(1)
-    assert container.holds.standing() == []
+    assert container.holds.current() == []
 
 
 def test_it_survives_a_restart(container, tmp_path, clock):
     hold = container.holds.hold("Maintenance", NOW + HOUR, robot_id=1)
     container.close()
     again = opened(tmp_path, clock)
-    assert again.holds.standing() == [hold]
+    assert again.holds.current() == [hold]
     again.close()
 
 
 @pytest.mark.parametrize(("reason", "until", "field"), [
     ("", NOW, "until"), ("", NOW - HOUR, "until"), ("x" * (LONGEST_REASON + 1), None, "reason")])
-def test_what_a_hold_cannot_be_is_told_at_its_field_and_nothing_changes(container, reason, until, field):
+def test_what_a_hold_cannot_be_is_reported_at_its_field_and_nothing_changes(container, reason, until, field):
     container.holds.hold("Audit")
     with pytest.raises(InvalidInput) as caught:
         container.holds.hold(reason, until)
     assert caught.value.field == field
-    assert [hold.reason for hold in container.holds.standing()] == ["Audit"]
+    assert [hold.reason for hold in container.holds.current()] == ["Audit"]
 
 
 @given(st.none() | st.integers(1, 3), st.none() | st.integers(1, 3), st.integers(-5, 5), st.none() | st.integers(1, 5))

@@ -174,9 +174,9 @@ def test_every_kind_of_alarm_is_brought_about_here():
 
 
 @pytest.mark.parametrize("code", CAUSES)
-def test_an_alarm_is_told_whole_in_another_language(site, plan, code):
+def test_an_alarm_is_shown_completely_in_another_language(site, plan, code):
     CAUSES[code](site, plan)
-    raised = [alarm for alarm in site.container.alarms.standing() if alarm.code == code]
+    raised = [alarm for alarm in site.container.alarms.open() if alarm.code == code]
     assert raised
     for alarm in raised:
         assert readable(alarm_sentence(alarm, crossed), site, "Left wheel") == []      # what a robot says, it says in its own words
@@ -185,11 +185,11 @@ def test_an_alarm_is_told_whole_in_another_language(site, plan, code):
 
 
 def only(site, code):
-    alarm, = [alarm for alarm in site.container.alarms.standing() if alarm.code == code]
+    alarm, = [alarm for alarm in site.container.alarms.open() if alarm.code == code]
     return alarm
 
 
-def test_the_reason_of_a_failed_run_is_told_with_its_problem(site, plan):
+def test_the_reason_of_a_failed_run_is_reported_with_its_problem(site, plan):
     execution_failed(site, plan)
     alarm = only(site, "execution_failed")
     assert alarm_sentence(alarm) == ("Deliver on R1 failed: Given up at attempt 3: R1 refused the connection; is the robot switched on and "
@@ -197,7 +197,7 @@ def test_the_reason_of_a_failed_run_is_told_with_its_problem(site, plan):
     assert alarm_sentence(alarm, FINNISH).endswith("R1 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?")
 
 
-def test_an_absence_is_told_in_wall_time_of_the_tablet(site, plan, caplog):
+def test_an_absence_is_reported_in_wall_time_of_the_tablet(site, plan, caplog):
     site.container.catalogue.change_settings(timezone="Europe/Helsinki")
     app_was_off(site, plan)
     alarm = only(site, "app_was_off")
@@ -218,7 +218,7 @@ def test_times_in_the_reason_of_an_alarm_are_those_of_the_schedule(site, plan):
     assert alarm_sentence(there).endswith("until 08:10")
 
 
-def test_what_an_older_version_kept_is_told_as_it_stands(site):
+def test_what_an_older_version_stored_is_shown_as_it_is(site):
     for details in ({"reason": "The robot refused it", "problem": "no answer"}, {"reason": {"code": "unheard_of"}, "problem": None}):
         for code in ("execution_failed", "unreachable"):
             alarm = Alarm(code, "robot:1", Priority.LOW, site.clock.now(), {"robot": "R1", "mission": "Deliver", **details})
@@ -228,7 +228,7 @@ def test_what_an_older_version_kept_is_told_as_it_stands(site):
 
 
 # ---------------------------------------------------------------------- runs and robots
-def test_what_a_run_waits_for_and_why_it_ended_is_told_whole(site, plan):
+def test_what_a_run_waits_for_and_why_it_ended_is_shown_completely(site, plan):
     plan(START, start_window_minutes=1)
     site.network.down.add("R1")
     site.run(302)
@@ -241,7 +241,7 @@ def test_what_a_run_waits_for_and_why_it_ended_is_told_whole(site, plan):
     assert readable(sentence(ended.reason, "UTC", crossed), site) == []
 
 
-def test_the_robot_did_not_receive_it_is_told_in_the_language_too(site, plan):
+def test_the_robot_did_not_receive_it_is_reported_in_the_language_too(site, plan):
     plan(START, start_window_minutes=1)
     site.network.next("POST", "/mission_queue", Fate.LOST)
     site.run(300 + 200)

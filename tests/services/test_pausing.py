@@ -58,7 +58,7 @@ def test_starts_of_a_pause_are_skipped_with_their_row_and_the_next_one_runs(plan
     assert [(row.state, row.reason and row.reason.code) for row in plant.rows()] == [
         (State.SKIPPED, ReasonCode.HOLD), (State.SKIPPED, ReasonCode.HOLD), (State.WAITING, None)]
     assert reasons.sentence(plant.rows()[0].reason, "UTC") == "The schedule was paused until 2026-11-25 00:00"
-    assert plant.container.alarms.standing() == []        # who pauses a schedule knows it
+    assert plant.container.alarms.open() == []        # who pauses a schedule knows it
 
 
 def test_a_pause_is_ended_at_once(plant):
@@ -82,7 +82,7 @@ def test_starts_of_a_pause_were_not_missed_when_the_app_was_off(plant):
     plant.go_to(NOW + timedelta(days=4))
     assert [(row.planned_at.day, row.state) for row in plant.rows()] == [
         (23, State.SKIPPED), (24, State.SKIPPED), (25, State.MISSED), (26, State.MISSED)]
-    [alarm] = [alarm for alarm in plant.container.alarms.standing() if alarm.code == "executions_missed"]
+    [alarm] = [alarm for alarm in plant.container.alarms.open() if alarm.code == "executions_missed"]
     assert alarm.details["count"] == 2
 
 
@@ -103,7 +103,7 @@ def test_a_time_that_has_passed_is_refused(plant, until):
     assert plant.stored().paused_until is None
 
 
-def test_a_schedule_that_is_gone_is_told(plant):
+def test_a_schedule_that_is_gone_is_reported(plant):
     plant.container.catalogue.remove_schedule(plant.daily.id)
     for act in (lambda: plant.skipping.pause(plant.daily.id, WEDNESDAY), lambda: plant.skipping.resume(plant.daily.id)):
         with pytest.raises(InvalidInput, match="no such schedule"):

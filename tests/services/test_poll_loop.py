@@ -93,7 +93,7 @@ def test_every_robot_is_polled_again_and_again(start, polls, count):
     wait_for(lambda: len(polls) == count and min(polls.values()) >= 3)
 
 
-def test_very_many_are_polled_in_turns_that_a_new_cycle_does_not_begin_anew(start, polls):
+def test_very_many_are_polled_in_turns_that_a_new_cycle_does_not_start_again(start, polls):
     """Even when a cycle takes longer than the interval, the last ones get their turn."""
     count = 20 * POLLED_AT_ONCE
     start(count, every=0.3)
@@ -124,7 +124,7 @@ def test_a_worker_that_meets_an_unexpected_error_goes_on(start, polls, monkeypat
 
 
 @pytest.mark.parametrize("topic", [Topic.SCHEDULES, Topic.EXECUTIONS, Topic.HOLDS, Topic.ROBOTS])
-def test_every_worker_is_told_what_a_person_has_changed(start, polls, topic):
+def test_every_worker_learns_what_an_operator_has_changed(start, polls, topic):
     """It may have an intent in hand that must not be sent any more."""
     changes = Changes()
     loop = start(3, every=60.0, changes=changes)
@@ -149,7 +149,7 @@ class FailingScheduler(QuietScheduler):
         return DueBatch()
 
 
-def test_the_heart_goes_on_beating_after_an_unexpected_error(start, polls, monkeypatch, caplog):
+def test_the_scheduler_goes_on_after_an_unexpected_error(start, polls, monkeypatch, caplog):
     monkeypatch.setattr(poll_loop, "LONGEST_WAIT", 0.02)
     scheduler = FailingScheduler()
     start(2, scheduler=scheduler)

@@ -87,7 +87,7 @@ def fill_up(app: Container) -> Callable[[], None]:
 
 
 def alarms(app: Container) -> list[str]:
-    return [alarm.code for alarm in app.alarms.standing()]
+    return [alarm.code for alarm in app.alarms.open()]
 
 
 @pytest.mark.parametrize("harm", [make_read_only, fill_up, break_down])

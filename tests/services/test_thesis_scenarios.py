@@ -84,7 +84,7 @@ def test_the_retry_limit_ends_it_as_failed_and_recorded(site, plan):
     assert [r.state for r in site.executions()] == [State.FAILED, State.COMPLETED]      # the next occurrence is untouched
 
 
-def test_a_failing_mission_is_recorded_with_the_robots_words(site, plan):
+def test_a_failing_mission_is_recorded_with_the_robots_message(site, plan):
     plan("2026-11-23T06:05")
     site.machines["R1"].fail_next = "Failed to reach goal position 'Dock 3'"
     site.run_until(lambda: site.executions(State.FAILED))

@@ -78,9 +78,9 @@ def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr(planner.ScheduleRepository, "advance_all", lambda self, c, following: following and pending.append(following))
     insert_due = planner.Planner._take_due
 
-    def split(self, c, fallen):
+    def split(self, c, batch):
         pending.clear()
-        return insert_due(self, c, fallen)
+        return insert_due(self, c, batch)
     write = planner.Database.write
 
     def write_then_advance(self, work, patient=False):
@@ -115,7 +115,7 @@ def test_a_fold_that_runs_twice_is_found(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("seed", [11, pytest.param(12, marks=pytest.mark.long)])
-def test_the_same_seed_tells_the_same_story(tmp_path, seed):
+def test_the_same_seed_gives_the_same_run(tmp_path, seed):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
     first, again = (World(tmp_path / name, seed, ROUGH).run(2.0) for name in "ab")

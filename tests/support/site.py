@@ -17,7 +17,7 @@ from app.domain.models import Execution, Mission, Robot, State
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.services.dispatch.worker import PREPARES_WITHIN, RobotWorker
+from app.services.dispatch.worker import PREFETCH_SPREAD, RobotWorker
 from app.services.live.changes import Topic
 from mir_sim import MISSIONS, SimulatedRobot
 from tests.support.clock import VirtualClock
@@ -128,7 +128,7 @@ class Site:
     def read_ahead(self, worker: RobotWorker) -> None:
         """Something is due at that robot in a moment, and its turn to be read has come."""
         worker.step(False, due_soon=True, changed=False)
-        self.clock.advance(PREPARES_WITHIN)
+        self.clock.advance(PREFETCH_SPREAD)
         worker.step(False, changed=False)
 
     def _go_to(self, instant: float) -> None:

@@ -88,11 +88,11 @@ def test_a_note_is_optional_and_can_be_left(app, alarms, ui):
     open_list(ui)
     menu(ui, row(ui, "clock"), "Acknowledge with a note")
     ui.tap(ui.find(CommandButton, ui.find(NoteDialog), text="Cancel"))
-    assert alarms.standing()
+    assert alarms.open()
     menu(ui, row(ui, "clock"), "Acknowledge with a note")
     ui.tap(ui.find(CommandButton, ui.find(NoteDialog), text="Acknowledge"))
     wait_for_rows(ui, 0)
-    assert not alarms.standing()
+    assert not alarms.open()
 
 
 def test_recovery_is_shown_until_it_is_acknowledged(app, alarms, ui):
@@ -119,7 +119,7 @@ def test_a_robot_that_is_renamed_carries_its_new_name_in_banner_and_list_at_once
 
 
 # ---------------------------------------------------------------------- shelving
-def test_a_shelved_alarm_leaves_the_banner_and_is_taken_back(site, app, alarms, ui):
+def test_a_shelved_alarm_leaves_the_banner_and_can_be_unshelved(site, app, alarms, ui):
     alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
     alarms.raise_("clock_stepped", "clock", seconds=40)
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).text == "Aino doesn't answer")
@@ -141,7 +141,7 @@ def test_a_shelved_alarm_leaves_the_banner_and_is_taken_back(site, app, alarms, 
 
 def test_a_shelved_alarm_comes_back_by_itself(site, app, alarms, ui):
     alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
-    alarms.shelve(alarms.standing()[0].id, 1)
+    alarms.shelve(alarms.open()[0].id, 1)
     ui.wait(lambda: ui.find(TopBar).bell_icon == "bell-sleep-outline")
     assert not ui.find_all(AlarmBanner)
     clock, now = site.container.clock, site.container.clock.now
@@ -159,7 +159,7 @@ def test_the_past_is_shown_page_by_page_with_its_count(app, alarms, ui, monkeypa
     monkeypatch.setattr(frame_alarms, "PAGE", 3)
     for number in range(7):
         alarms.raise_("app_was_off", str(number))
-    for alarm in alarms.standing():
+    for alarm in alarms.open():
         alarms.acknowledge(alarm.id)
     ui.wait(lambda: ui.find(TopBar).bell_count == "")
     dialog = open_list(ui)
@@ -176,7 +176,7 @@ def test_the_past_is_shown_page_by_page_with_its_count(app, alarms, ui, monkeypa
 
 
 # ---------------------------------------------------------------------- holds, and the way to where it is solved
-def test_a_hold_stands_in_the_list_and_is_released_there(site, app, ui):
+def test_a_hold_is_in_the_list_and_is_released_there(site, app, ui):
     site.container.holds.hold("Fire drill")
     ui.wait(lambda: ui.find(TopBar).bell_count == "1")
     open_list(ui)
@@ -198,7 +198,7 @@ def test_the_banner_leads_to_where_it_is_solved(site, ui, code, key, screen):
         ui.advance(.3)                                        # it stands where it is tapped
         ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text=ui.find(AlarmBanner).action))
         ui.wait(lambda: app.shell.navigator.current == screen)
-        assert site.container.alarms.standing()               # going there acknowledges nothing
+        assert site.container.alarms.open()               # going there acknowledges nothing
 
 
 def test_the_menu_leads_there_too_and_closes_the_list(site, app, alarms, ui):

@@ -77,7 +77,7 @@ def test_both_survive_a_restart(site, ui):
         assert Metrics.fontscale == pytest.approx(1.15)
 
 
-def test_a_change_of_anything_else_builds_nothing_anew(site, app, ui):
+def test_a_change_of_anything_else_rebuilds_nothing(site, app, ui):
     screen = app.shell.navigator.screen("home")
     site.container.catalogue.change_settings(theme="dark", retry_limit=3)
     ui.wait(lambda: tk.theme == "dark")

@@ -80,7 +80,7 @@ def test_the_robot_on_screen_is_watched(site, ui):
 
 
 # ---------------------------------------------------------------------- survival
-def test_a_handler_that_fails_is_logged_told_and_survived(site, ui, caplog):
+def test_a_handler_that_fails_is_logged_reported_and_survived(site, ui, caplog):
     with shown(site.container, ui) as app:
         ui.wait(lambda: "Add your first robot" in ui.texts())
 
@@ -95,7 +95,7 @@ def test_a_handler_that_fails_is_logged_told_and_survived(site, ui, caplog):
         assert app.shell.navigator.current == "logs"
 
 
-def test_a_flood_of_failures_is_told_once_a_second_and_a_failing_teller_does_not_matter():
+def test_a_flood_of_failures_is_reported_once_a_second_even_if_reporting_fails():
     told = []
     survivor = UiExceptionHandler(told.append)
     for _n in range(5):
@@ -146,7 +146,7 @@ def test_an_alarm_stays_until_it_is_acknowledged_and_over(site, ui):
         ui.wait(lambda: ui.find(AlarmBanner).note.startswith("Over since"))
         ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
         ui.wait(lambda: not ui.find_all(AlarmBanner))
-        assert not site.container.alarms.standing()
+        assert not site.container.alarms.open()
     assert robot.name == "Aino"
 
 

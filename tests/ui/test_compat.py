@@ -12,7 +12,7 @@ from kivymd.uix.card import MDCard
 from app.window import compat
 
 
-def test_the_cures_are_for_the_installed_version():
+def test_the_workarounds_are_for_the_installed_version():
     assert kivymd.__version__ == compat.KIVYMD_VERSION
 
 
@@ -25,7 +25,7 @@ def test_a_card_makes_no_buffer_before_it_is_pressed(ui):
     assert tuple(card.fbo.size) == (200, 100)
 
 
-def test_the_ripple_cure_is_still_needed():
+def test_the_ripple_workaround_is_still_needed():
     """Mended upstream when ``init_fbos`` no longer makes a frame buffer of whatever size the widget has in ``__init__``."""
     source = Path(inspect.getsourcefile(ripple_behavior)).read_text(encoding="utf-8")
     body = source[source.index("def init_fbos"):]

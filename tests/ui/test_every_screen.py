@@ -57,7 +57,7 @@ def test_every_icon_that_is_named_exists():
     assert {name: path for name, path in named.items() if name not in md_icons} == {}
 
 
-def test_no_text_of_a_layout_stands_outside_the_catalogues():
+def test_no_text_of_a_layout_is_outside_the_catalogues():
     """Letters between quotes in kv are values of options, names of classes and icons, or arguments, as of ``tr``."""
     shown = re.compile(r"^\s*(?:text|title|label|hint|help|note|action|message|value|unit|empty_text|problem|confirm|decline)\s*:\s*(.*)$")
     found = []

@@ -184,7 +184,7 @@ def test_everything_of_the_operators_stays_free(site, app, ui):
     site.container.alarms.raise_("app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00")
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Acknowledge")
     ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
-    ui.wait(lambda: not site.container.alarms.standing())
+    ui.wait(lambda: not site.container.alarms.open())
     assert not ui.find_all(PinDialog)
     site.container.alarms.raise_("unauthorized", f"robot:{robot.id}", robot="Aino")
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Open settings")

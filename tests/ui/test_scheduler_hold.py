@@ -58,7 +58,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     chip(screen, ui, "Cleaning")
     ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
     settle(screen, ui)
-    [hold] = container.holds.standing()
+    [hold] = container.holds.current()
     assert (hold.reason, hold.until, hold.robot_id) == ("Cleaning", container.clock.now() + timedelta(hours=1), None)
     assert "Nothing is sent to any robot until" in ui.find(Snackbar).text
     frame = ui.find(Frame)
@@ -68,10 +68,10 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     schedule = named(container, KITS, "Aino")
     assert line(screen, schedule) == "Aino · skipped: held until 15:38"
     again = Holds(container.db, container.repositories.holds, container.clock, container.changes)      # as after a restart
-    assert again.standing() == [hold]
+    assert again.current() == [hold]
     ui.tap(ui.find(CommandButton, root=frame, text="Release"))
     settle(screen, ui)
-    ui.wait(lambda: not container.holds.standing() and line(screen, schedule).startswith("Aino · in 2"))
+    ui.wait(lambda: not container.holds.current() and line(screen, schedule).startswith("Aino · in 2"))
 
 
 def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
@@ -91,7 +91,7 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     assert ui.find(FlowChip, root=dialog, text="Until Mon 23 Nov 06:30").selected
     ui.tap(ui.find(CommandButton, root=dialog, text="Hold"))
     settle(screen, ui)
-    [hold] = container.holds.standing()
+    [hold] = container.holds.current()
     veikko = next(robot for robot in container.repositories.robots.all(container.db.read()) if robot.name == "Veikko")
     assert (hold.robot_id, hold.reason, hold.until) == (veikko.id, "Wheel change", datetime(2026, 11, 23, 4, 30, tzinfo=UTC))
     ui.wait(lambda: ui.find(Frame).alarm == "Nothing is sent to Veikko")
@@ -105,7 +105,7 @@ def test_what_is_held_already_is_shown_and_released_in_the_dialog(screen, contai
     assert dialog.present == "Held since 14:38, until it is released · Audit"
     ui.tap(ui.find(CommandButton, root=dialog, text="Release"))
     settle(screen, ui)
-    assert container.holds.standing() == []
+    assert container.holds.current() == []
 
 
 def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, container, ui):
@@ -115,7 +115,7 @@ def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, cont
     chip(screen, ui, "Until released")
     ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
     settle(screen, ui)
-    [hold] = container.holds.standing()
+    [hold] = container.holds.current()
     assert (hold.reason, hold.until) == ("", None)
 
 

@@ -119,14 +119,14 @@ def test_work_runs_elsewhere_and_its_result_comes_home(ui, background):
     assert worked[0] != threading.get_ident()
 
 
-def test_a_failure_comes_home_too(ui, background):
+def test_a_failure_is_delivered_too(ui, background):
     failures: list[BaseException] = []
     background.run(lambda: 1 / 0, failed=failures.append)
     ui.wait(lambda: background.idle)
     assert isinstance(failures[0], ZeroDivisionError)
 
 
-def test_a_failure_nobody_asked_for_is_told_and_logged(ui, bus, caplog):
+def test_a_failure_nobody_asked_for_is_reported_and_logged(ui, bus, caplog):
     told: list[BaseException] = []
     background = Background(bus, unexpected=told.append)
     background.run(lambda: {}["missing"])
@@ -294,7 +294,7 @@ def test_rebuilding_makes_new_screens(navigator, log):
     assert log == [("shown", "home", {}), ("hidden", "home"), ("shown", "home", {})]
 
 
-def test_closing_tells_the_present_screen(navigator, log):
+def test_closing_hides_the_present_screen(navigator, log):
     navigator.go("home")
     navigator.close()
     assert log[-1] == ("hidden", "home")

@@ -186,7 +186,7 @@ def test_every_section_can_be_opened_and_shows_its_name(site, app, ui):
         assert [row.key for row in ui.find_all(SectionRow, selected=True)] == [key]
 
 
-def test_about_tells_versions_licences_and_where_the_data_are(site, app, ui):
+def test_about_shows_versions_licences_and_where_the_data_are(site, app, ui):
     go(ui, "about")
     ui.wait(lambda: says(ui, "AMR Scheduler"))
     texts = ui.texts()
@@ -194,7 +194,7 @@ def test_about_tells_versions_licences_and_where_the_data_are(site, app, ui):
     assert {"SQLite", "KivyMD", "Roboto"} <= set(texts)
 
 
-def test_a_change_from_elsewhere_shows_at_once(site, app, ui):
+def test_a_change_from_outside_shows_at_once(site, app, ui):
     go(ui, "scheduler")
     site.container.catalogue.change_settings(retry_limit=7)
     ui.wait(lambda: ui.find(StepField, heading="Retries when a robot can't be reached").text == "7")

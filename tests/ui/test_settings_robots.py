@@ -152,7 +152,7 @@ def test_another_user_needs_the_users_own_password(site, app, ui):
     assert robots(site)[0].username == "admin"
 
 
-def test_another_machine_is_told_before_it_is_accepted(site, app, ui):
+def test_another_machine_is_reported_before_it_is_accepted(site, app, ui):
     site.add_robots()
     ui.wait(lambda: all(robot.serial_number for robot in robots(site)))
     before = robots(site)[0].serial_number

@@ -89,7 +89,7 @@ MISSIONS = [Option(n, f"Mission {n}", note="on Aino only" if n == 7 else "") for
 
 
 @pytest.mark.parametrize("body", [100, 101, 102.5])
-def test_a_dialog_stands_on_whole_pixels(ui, dialogs, body):
+def test_a_dialog_lies_on_whole_pixels(ui, dialogs, body):
     dialog = Dialog(title="Odd", body_height=body)
     dialogs.open(dialog)
     ui.advance(.3)

@@ -188,7 +188,7 @@ def test_grid_steps_are_round_and_few():
 LANES = [Lane("Aino", bars=(Bar("a", 1, 2), Bar("b", 1.5, 3, "Empties"))), Lane("Veikko", bars=(Bar("c", 20, 20.1),))]
 
 
-def test_a_tap_on_a_bar_tells_which(ui):
+def test_a_tap_on_a_bar_says_which(ui):
     chart = ui.show(Timeline(lanes=LANES, ticks=[(6, "19:00", False)], now=1.2, now_label="14:12"), (800, 150))
     calls = fired(chart, "on_bar")
     left, width = 88, 800 - 88

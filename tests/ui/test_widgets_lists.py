@@ -32,7 +32,7 @@ def robots(count: int) -> list[RobotSummary]:
     return [RobotSummary(n, f"Robot {n}", "", "neutral", "", "", "neutral", False) for n in range(count)]
 
 
-def test_the_cross_of_a_row_cancels_what_the_row_stands_for(ui):
+def test_the_cross_of_a_row_cancels_what_the_row_shows(ui):
     rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(7, 8)), (400, 300))
     calls = actions_of(rows)
     second = ui.find(QueueRow, key=8)

@@ -71,7 +71,7 @@ def test_as_many_columns_as_fit(ui, width, columns):
     assert len(shelves(ui, root)[0]) == columns
 
 
-def test_a_window_that_turns_arranges_the_panels_anew(ui):
+def test_a_window_that_turns_rearranges_the_panels(ui):
     root = grid(ui, 5)
     assert shelves(ui, root) == [["P0", "P1", "P2"], ["P3", "P4"]]
     root.width = 650
@@ -114,7 +114,7 @@ def test_new_values_keep_the_panels(ui):
     assert shelves(ui, root) == [["Q0", "Q1", "Q2"]]
 
 
-def test_another_kind_of_panel_stands_among_them(ui):
+def test_another_kind_of_panel_can_be_among_them(ui):
     root = grid(ui, 2)
     root.panels = [*root.panels, Last()]
     ui.advance(.1)

@@ -72,7 +72,7 @@ def test_what_lies_beside_a_message_can_still_be_pressed(ui, bars):
     assert taps == [1]
 
 
-def test_clearing_tells_that_nobody_undid_anything(ui, bars):
+def test_clearing_says_that_nobody_undid_anything(ui, bars):
     calls: list[str] = []
     for n in range(5):
         bars.undo(f"Deleted {n}", "Undo", lambda: calls.append("undo"), lambda: calls.append("ended"))

@@ -1,10 +1,10 @@
-"""What a screen is to the window around it, and what the window offers to a screen.
+"""The interface between the window and its screens.
 
 A screen is a widget, built lazily on its first visit as ``HomeScreen(services, shell)``; they are listed in ``SCREENS``. ``services`` is an
 instance of the class's ``Services``: the services that this screen uses, and no others. The window calls ``shown(**intent)`` each time it
-comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when it leaves: between the two it subscribes
-to ``Changed`` on the bus and ticks, outside it does nothing. The frame (top bar, banner, navigation)
-is the window's own; a screen fills what is between them, and the margins around it are the frame's.
+comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when another one takes its place: between the
+two it subscribes to ``Changed`` on the bus and ticks, otherwise it does nothing. The frame (top bar, banner, navigation) belongs to the
+window; a screen fills what is between them, and the margins around it are the frame's.
 """
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ SCREENS = {
 
 
 def pick(kind: type[S], container: object) -> S:
-    """What a screen asks of the app: ``kind`` is a dataclass whose fields are named as services of the container."""
+    """The services of a screen: ``kind`` is a dataclass whose fields are named as services of the container."""
     return kind(**{field.name: getattr(container, field.name) for field in fields(kind)})   # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
 class Shell:
-    """The services of the window (app/screens/common/view_model.py tells how they are used); tests pass fakes.
+    """The services of the window (app/screens/common/view_model.py shows how they are used); tests pass fakes.
 
-    ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` says what was done, with Undo; ``bus`` brings what happens on other
-    threads to the UI thread; ``background`` runs work off the UI thread and its result back on it. ``restore`` closes the services, puts a
+    ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` reports what was done, with Undo; ``bus`` delivers events of other
+    threads on the UI thread; ``background`` runs work off the UI thread and its result back on it. ``restore`` closes the services, puts a
     backup in the place of the database and goes on with it; None: this window can't.
     """
     navigator: Navigator

@@ -1,4 +1,4 @@
-"""Between the workers and the window: events and results of other threads arrive on the UI thread, a bounded number per frame."""
+"""Events and results of other threads are delivered on the UI thread, a bounded number per frame."""
 from __future__ import annotations
 
 import logging
@@ -55,7 +55,7 @@ class UiBus:
         self.publish(_Call(call))
 
     def subscribe(self, kind: type, handler: Callable[[Any], object]) -> Callable[[], None]:
-        """Call ``handler(event)`` for events of class ``kind``; returns what ends it. On the UI thread."""
+        """Call ``handler(event)`` for events of class ``kind``; returns the function that ends it. On the UI thread."""
         self._handlers.setdefault(kind, []).append(handler)
 
         def unsubscribe() -> None:
@@ -89,7 +89,7 @@ class UiBus:
 
     @staticmethod
     def _guarded(call: Callable[..., object], *args: object) -> None:
-        """One broken handler must neither stop the others nor the window; its traceback goes to the log."""
+        """A handler that fails must stop neither the others nor the window; its traceback goes to the log."""
         try:
             call(*args)
         except Exception:
@@ -98,17 +98,17 @@ class UiBus:
 
 @dataclass(frozen=True)
 class Changed:
-    """A service has published a change, heard on the UI thread; ``about`` is the robot's id of a snapshot."""
+    """A service has published a change; delivered on the UI thread. ``about`` is the robot's id of a snapshot."""
     topic: Topic
     about: int | None = None
 
 
 def forward(changes: Changes, bus: UiBus) -> Callable[[], None]:
-    """Bring what the services publish to the UI thread, as ``Changed``; returns what ends it."""
-    def heard(topic: Topic, about: int | None) -> None:
+    """Deliver what the services publish on the UI thread, as ``Changed``; returns the function that ends it."""
+    def publish(topic: Topic, about: int | None) -> None:
         event = Changed(topic, about)
         bus.publish(event, key=event)
-    return changes.subscribe(heard)
+    return changes.subscribe(publish)
 
 
 class _Call:
@@ -130,7 +130,7 @@ class Job:
 class Background:
     """Runs what may take longer than a frame (database, robots) on a few threads and brings the results back to the UI thread.
 
-    ``unexpected(exception)`` hears of failures nobody asked for with ``failed``, on the UI thread, after they are in the log.
+    ``unexpected(exception)`` gets failures for which no ``failed`` was given, on the UI thread, after they are in the log.
     """
 
     def __init__(self, bus: UiBus, workers: int = 4, unexpected: Callable[[BaseException], object] | None = None) -> None:
@@ -161,7 +161,7 @@ class Background:
         return not self._pending
 
     def close(self) -> None:
-        """Take no more work and deliver nothing more; what runs, runs out."""
+        """Take no more work and deliver nothing more; what runs runs to its end."""
         for job in self._pending:
             job.cancel()
         self._pool.shutdown(wait=False, cancel_futures=True)

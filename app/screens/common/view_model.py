@@ -1,36 +1,42 @@
 """How a screen is written.
 
 A screen is three things: a kv file (layout only), a widget class as thin as possible (``ScreenBase``), and a view model whose properties kv
-reads. The view model asks services in the background and shows what comes back; it never computes what a service could decide, and never
-holds a truth of its own.
+reads. The view model asks services in the background and shows what comes back; it decides nothing that a service could decide, and keeps
+no state of its own that a service has.
+
+    @dataclass(frozen=True)
+    class LogsServices:                                       # the services that this screen uses, named as in the container
+        history: History
 
     class LogsViewModel(ViewModel):
         rows = ListProperty()
-        loading = BooleanProperty(False)
 
-        def __init__(self, history, shell):
+        def __init__(self, services, shell):
             super().__init__()
-            self._history, self._shell = history, shell
+            self._services, self._shell = services, shell
+            self._refresher = Refresher(shell, self._reading, self._take)
 
         def opened(self, execution_id=None):                  # on screen now; the intent of shell.go("logs", execution_id=7)
-            self.keep(self._shell.bus.subscribe(HistoryChanged, lambda _event: self.load()))
-            self.every(30, self.load)
-            self.load()
+            self.keep(self._shell.bus.subscribe(Changed, self._changed))
+            self.keep(self._refresher.stop)
+            self._refresher.read()
 
-        def load(self):
-            self.loading = True
-            self._shell.background.run(self._history.newest, self._show, self._failed, key=("logs", "rows"))
+        def _changed(self, event):
+            if event.topic is Topic.EXECUTIONS:
+                self._refresher.request()
 
-        def _show(self, runs):
-            self.loading = False
-            self.rows = [log_row(run) for run in runs]        # a pure function of plain values, tested without kivy
+        def _reading(self):
+            return lambda: read_facts(self._services)         # the work, run on another thread
 
-        def retranslated(self):                               # the language was switched: build the texts anew
-            self.load()
+        def _take(self, facts):
+            self.rows = [log_row(run) for run in facts.runs]  # a pure function of plain values, tested without kivy
+
+        def retranslated(self):                               # the language was switched: build the texts again
+            self._refresher.request()
 
     class LogsScreen(ScreenBase):
-        def __init__(self, container, shell, **kwargs):
-            super().__init__(vm=LogsViewModel(container.history, shell), **kwargs)
+        def __init__(self, services, shell, **kwargs):
+            super().__init__(vm=LogsViewModel(services, shell), **kwargs)
 
     # kv/logs/screen.kv
     <LogsScreen>:
@@ -42,20 +48,20 @@ holds a truth of its own.
             on_action: root.vm.toggle(args[1])                # args: list, key, action, values …
 
 Rules
-- Everything here lives on the UI thread. Workers publish: ``bus.publish(event, key=robot_id)`` from any thread; events with one key are
-  coalesced, handlers get at most a hundred a frame. ``background.run(work, done, failed)`` runs ``work`` elsewhere and the rest here;
-  ``key=`` makes newer work supersede older. Setting a kivy property or building a widget on a worker is a crash or a heisenbug.
-- Between ``opened`` and ``closed`` a view model subscribes (``keep``) and ticks (``every``); the base class lets go of both. A screen
-  that is not shown costs nothing.
+- Everything here runs on the UI thread. Other threads publish: ``bus.publish(event, key=robot_id)``; events with one key are coalesced,
+  handlers get at most a hundred a frame. ``background.run(work, done, failed)`` runs ``work`` on another thread and the rest here; with
+  ``key=`` newer work supersedes older. Setting a kivy property or building a widget on another thread crashes, sooner or later.
+- Between ``opened`` and ``closed`` a view model subscribes (``keep``) and ticks (``every``); the base class ends both. A screen that is
+  not shown costs nothing.
 - In kv: ids directly (``field.text``), never ``root.ids.field.text`` (it leaks the widget); no arithmetic beyond layout; texts as
-  ``tr._("Save")``; ``root.vm`` is rebindable. In Python: ``_("…")``, and ``ngettext`` for counts; never join halves of sentences.
-- Work over 300 ms shows itself: give the button ``busy: root.vm.saving``. Every action ends in something visible: the new state, a
-  sentence at the field, or ``shell.snackbars.show(_("Saved"))``. Deleting: do it, then ``shell.snackbars.undo(text, _("Undo"), undo)``.
-- Ask only where there is no way back: ``shell.dialogs.confirm(title, text, action, done, danger=True)``. Also ``choose``, ``choose_many``,
-  ``pick_time``, ``pick_date``, ``menu``, and ``open`` for dialogs of your own (``FormDialog``, app/widgets/dialogs.py).
+  ``tr._("Save")``; ``root.vm`` is rebindable. In Python: ``_("…")``, and ``ngettext`` for counts; never join parts of sentences.
+- Work over 300 ms is shown: give the button ``busy: root.vm.saving``. Every action has a visible result: the new state, a sentence at the
+  field, or ``shell.snackbars.show(_("Saved"))``. Deleting: do it, then ``shell.snackbars.undo(text, _("Undo"), undo)``.
+- Ask only before what can't be undone: ``shell.dialogs.confirm(title, text, action, done, danger=True)``. Also ``choose``,
+  ``choose_many``, ``pick_time``, ``pick_date``, ``menu``, and ``open`` for dialogs of your own (``FormDialog``, app/widgets/dialogs.py).
 - Sizes of targets come from ``tk.h_touch``, ``tk.h_field``, ``tk.h_action``; they grow in glove mode, and ``Navigator.rebuild`` then
-  builds the screens anew. Landscape and portrait: ``root.portrait``; a low window (600 px): let cards scroll (``ScrollPage``).
-- Fields go red with a sentence in ``problem``; fields of settings commit when they are left (``on_commit``).
+  builds the screens again. Landscape and portrait: ``root.portrait``; a low window (600 px): let cards scroll (``ScrollPage``).
+- Fields go red with a sentence in ``problem``; fields of settings commit when the focus leaves them (``on_commit``).
 
 Tests: ``tests/ui/conftest.py`` gives the fixture ``ui`` (taps, typing, virtual time); ``tests/screenshots`` takes the pictures.
 """
@@ -84,7 +90,7 @@ __all__ = ["Background", "Changed", "Dialogs", "Job", "Navigator", "Refresher", 
 
 
 class ViewModel(EventDispatcher):
-    """Properties for kv, and what has to be let go when the screen leaves. Override ``opened``, ``closed``, ``retranslated``."""
+    """Properties for kv, and what has to be released when the screen is hidden. Override ``opened``, ``closed``, ``retranslated``."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -95,13 +101,13 @@ class ViewModel(EventDispatcher):
         """The screen is shown: subscribe, tick, load. ``intent`` is what ``shell.go`` was given."""
 
     def closed(self) -> None:
-        """The screen has left; what was kept is released already."""
+        """The screen is hidden; what was kept is released already."""
 
     def retranslated(self) -> None:
-        """The language has changed: build the texts of the properties anew."""
+        """The language has changed: build the texts of the properties again."""
 
     def keep(self, release: Callable[[], object]) -> None:
-        """Call ``release`` when the screen leaves."""
+        """Call ``release`` when the screen is hidden."""
         self._kept.append(release)
 
     def every(self, seconds: float, call: Callable[[], object]) -> None:
@@ -174,7 +180,7 @@ class Refresher(Generic[T]):
 
 
 class ScreenBase(BoxLayout):
-    """A screen: a widget with a view model, told when it comes and goes."""
+    """A screen: a widget with a view model that knows when it is shown."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
     portrait = BooleanProperty(False)
 
@@ -238,7 +244,7 @@ class Navigator(EventDispatcher):
         return list(self._screens)
 
     def rebuild(self) -> None:
-        """Throw all screens away and build the present one anew (glove mode, size of texts), at the place in it that its ``place()`` tells
+        """Throw all screens away and build the present one again (glove mode, size of texts), at the place in it that its ``place()`` gives
         as an intent."""
         intent: dict[str, Any] = getattr(self._shown, "place", dict)()
         self._hide()
@@ -248,7 +254,7 @@ class Navigator(EventDispatcher):
             self._go(self.current, intent)
 
     def close(self) -> None:
-        """The window is closing: the present screen leaves."""
+        """The window is closing: hide the present screen."""
         self._hide()
         self._body.clear_widgets()
         self._screens.clear()

@@ -218,7 +218,7 @@ class AlarmList:
             self._do(way.act, way.about)
 
     def _work(self, work: Callable[[], object]) -> None:
-        """What it changes is heard on the bus."""
+        """Its effect is published on the bus."""
         self._shell.background.run(work, None, self._shell.say_problem)
 
 

@@ -154,11 +154,11 @@ class FrameController:
                 self._work(lambda: services.holds.release(about))
 
     def _work(self, work: Callable[[], T], done: Callable[[T], object] | None = None) -> None:
-        """In the background; what it changes is heard on the bus."""
+        """In the background; its effect is published on the bus."""
         self._shell.background.run(work, done, self._shell.say_problem)
 
     def _show_run(self, execution: Execution | None) -> None:
-        """Its story; all of them when the history has it no more."""
+        """In Logs; all runs when the history has no longer this one."""
         self._shell.go("logs", execution_id=execution.id if execution else None)
 
     def _hold_late_starts(self) -> None:

@@ -50,9 +50,9 @@ class FrameFacts:
 def read(services: FrameServices) -> FrameFacts:
     """Called off the UI thread."""
     robots = {robot.id: robot for robot in services.catalogue.robots()}
-    holds = sorted(services.holds.standing(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
+    holds = sorted(services.holds.current(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
     return FrameFacts(services.settings(), robots,
-                      OpenIssues(services.alarms.standing(), holds, late_starts(services.history.open(), robots)))
+                      OpenIssues(services.alarms.open(), holds, late_starts(services.history.open(), robots)))
 
 
 def late_starts(executions: Sequence[Execution], robots: Mapping[int, Robot]) -> list[Execution]:

@@ -92,7 +92,7 @@ def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Setti
     lines = [(urgency(alarm), OpenIssue(("alarm", alarm.id), _alarm(alarm, robots, settings, now, here), alarm))
              for alarm in issues.alarms if not is_shelved(alarm, now)]
     lines += [(_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
-              for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # a clock in doubt has its own alarm
+              for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # an implausible clock has its own alarm
     lines.sort(key=lambda line: line[0])
     late = [OpenIssue(("late", 0), _late(issues.late_starts, settings, now))] if issues.late_starts else []
     return [*late, *(issue for _urgency, issue in lines)]

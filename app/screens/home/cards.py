@@ -13,7 +13,7 @@ from kivy.uix.widget import Widget
 
 from app.screens.home.view import HomeView, PromptView
 from app.services.robots.map_picture import MapPicture
-from app.widgets import flow  # noqa: F401  (kivy's Factory learns its classes)
+from app.widgets import flow  # noqa: F401  (registers kivy classess classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
 from app.widgets.lists import CalmScroll, Row

@@ -7,7 +7,7 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.widgets import activity_bands, figure_charts, figures, pages, slots  # noqa: F401  (kv's Factory learns them)
+from app.widgets import activity_bands, figure_charts, figures, pages, slots  # noqa: F401  (registers kivy classes)
 from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField
 from app.widgets.long_list import LongList

@@ -6,7 +6,7 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.scheduler.form_view import FormView
 from app.screens.scheduler.timeline import TimelineView
-from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (kv's Factory learns them)
+from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
 from app.widgets.display import EmptyState, SectionCard
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList

@@ -114,6 +114,6 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     return SchedulerFacts(
         settings=settings, calendar=calendar, robots=tuple(catalogue.robots()), missions=tuple(catalogue.missions()), schedules=schedules,
         last={schedule.id: last for schedule in schedules if (last := history.last_of_schedule(schedule.id)) is not None},
-        planned=tuple(services.plan.between(now, end)), past=past, holds=tuple(services.holds.standing()),
+        planned=tuple(services.plan.between(now, end)), past=past, holds=tuple(services.holds.current()),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         typed=frozenset(key for key, one in usual.items() if one.typed))

@@ -83,7 +83,7 @@ class FormModel(EventDispatcher):
         self._change(replace(self._draft, **values))
 
     def show(self) -> None:
-        """Build the texts anew: time has passed, or the language was switched."""
+        """Build the texts again: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
         self.view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
 

@@ -342,7 +342,7 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
                 return _("{day} is not a working day: {name}. It begins later").format(day=formats.wall_day(details["day"]),
                                                                                        name=details["name"])
             return _("{day} is not a working day, so it begins later").format(day=formats.wall_day(details["day"]))
-        case ConcernCode.PASSED_OVER:
+        case ConcernCode.CLOSED_DAYS:
             return _passed_over(details["days"])
         case ConcernCode.CLOCK_CHANGE:
             text = _("{day}: {time} comes twice that night, it starts the first time") if details["twice"] else \

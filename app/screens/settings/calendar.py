@@ -19,7 +19,7 @@ from app.screens.settings.view import NoticeView, went_wrong
 from app.services.files.calendar_import import Imported
 from app.services.planning import public_holidays
 from app.services.planning.working_days import Ground
-from app.widgets import month  # noqa: F401  (kivy's Factory learns it)
+from app.widgets import month  # noqa: F401  (registers kivy classes)
 from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import Row

@@ -12,7 +12,7 @@ from app.screens.common.problems import sentence_of
 from app.screens.settings.calendar import CalendarCard, CalendarPart
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import day_options, days_phrase
-from app.widgets import weekdays  # noqa: F401  (kivy's Factory learns it)
+from app.widgets import weekdays  # noqa: F401  (registers kivy classes)
 
 FIRST_MINIMUM = 30                       # %, offered when the constraint is switched on
 

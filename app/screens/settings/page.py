@@ -21,12 +21,12 @@ from app.screens.common.shell import Shell
 from app.screens.settings.facts import SettingsFacts, SettingsServices
 from app.screens.settings.view import NoticeView
 from app.services.catalogue.catalogue import Removed
-from app.widgets import panel_grid  # noqa: F401  (kivy's Factory learns it)
+from app.widgets import panel_grid  # noqa: F401  (registers kivy classes)
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")
 
-FORESEEN = (InvalidInput, RobotError, DatabaseError)     # each brings its sentence; anything else goes to the log as well
+EXPECTED = (InvalidInput, RobotError, DatabaseError)     # each brings its sentence; anything else goes to the log as well
 
 
 class PageContext:
@@ -51,7 +51,7 @@ class PageContext:
         """Run ``work`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread; without ``failed`` a snackbar
         shows the problem. Of several runs with one ``key`` only the newest delivers."""
         def not_done(problem: BaseException) -> None:
-            if not isinstance(problem, FORESEEN):
+            if not isinstance(problem, EXPECTED):
                 log.error("work for Settings failed", exc_info=problem)
             (failed or self.shell.say_problem)(problem)
         self.shell.background.run(work, done, not_done, key=key)

@@ -1,8 +1,7 @@
 """Robots, missions, schedules and settings: every change of them, from screens and from files, goes through here.
 
-Each change is checked whole before anything is written, made in one transaction together with what follows from it (waiting executions of a
-changed schedule are cancelled, next occurrences computed anew), and published after the commit. Invalid values are raised as
-InvalidInput.
+Each change is checked completely before anything is written, made in one transaction together with its consequences (waiting executions of
+a changed schedule are cancelled, next occurrences recomputed), and published after the commit. Invalid values are raised as InvalidInput.
 """
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Edit:
 
     # ------------------------------------------------------------------ settings
     def change_settings(self, **changes: Any) -> Settings:
-        """Schedules that respect working days get their next occurrence anew when those change."""
+        """When working days change, the next occurrences of schedules that respect them are recomputed."""
         before = self.settings
         changed = replace(before, **validation.settings(changes))
         if _days_off(changed)[1:] != _days_off(before)[1:]:
@@ -112,7 +112,7 @@ class Edit:
 
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
-        """Add (id 0) or change exceptions to the working days; schedules that respect them get their next occurrence anew."""
+        """Add (id 0) or change exceptions to the working days; the next occurrences of schedules that respect them are recomputed."""
         exceptions = [validation.day_exception(exception) for exception in exceptions]
         for exception in exceptions:
             if exception.id and self.days.get(self.c, exception.id) is None:

@@ -24,7 +24,7 @@ from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Mission, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.planning.durations import expected
-from app.services.planning.overlaps import Other, RunConflict, free_shift, meetings, nearby
+from app.services.planning.overlaps import Other, RunConflict, conflicts, free_shift, nearby
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -39,7 +39,7 @@ class ConcernCode(StrEnum):
     OVERLAP = "overlap"                  # another planned run of that robot is still under way, or begins meanwhile
     LOW_BATTERY = "low_battery"          # its battery stayed too low around that time of day lately
     DAY_OFF = "day_off"                  # the first day is not a working day, so the schedule begins later
-    PASSED_OVER = "passed_over"          # between the next starts lie days that the exception calendar closes
+    CLOSED_DAYS = "closed_days"          # between the next starts lie days that the exception calendar closes
     CLOCK_CHANGE = "clock_change"        # the wall-clock time does not exist on that day, or comes twice
     MISSION_MISSING = "mission_missing"  # the robot does not have it
     ROBOT_OFF = "robot_off"              # the robot is switched off in Settings
@@ -97,12 +97,12 @@ class Forecasts:
             concerns.append(Concern(ConcernCode.DAY_OFF, details={
                 "day": draft.start.date(), "name": calendar.day_status(draft.start.date()).name}))
         if passed_over := tuple(_closed_days(draft, starts, self._clock.now(), calendar)):
-            concerns.append(Concern(ConcernCode.PASSED_OVER, details={"days": passed_over}))
+            concerns.append(Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
         others = self._others(c, draft)
         near = nearby(starts, usual, others, calendar)
-        met = list(meetings(starts, usual, near))
-        concerns += [*(_overlap(meeting) for meeting in met), *self._low_battery(c, draft, settings)]
+        met = list(conflicts(starts, usual, near))
+        concerns += [*(_overlap(conflict) for conflict in met), *self._low_battery(c, draft, settings)]
         can_shift = met and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
         shift = free_shift(starts, usual, near, self._clock.now()) if can_shift else None
         return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift)
@@ -133,10 +133,10 @@ class Forecasts:
             yield Concern(ConcernCode.LOW_BATTERY, details={"count": count, "days": LOOKS_BACK, "minimum": minimum})
 
 
-def _overlap(meeting: RunConflict) -> Concern:
-    return Concern(ConcernCode.OVERLAP, meeting.at, {
-        "schedule_id": meeting.other.schedule.id, "mission": meeting.other.mission, "start": meeting.begins, "end": meeting.ends,
-        "likely": meeting.likely})
+def _overlap(conflict: RunConflict) -> Concern:
+    return Concern(ConcernCode.OVERLAP, conflict.at, {
+        "schedule_id": conflict.other.schedule.id, "mission": conflict.other.mission, "start": conflict.begins, "end": conflict.ends,
+        "likely": conflict.likely})
 
 
 def _closed_days(draft: Schedule, starts: tuple[Occurrence, ...], now: datetime,

@@ -27,7 +27,7 @@ from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
-LOOK_AGAIN = 2.0             # s between looks at a queue in which a submission may yet appear
+RECONCILE_EVERY = 2.0        # s between reads of a queue in which a submission may still appear
 STATUS_IS_FRESH = 2.0        # s for which one status read serves several executions due together
 RECHECK = 2.0                # s between checks of what an execution waits for (battery, hold)
 HANDED_OVER_WITHIN = 2.0     # s that an intent may take from the planner to its worker
@@ -56,7 +56,7 @@ class _Memory:
     lost with the process, which then waits the full quiet time again."""
     not_before: dict[int, float] = field(default_factory=dict)
     unknown_since: dict[int, float] = field(default_factory=dict)
-    looked_for: set[int] = field(default_factory=set)    # ever: an intent may be handed over after all that is over
+    reconciled: set[int] = field(default_factory=set)    # never forgotten: an intent may be handed over after its reconciliation
 
     def forget_all_but(self, open_ids: set[int]) -> None:
         for memory in (self.not_before, self.unknown_since):
@@ -75,11 +75,11 @@ class Dispatcher:
         self._tokens_come_back: bool | None = None        # not known yet
         self._memory = _Memory()
         self._handed_over: set[int] = set()               # in this call: executions that the robot has now
-        self._taken: list[Move] = []                      # what the robot has, but the ledger does not say yet
+        self._taken: list[Move] = []                      # accepted by the robot, not yet written to the ledger
         self._status_read = (-math.inf, None, None)  # type: tuple[float, RobotStatus | None, Exception | None]
 
     def run(self, only: int | None = None) -> float:
-        """Do what can be done now; returns the seconds until it wants to be called again (inf: when something changes)."""
+        """Do what can be done now; returns the seconds until the next call is wanted (inf: when something changes)."""
         self.note()
         unsent = self._unsent(only)
         open_ids = {each.id for each in unsent}
@@ -88,7 +88,7 @@ class Dispatcher:
         unreachable: list[Execution] = []
         for execution in rules.in_dispatch_order(self._ledger.unsent([each.id for each in unsent if self._is_awake(each)])):
             if execution.state is State.SUBMITTING:
-                self._look_for(execution)
+                self._reconcile(execution)
             elif self._is_to_be_tried(execution):
                 if self._status_now()[0] is None:
                     unreachable.append(execution)
@@ -99,7 +99,8 @@ class Dispatcher:
         return math.inf if open_ids <= self._handed_over else self._next_call(only)
 
     def ready(self) -> Ready | None:
-        """Whether what is due now can go out without another look at the robot. Changes nothing; the scheduler's thread asks it too."""
+        """What the robot's last status says, if it is recent enough to send without reading it again; else None. Changes nothing: the
+        scheduler's thread may call it."""
         read_at, status, _error = self._status_read
         floor = self._queue_floor()
         if status is None or floor is None or self._clock.monotonic() - read_at > STATUS_IS_FRESH:
@@ -109,24 +110,24 @@ class Dispatcher:
         return Ready(status.battery_percentage, floor)
 
     def send(self, intent: Execution, needs_recheck: bool = True) -> bool:
-        """The first attempt of one whose intent was written for its instant; returns whether the robot has it now. It is in the
-        ledger after the next ``note``.
+        """The first attempt of an execution whose intent was written for its instant; returns whether the robot has accepted it. ``note``
+        writes that to the ledger.
 
-        If the ledger was looked at before this came, it is being looked for on the robot already, and whoever has begun that never sends.
-        If the robot is not what it was then (the one sent before it got no answer, or somebody holds it), it waits like any other; if
-        somebody has cancelled it or changed its schedule, which is looked for when it ``needs_recheck``, it ends.
+        Not sent: one that ``run`` is reconciling already; one whose robot is not ready any more (the last submission got no answer, or a
+        hold was set), which then waits like any other; one that was cancelled or whose schedule was changed, which is checked when it
+        ``needs_recheck``, and which then ends.
         """
-        if intent.id in self._memory.looked_for:
+        if intent.id in self._memory.reconciled:
             return False
-        is_taken_back = needs_recheck and self._ledger.revocation_reason(intent) is not None
-        if is_taken_back or self.ready() is None or self._clock.now() >= intent.closes_at:
+        is_revoked = needs_recheck and self._ledger.revocation_reason(intent) is not None
+        if is_revoked or self.ready() is None or self._clock.now() >= intent.closes_at:
             self._ledger.release_unsent([intent])
-            self._memory.not_before.pop(intent.id, None)         # it need not be waited for any more
+            self._memory.not_before.pop(intent.id, None)         # it is no longer being handed over
             return False
         return self._send(intent, self._settings())
 
     def note(self) -> None:
-        """Write what the robot has taken; in its own time, because were it lost, the robot would be asked."""
+        """Write what the robot has accepted. It may wait: were it lost, reconciliation would find it on the robot."""
         if not self._taken:
             return
         for accepted in self._ledger.make(self._taken, patient=True):
@@ -135,7 +136,7 @@ class Dispatcher:
         self._taken.clear()
 
     def prepare(self) -> None:
-        """Something falls due in about a second: the status is read ahead, so that then only the intent and the POST remain."""
+        """Something falls due in about a second: read the status ahead, so that then only the intent and the POST remain."""
         if self._clock.monotonic() - self._status_read[0] > STATUS_IS_FRESH / 2:
             with contextlib.suppress(RobotError, WrongRobot):         # it is asked again at the instant itself, and only that counts
                 self._status_read = (self._clock.monotonic(), self._read_status(), None)
@@ -144,7 +145,7 @@ class Dispatcher:
         return [each for each in self._ledger.unsent_of(self._robot.id) if only in (None, each.id)]
 
     def _is_awake(self, unsent: Unsent) -> bool:
-        """Whether it has to be looked at now. Hundreds may wait for a robot that is gone: each is loaded when its time has come."""
+        """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
         return (unsent.state is State.SUBMITTING or unsent.is_cancelled or self._clock.now() >= unsent.closes_at
                 or self._memory.not_before.get(unsent.id, -math.inf) <= self._clock.monotonic()
                 or self._holds.active(self._robot.id) is not None)
@@ -174,7 +175,7 @@ class Dispatcher:
         elif hold := self._holds.active(self._robot.id):
             self._ledger.waits(execution, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
             self._later(execution, RECHECK)
-        elif timedelta() < (early := execution.planned_at - now) <= rules.INTENT_LEAD:     # given back by a worker that was closed
+        elif timedelta() < (early := execution.planned_at - now) <= rules.INTENT_LEAD:     # released by a worker that was closed
             self._later(execution, early.total_seconds())
         elif not self._is_held_for_late_start(execution):
             return self._memory.not_before.get(execution.id, -math.inf) <= self._clock.monotonic()
@@ -215,7 +216,7 @@ class Dispatcher:
                 self.note()
 
     def _from_before_restore(self, execution: Execution, floor: int) -> list[QueueItem]:
-        """A restored backup may not know that this occurrence was sent already; its token, minted anew, is the same and tells."""
+        """A restored backup may not know that this occurrence was sent already; its token is the same, so the robot's queue shows it."""
         if self._restored_at is None or execution.planned_at > self._restored_at or execution.attempts:
             return []
         newest = self._client.items_after(max(0, floor - SEARCHED_AFTER_RESTORE))
@@ -279,7 +280,7 @@ class Dispatcher:
             log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._robot.name, error.text)
             self._status_read = (-math.inf, None, None)
             self._memory.unknown_since[intent.id] = self._clock.monotonic()
-            self._later(intent, LOOK_AGAIN)
+            self._later(intent, RECONCILE_EVERY)
 
     def _refusal(self, intent: Execution, error: RobotError) -> Reason:
         """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it."""
@@ -306,14 +307,14 @@ class Dispatcher:
             log.warning("Item %d of %r could not be cancelled yet: %s", queue_id, self._robot.name, error.text)
 
     # ------------------------------------------------------------------ unknown outcome
-    def _look_for(self, intent: Execution) -> None:
+    def _reconcile(self, intent: Execution) -> None:
         """Reconcile a submission of unknown outcome with the robot's queue."""
         if self._may_be_on_its_way(intent):
             self._later(intent, HANDED_OVER_WITHIN)
             return
-        self._memory.looked_for.add(intent.id)
+        self._memory.reconciled.add(intent.id)
         now = self._clock.monotonic()
-        since = self._memory.unknown_since.setdefault(intent.id, now)    # a restart begins the quiet time anew
+        since = self._memory.unknown_since.setdefault(intent.id, now)    # after a restart the quiet time counts from zero
         if self._memory.not_before.get(intent.id, -math.inf) > now:
             return
         settings = self._settings()
@@ -332,15 +333,15 @@ class Dispatcher:
             if quiet_is_over and window_is_over:
                 self._give_up_unknown(intent, message_of(error))
             else:
-                self._later(intent, min(rules.back_off(2, settings), LOOK_AGAIN * 2))
+                self._later(intent, min(rules.back_off(2, settings), RECONCILE_EVERY * 2))
             return
         if not quiet_is_over:
-            self._later(intent, min(LOOK_AGAIN, settings.unknown_outcome_quiet_seconds - (now - since)))
+            self._later(intent, min(RECONCILE_EVERY, settings.unknown_outcome_quiet_seconds - (now - since)))
         else:
             self._absent(intent, window_is_over, settings)
 
     def _may_be_on_its_way(self, intent: Execution) -> bool:
-        """Just written by the planner, and not here yet. By the wall clock: whatever that does, nothing is sent for it."""
+        """Just written by the planner and not handed over yet. By the wall clock: a wrong answer delays, but sends nothing."""
         age = abs((self._clock.now() - intent.created_at).total_seconds())
         return intent.attempts == 1 and intent.id not in self._memory.unknown_since and age < HANDED_OVER_WITHIN
 
@@ -359,7 +360,7 @@ class Dispatcher:
             last = self._ledger.last_accepted(self._robot.id)
             try:
                 item = self._client.queue_item(last.queue_id) if last and last.queue_id is not None else None
-            except Rejected:                          # deleted, or its number is another's now
+            except Rejected:                          # deleted, or its id is another item's now
                 item = None
             if last is None or item is None or item.mission_id != last.mission_guid:
                 return True
@@ -377,9 +378,9 @@ class Dispatcher:
         self._adopt(intent, first.id)
         self.note()
         for copy in copies:
-            self.heal_duplicate(copy, intent)
+            self.cancel_duplicate(copy, intent)
 
-    def heal_duplicate(self, item: QueueItem, execution: Execution) -> None:
+    def cancel_duplicate(self, item: QueueItem, execution: Execution) -> None:
         """A later item with a token that is already claimed is cancelled while it is pending, and an alarm is raised."""
         if item.is_pending:
             self._cancel_item(item.id)
@@ -392,7 +393,7 @@ class Dispatcher:
         self._ledger.end(intent, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
 
     def _absent(self, intent: Execution, window_is_over: bool, settings: Settings) -> None:
-        """Not on the robot and nothing in flight can still land: as if the attempt had failed."""
+        """Not on the robot, and no request can still arrive: as if the attempt had failed."""
         self._memory.unknown_since.pop(intent.id, None)
         problem = message("the robot did not receive it")
         if window_is_over and not intent.cancel_code and intent.attempts <= settings.retry_limit:

@@ -16,7 +16,7 @@ KEEP_FREE_BEFORE_PLANNED = timedelta(minutes=5)
 
 class IdleWatch:
     """How long one robot has been idle: Ready, nothing pending or executing. Measured on the monotonic clock and only over what was
-    really seen: a gap between two looks longer than ``longest_gap`` seconds begins the time anew."""
+    really seen: after a gap between two polls longer than ``longest_gap`` seconds the time counts from zero."""
 
     def __init__(self) -> None:
         self._since: float | None = None
@@ -29,7 +29,7 @@ class IdleWatch:
             self._since = mono
         self._seen = mono
 
-    def lost_sight(self) -> None:
+    def not_seen(self) -> None:
         """The robot could not be read: what it did meanwhile is unknown."""
         self._since = None
 

@@ -13,7 +13,7 @@ from app.domain.clock import Clock
 from app.domain.models import Execution
 from app.domain.rules import INTENT_LEAD, in_dispatch_order
 
-ROUND_TAKES = 0.04              # s for a look at a robot and what it brings; what is due sooner goes first
+ROUND_TAKES = 0.04              # s that a round takes; what is due sooner goes first
 PUT_OFF_AT_MOST = 0.5           # s that a round gives way to what is due
 
 
@@ -49,7 +49,7 @@ class Intents:
 
     # ------------------------------------------------------------------ what happens in between
     def invalidate(self) -> None:
-        """Somebody has changed the ledger or the plan: what was written by now may not be wanted any more."""
+        """Ledger or plan have changed: intents held by now may have been revoked."""
         self._changed_at = self._clock.now()
 
     def needs_recheck(self, intent: Execution) -> bool:

@@ -106,7 +106,7 @@ class Ledger:
         return next(iter(self.make([self.ended(execution, reason, (execution.state,))])), None)
 
     def make(self, moves: Sequence[Move], patient: bool = False) -> list[Execution]:
-        """Moves that one look at a robot brought, in one transaction; the rows after those that could be made. Several moves of one
+        """Moves found by one read of a robot, in one transaction; the rows after those that could be made. Several moves of one
         execution are made in their order. ``patient`` ones may wait some ms to share a transaction."""
         if not moves:
             return []
@@ -151,7 +151,7 @@ class Ledger:
         return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
 
     def release_unsent(self, intents: Sequence[Execution]) -> None:
-        """Intents of which nothing was sent wait again, or end where somebody has taken them back."""
+        """Intents of which nothing was sent wait again, or end where they were revoked."""
         moves: list[Move] = []
         for intent in intents:
             moves.append(self.not_tried(intent))
@@ -160,7 +160,7 @@ class Ledger:
         self.make(moves)
 
     def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
-        """Note that the operator wants these gone (None takes that back); the robot's answer decides."""
+        """Note that the operator has cancelled these (None: undo that); the robot's answer decides."""
         def work(c: Any) -> None:
             for execution in executions:
                 self._executions.change(c, execution.id, OPEN_STATES, cancel_code=code)

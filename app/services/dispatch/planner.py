@@ -75,48 +75,48 @@ class Planner:
     def insert_due(self) -> DueBatch:
         """Make a row of every occurrence up to now, and of what falls due in a moment where nothing prevents it: its worker waits for
         the instant. Costs one index lookup when nothing is due."""
-        fallen = DueBatch()
+        batch = DueBatch()
         due = self.next_due()
         is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
         while is_more:
-            is_more = self._db.write(lambda c: self._take_due(c, fallen))
-            for intent in rules.in_dispatch_order(fallen.intents):       # before listeners are notified and read
+            is_more = self._db.write(lambda c: self._take_due(c, batch))
+            for intent in rules.in_dispatch_order(batch.intents):       # before listeners are notified and read
                 self._hand_over(intent)
-            fallen.intents.clear()
-        if fallen.missed or fallen.skipped:
+            batch.intents.clear()
+        if batch.missed or batch.skipped:
             self._ledger.grew = True
-        if fallen.missed:
-            self._alarms.raise_("executions_missed", "plan", count=fallen.missed)
-        for execution in fallen.skipped:
-            if execution.reason and execution.reason.code is not ReasonCode.HOLD:        # who pauses a schedule knows it
+        if batch.missed:
+            self._alarms.raise_("executions_missed", "plan", count=batch.missed)
+        for execution in batch.skipped:
+            if execution.reason and execution.reason.code is not ReasonCode.HOLD:        # a paused schedule needs no alarm
                 self._ledger.alarm_for(execution)
-        for robot_id in fallen.touched:
+        for robot_id in batch.touched:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
-        if fallen.touched:
+        if batch.touched:
             self._changes.publish(Topic.SCHEDULES)
-        return fallen
+        return batch
 
-    def _take_due(self, c: sqlite3.Connection, fallen: DueBatch) -> bool:
+    def _take_due(self, c: sqlite3.Connection, batch: DueBatch) -> bool:
         """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
         more of it."""
         now = self._clock.now()
         schedules = self._schedules.due(c, now + rules.INTENT_LEAD, AT_ONCE)
-        site = self._load_context(c, schedules, now)
+        context = self._load_context(c, schedules, now)
         rows: list[Execution] = []
         following: dict[int, datetime | None] = {}
         for schedule in schedules:
-            if taken := self._take(schedule, site, fallen):
+            if taken := self._take(schedule, context, batch):
                 rows += taken.rows
                 following[schedule.id] = taken.following
         added = self._executions.add_each_once(c, rows)
         self._schedules.advance_all(c, following)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
-        fallen.note(added)
+        batch.note(added)
         return len(schedules) == AT_ONCE and schedules[-1].id in following
 
     def _load_context(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime) -> PlanningContext:
-        """All that the rows of these schedules depend on. Few statements for however many of them: each lets go of the interpreter, and
+        """All that the rows of these schedules depend on. Few statements for however many of them: each releases the interpreter, and
         has to wait until it gets it back."""
         settings = self._settings.load(c)
         robot_ids = {schedule.robot_id for schedule in schedules}
@@ -126,43 +126,43 @@ class Planner:
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
             self._executions.open_of_schedules(c, no_overlap))
 
-    def _take(self, schedule: Schedule, site: PlanningContext, fallen: DueBatch) -> _Taken | None:
+    def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
         and something prevents a start, which only then can be judged."""
-        robot, mission = site.robots.get(schedule.robot_id), site.missions.get(schedule.mission_id)
+        robot, mission = context.robots.get(schedule.robot_id), context.missions.get(schedule.mission_id)
         if robot is None or mission is None:               # foreign keys prevent that
             return _Taken([], None)
-        make = _RowMaker(schedule, robot, mission, site)
-        (*earlier, latest), following = _instants(schedule, site.now, site.calendar)
+        make = _RowMaker(schedule, robot, mission, context)
+        (*earlier, latest), following = _instants(schedule, context.now, context.calendar)
         row = self._row(latest, make)
-        if latest > site.now and row.state is not State.SUBMITTING:
+        if latest > context.now and row.state is not State.SUBMITTING:
             return None
-        limit = site.settings.history_limit
+        limit = context.settings.history_limit
         newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
         rows = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant))
                 for instant in newest]
-        fallen.missed += sum(not schedule.is_paused(instant) for instant in earlier) + (row.state is State.MISSED)
-        fallen.late_starts += row.wait is Wait.LATE_START
-        fallen.touched.add(robot.id)
+        batch.missed += sum(not schedule.is_paused(instant) for instant in earlier) + (row.state is State.MISSED)
+        batch.late_starts += row.wait is Wait.LATE_START
+        batch.touched.add(robot.id)
         if row.state is State.WAITING:
-            site.waited_for.add(robot.id)
+            context.waited_for.add(robot.id)
         return _Taken([*rows, row], following)
 
     def _row(self, instant: datetime, make: _RowMaker) -> Execution:
         """With the intent of its first attempt where the robot is ready for it: the row that a POST needs before it is then on disk with
         one write."""
-        schedule, site = make.schedule, make.site
+        schedule, context = make.schedule, make.context
         if schedule.is_paused(instant):
             return make.paused(instant)
-        if site.now >= rules.closes_at(instant, schedule.start_window_minutes, site.settings):
+        if context.now >= rules.closes_at(instant, schedule.start_window_minutes, context.settings):
             return make.missed(instant, self._downtime.at(instant))
         if not make.robot.enabled:
             return make.ended(instant, Reason(ReasonCode.ROBOT_REMOVED, {"robot": make.robot.name}))
-        if previous := site.open_of_schedule.get(schedule.id):
+        if previous := context.open_of_schedule.get(schedule.id):
             return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
         if self._hold_late_starts and self._downtime.at(instant) is not None:
             return make.waiting(instant, late=True)
-        ready = None if make.robot.id in site.waited_for else self._ready(make.robot.id)     # what waits may have to go first
+        ready = None if make.robot.id in context.waited_for else self._ready(make.robot.id)     # what waits may have to go first
         return make.waiting(instant) if ready is None else make.submitting(instant, ready)
 
 
@@ -173,7 +173,7 @@ class _Taken(NamedTuple):
 
 
 def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> tuple[list[datetime], datetime | None]:
-    """What fell due since the schedule was looked at last, oldest first, at least one; and what comes next."""
+    """What fell due since the schedule was planned last, oldest first, at least one; and what comes next."""
     first = schedule.next_at
     if first is None:
         raise ValueError(f"schedule {schedule.id} is not due")
@@ -181,8 +181,8 @@ def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> t
     if following is None or following > now:                   # as always, unless the app was off or the clock was set
         return [first], following
     after = (occurrence.instant for occurrence in occurrences(schedule, first, calendar))
-    fallen = [first, *takewhile(lambda instant: instant <= now, after)]
-    return fallen, next_occurrence(schedule, max(now, fallen[-1]), calendar)
+    due = [first, *takewhile(lambda instant: instant <= now, after)]
+    return due, next_occurrence(schedule, max(now, due[-1]), calendar)
 
 
 @dataclass(frozen=True)
@@ -204,12 +204,12 @@ class _RowMaker:
     schedule: Schedule
     robot: Robot
     mission: Mission
-    site: PlanningContext
+    context: PlanningContext
 
     def waiting(self, planned_at: datetime, late: bool = False) -> Execution:
-        site = self.site
-        row = rules.scheduled(self.schedule, self.robot, self.mission, site.settings, site.install_id, planned_at, site.now)
-        return replace(row, wait=Wait.LATE_START, hold_until=site.now + rules.LATE_START_HOLD) if late else row
+        context = self.context
+        row = rules.scheduled(self.schedule, self.robot, self.mission, context.settings, context.install_id, planned_at, context.now)
+        return replace(row, wait=Wait.LATE_START, hold_until=context.now + rules.LATE_START_HOLD) if late else row
 
     def submitting(self, planned_at: datetime, ready: Ready) -> Execution:
         row = self.waiting(planned_at)
@@ -218,7 +218,7 @@ class _RowMaker:
         return replace(row, state=State.SUBMITTING, attempts=1, queue_floor=ready.queue_floor)
 
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
-        return rules.ended(self.waiting(planned_at), reason, self.site.now)
+        return rules.ended(self.waiting(planned_at), reason, self.context.now)
 
     def paused(self, planned_at: datetime) -> Execution:
         until = self.schedule.paused_until

@@ -54,7 +54,7 @@ class _WorkerThread:
             self._wake.notify()
 
     def hand_over(self, intent: Execution) -> None:
-        """The first thing to be sent, whatever else is wanted."""
+        """An intent to be sent at its instant, before anything else."""
         with self._wake:
             self._intents.append(intent)
             self._something_new = True
@@ -85,18 +85,18 @@ class _WorkerThread:
             except DatabaseUnavailable as error:      # no durable intent, no POST
                 if not self._stopping:
                     self._database_fails(error.message)
-                wait = self._begin_anew()
+                wait = self._start_over()
             except Exception:                # an error with one robot must not end its worker, nor affect others
                 log.exception("The worker of %r met an unexpected error and goes on", self.worker.robot.name)
-                wait = self._begin_anew()
+                wait = self._start_over()
             with self._wake:
                 if not (self._stopping or self._something_new):
                     self._wake.wait(None if math.isinf(wait) else wait)
         with contextlib.suppress(DatabaseUnavailable):        # a request outlived the stop: at most a minute of observed time is lost
             self.worker.close(self._intents)
 
-    def _begin_anew(self) -> float:
-        """Whatever the round was to do is found in the ledger by the next one, in so many seconds."""
+    def _start_over(self) -> float:
+        """The next round finds in the ledger what this one left undone. Returns the seconds until then."""
         with self._wake:
             self._changed = True
         return AFTER_A_CRASH
@@ -210,7 +210,7 @@ class PollLoop:
                     thread.kick()
 
     def wake(self) -> None:
-        """The plan changed: look at it now."""
+        """The plan changed: tick now."""
         with self._wake:
             self._woken = True
             self._wake.notify()
@@ -260,10 +260,10 @@ class PollLoop:
             self._scheduler.probe()          # raises as long as it does
         self._in_tick = True
         try:
-            fallen = self._scheduler.tick()
+            batch = self._scheduler.tick()
         finally:
             self._in_tick = False
-        for robot_id in fallen.robot_ids:
+        for robot_id in batch.robot_ids:
             self.kick(robot_id)
         for robot_id in self._scheduler.due_soon():
             self.kick(robot_id, due_soon=True)

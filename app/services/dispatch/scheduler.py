@@ -22,9 +22,9 @@ from app.services.live.holds import Holds
 log = logging.getLogger(__name__)
 
 LONGEST_WAIT = 1.0          # s: bounds what a clock step or a sleep can delay
-STEP_WORTH_TELLING = 5.0    # s
+REPORTED_STEP = 5.0         # s; a clock step raises an alarm from here on
 PREFETCH_LEAD = timedelta(seconds=1.2)     # a robot is read so long before an instant; more than LONGEST_WAIT, or some are missed
-PREFETCH_TOGETHER = timedelta(seconds=0.5) # robots with instants so close to each other are read in one go
+PREFETCH_TOGETHER = timedelta(seconds=0.5) # robots with instants this close together are announced at once
 INTENT_EVERY = 0.025        # s between checks for what falls due in a moment: some of it shares a transaction
 PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
 TIDY_EVERY = 0.5            # s
@@ -114,7 +114,7 @@ class Scheduler:
         if self._last is None:
             return
         jump = (now - self._last[0]).total_seconds() - (mono - self._last[1])
-        if abs(jump) < STEP_WORTH_TELLING:
+        if abs(jump) < REPORTED_STEP:
             return
         log.warning("The wall clock moved by %+.0f s against the monotonic one (asleep, or the clock was set)", jump)
         if jump >= NOTEWORTHY.total_seconds():

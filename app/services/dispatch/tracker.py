@@ -78,7 +78,7 @@ class Tracker:
             log.info("Item %d of %r could not be cancelled yet: %s", queue_id, self._robot.name, error.text)
 
     def cancel_duplicates(self, open_items: Sequence[QueueItem]) -> None:
-        """Look through the robot's open items for a second copy of ours: a request that arrived after all."""
+        """Search the robot's open items for a second copy of ours: a request that arrived after all."""
         for item in open_items:
             if not looks_like_token(item.description):
                 continue
@@ -86,7 +86,7 @@ class Tracker:
             if execution is None or execution.queue_id == item.id or execution.robot_id != self._robot.id:
                 continue
             if execution.state not in (State.SUBMITTING, State.WAITING):      # these are still being reconciled
-                self._dispatcher.heal_duplicate(item, execution)
+                self._dispatcher.cancel_duplicate(item, execution)
 
 
 def looks_like_token(description: str) -> bool:

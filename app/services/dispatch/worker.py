@@ -42,7 +42,7 @@ log = logging.getLogger(__name__)
 
 LIVE_EVERY = 2.0                # s between status reads while it is on screen or something of ours runs
 GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
-PREPARES_WITHIN = 0.4           # s over which the status reads before something due soon are spread
+PREFETCH_SPREAD = 0.4           # s over which the status reads before something due soon are spread
 SLOW_ANSWER = 2.0               # s; a slower answer counts, and is shown as slow
 SAVE_SPANS_EVERY = 60.0         # s between writes of what the robot is seen doing
 PRUNE_EVERY = 200               # such writes, between dropping what is too old
@@ -68,14 +68,14 @@ class Services:
 
 
 def phase_of(robot_id: int) -> float:
-    """From 0 to 1, another for each robot and all of them far apart: by it is spread what many would do in one moment."""
+    """From 0 to 1, different for each robot and well distributed: spreads what many robots' workers would do in one moment."""
     return robot_id * GOLDEN_RATIO % 1
 
 
 class RobotWorker:
     def __init__(self, robot: Robot, client: RobotClient, services: Services) -> None:
         self.robot, self.client, self._s = robot, client, services
-        self.polled = False                     # the first poll is over, whatever it brought
+        self.polled = False                     # the first poll is over, with or without an answer
         self.clock_offset: float | None = None  # s, the robot's HTTP Date minus the tablet's clock
         self.watched = False                    # on screen
         self._dispatcher = Dispatcher(
@@ -89,7 +89,7 @@ class RobotWorker:
         self._refused = False                   # answers, but not to this user; /status alone answers anybody
         self._failures = 0
         self._evaluated: set[str] = set()         # codes judged since the start
-        self._standing: set[str] = set()        # codes of this robot's conditions that are alarmed now
+        self._alarmed: set[str] = set()         # codes of this robot's alarms that are active
         self._has_sent = False                  # something of ours is with the robot, or may be: as the last step left it
         self._intents = Intents(services.clock)
         self._poll_asked = self._changed = False
@@ -101,10 +101,9 @@ class RobotWorker:
 
     # ------------------------------------------------------------------ the steps
     def step(self, poll: bool, due_soon: bool = False, intents: Sequence[Execution] = (), changed: bool = True) -> float:
-        """First whatever is due of the ``intents`` given by now. Then, unless the next of them is due in a moment, a round: a whole poll
-        when asked (or at first), else what is live, due, or due soon. ``changed``: ledger or plan may hold something new; without it, the
-        ledger is opened only when it was to be looked at again, and after a look at the robot. Returns the seconds until the next step is
-        wanted."""
+        """Send those of the ``intents`` that are due. Then, unless the next of them is due in a moment, do a round: a full poll when asked
+        (and the first time), else what is live, due, or due soon. ``changed``: ledger or plan may have something new; without it the
+        ledger is read only when that is due, and after reading the robot. Returns the seconds until the next step is wanted."""
         now = self._s.clock.monotonic
         self._intents.take(intents)
         self._poll_asked |= poll or not self.polled
@@ -112,7 +111,7 @@ class RobotWorker:
             self._changed = True
             self._intents.invalidate()
         if due_soon and self.robot.enabled:
-            self._prepare_at = now() + PREPARES_WITHIN * phase_of(self.robot.id)
+            self._prepare_at = now() + PREFETCH_SPREAD * phase_of(self.robot.id)
         for intent in self._intents.pop_due():
             if self._dispatcher.send(intent, self._intents.needs_recheck(intent)):
                 self._note_sent(True)
@@ -121,8 +120,8 @@ class RobotWorker:
         if not self._intents.leave_time():
             return max(0.0, self._intents.next_at() - now())
         self._round()
-        next_look = self._next_live if self._is_live else math.inf
-        return max(0.0, min(self._intents.next_at(), self._dispatch_at, self._prepare_at, next_look) - now())
+        next_read = self._next_live if self._is_live else math.inf
+        return max(0.0, min(self._intents.next_at(), self._dispatch_at, self._prepare_at, next_read) - now())
 
     def _round(self) -> None:
         """Everything that can wait until nothing is due in a moment."""
@@ -130,22 +129,22 @@ class RobotWorker:
         self._dispatcher.note()
         poll, self._poll_asked = self._poll_asked, False
         changed, self._changed = self._changed, False
-        looks = poll or (self._is_live and now() >= self._next_live)
-        if self.polled and looks:
-            self._dispatch()            # what is due does not wait for a look
+        reads = poll or (self._is_live and now() >= self._next_live)
+        if self.polled and reads:
+            self._dispatch()            # what is due does not wait for the robot to be read
         if poll:
             self._poll()
-        elif looks:
-            self._look(whole=False)
+        elif reads:
+            self._read_robot(full=False)
         if now() >= self._prepare_at:
             self._prepare_at = math.inf
             self._dispatcher.prepare()
-        if changed or looks or now() >= self._dispatch_at:
+        if changed or reads or now() >= self._dispatch_at:
             self._dispatch()
             self._note_sent(self.robot.enabled and self._s.ledger.has_sent(self.robot.id))
 
     def _note_sent(self, has_sent: bool) -> None:
-        """Whether something of ours is with the robot. Just sent: a look at once would only hold up what others have to send."""
+        """Whether something of ours is with the robot. After a submission the first read is put off: it would delay what others send."""
         was_live, self._has_sent = self._is_live, has_sent
         if self._is_live and not was_live:
             self._next_live = max(self._next_live, self._s.clock.monotonic() + self._apart(LIVE_EVERY))
@@ -163,7 +162,7 @@ class RobotWorker:
         return self._dispatcher.run(only=execution_id)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
-        """``untaken``: intents for this worker that no round was given."""
+        """``untaken``: intents for this worker that no step was given."""
         try:
             self._dispatcher.note()
             self._s.ledger.release_unsent([*self._intents.held, *untaken])
@@ -179,7 +178,7 @@ class RobotWorker:
         """One cycle of this robot: status, queue, tracking, idle automation. Dispatch follows in ``step``."""
         try:
             if self.robot.enabled:
-                self._look(whole=True)
+                self._read_robot(full=True)
                 if self._failures == 0:
                     self._trigger_idle()
             else:
@@ -189,26 +188,26 @@ class RobotWorker:
         if self._spans.has_changed or self._s.clock.monotonic() - self._spans_saved_at >= SAVE_SPANS_EVERY:
             self._save_spans()
 
-    def _look(self, *, whole: bool) -> None:
-        """Read the robot and follow what runs on it; between polls its queue only when somebody looks at it. What can't be read stays as
-        it was, with its age."""
+    def _read_robot(self, *, full: bool) -> None:
+        """Read the robot and follow what runs on it; between polls (``full`` False) its queue only when it is on screen. What can't be read
+        stays as it was, with its age."""
         mono = self._s.clock.monotonic()
         try:
             status = self.read_status()
             self._identify()
-            if whole or self.watched:
-                self._read_queue(status, whole)
+            if full or self.watched:
+                self._read_queue(status, full)
             self._tracker.follow()
         except (RobotError, WrongRobot) as error:
             if self._failures == 0:
                 self._note_failure(error)
         pause = LIVE_EVERY * 2 ** min(self._failures, 5)
         pause = min(pause, max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
-        self._next_live = mono + (self._apart(pause) if whole else pause)
+        self._next_live = mono + (self._apart(pause) if full else pause)
 
     def _apart(self, pause: float) -> float:
-        """About ``pause``, another time for each robot: many that were polled or sent to in one moment are not looked at in one moment
-        again and again, which would hold up what falls due then. Exactly ``pause`` for the one on screen."""
+        """About ``pause``, different for each robot, so that robots polled or sent to in one moment are not read in one moment again and
+        again, which would delay what falls due then. Exactly ``pause`` for the one on screen."""
         return pause if self.watched else pause * (0.5 + phase_of(self.robot.id))
 
     # ------------------------------------------------------------------ reading
@@ -244,9 +243,9 @@ class RobotWorker:
         self._set_alarm("unauthorized", False)
         self._change_connection(Connection.CONNECTED, "")
 
-    def _read_queue(self, status: RobotStatus, whole: bool) -> None:
+    def _read_queue(self, status: RobotStatus, full: bool) -> None:
         items = tuple(sorted(self.client.open_items(), key=lambda item: (item.is_pending, item.id)))
-        if whole:
+        if full:
             self._highest = self.client.highest_queue_id() or 0
         now, mono = self._s.clock.now(), self._s.clock.monotonic()
         longest_gap = STALE_POLLS * self._s.settings().poll_interval_seconds
@@ -274,7 +273,7 @@ class RobotWorker:
 
     def _note_failure(self, error: RobotError | WrongRobot) -> None:
         self._failures += 1
-        self._idle.lost_sight()
+        self._idle.not_seen()
         self._observe("offline")
         match error:
             case WrongRobot():
@@ -313,12 +312,12 @@ class RobotWorker:
         self._set_alarm("robot_error", status.state is RobotState.ERROR, problem=problem)
 
     def _set_alarm(self, code: str, on: bool, **details: object) -> None:
-        """Raise or clear the alarm of a condition when it changes (and clear, once after a start, what an earlier run left standing)."""
-        if on and code not in self._standing:
-            self._standing.add(code)
+        """Raise or clear the alarm of a condition when it changes (and clear, once after a start, what an earlier run left active)."""
+        if on and code not in self._alarmed:
+            self._alarmed.add(code)
             self._s.alarms.raise_(code, self._key, robot=self.robot.name, **details)
-        elif not on and (code in self._standing or code not in self._evaluated):
-            self._standing.discard(code)
+        elif not on and (code in self._alarmed or code not in self._evaluated):
+            self._alarmed.discard(code)
             self._s.alarms.clear(code, self._key)
         self._evaluated.add(code)
 
@@ -329,7 +328,7 @@ class RobotWorker:
             return
         db, now, settings = self._s.db.read(), self._s.clock.now(), self._s.settings()
         last = self._s.ledger.last_idle(self.robot.id)
-        if last is not None and self._numbers_began_anew(last, self._highest):
+        if last is not None and self._queue_was_reset(last, self._highest):
             last = None
         situation = IdleSituation(self._idle.seconds(self._s.clock.monotonic()), status, self._highest, last,
                                   self._s.schedules.next_due(db, self.robot.id))
@@ -339,8 +338,8 @@ class RobotWorker:
             token = str(uuid.uuid4())
             self._s.ledger.add(rules.one_off(Trigger.IDLE, self.robot, mission, settings, now, token, queue_floor=self._highest))
 
-    def _numbers_began_anew(self, last: Execution, highest: int) -> bool:
-        """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that number means nothing."""
+    def _queue_was_reset(self, last: Execution, highest: int) -> bool:
+        """Whether the robot lost its queue (a reset, another machine) since its last idle mission: then that queue id means nothing."""
         if last.state.is_open or last.queue_id is None or highest >= last.queue_id:
             return False
         try:

@@ -100,7 +100,7 @@ class ShiftReports:
     def _alarms(self, start: datetime, end: datetime, robot_id: int | None) -> list[Alarm]:
         """That were raised in the period, or whose cause lasted into it; newest first. Those of other robots are left out."""
         c, repository = self._db.read(), AlarmRepository()
-        found = [alarm for alarm in [*repository.standing(c), *repository.past(c, PAST_ALARMS)]
+        found = [alarm for alarm in [*repository.open(c), *repository.past(c, PAST_ALARMS)]
                  if alarm.raised_at < end and (alarm.cleared_at is None or alarm.cleared_at >= start or (alarm.last_at or start) > start)
                  and (robot_id is None or not alarm.key.startswith("robot:") or alarm.key == f"robot:{robot_id}")]
         return sorted(found, key=lambda alarm: alarm.last_at or alarm.raised_at, reverse=True)

@@ -140,11 +140,11 @@ class Alarms:
         db = self._db.read()
         return self._repository.past(db, limit), self._repository.count_past(db)
 
-    def standing(self) -> list[Alarm]:
-        """Not yet cleared *and* acknowledged, most serious and newest first; shelved ones last."""
+    def open(self) -> list[Alarm]:
+        """Not yet both cleared and acknowledged, most serious and newest first; shelved ones last."""
         now = self._clock.now()
         order = list(Priority)
         unwritable = [self._database] if self._database else []
-        return sorted([*unwritable, *self._repository.standing(self._db.read())],
+        return sorted([*unwritable, *self._repository.open(self._db.read())],
                       key=lambda a: (bool(a.shelved_until and a.shelved_until > now), order.index(a.priority),
                                      a.cleared_at is not None, -(a.last_at or a.raised_at).timestamp()))

@@ -1,4 +1,4 @@
-"""Times at which nothing was observed: the app was off, the tablet slept, or its clock could not be trusted."""
+"""Times in which nothing was observed: the app was off, the tablet slept, or its clock could not be trusted."""
 from __future__ import annotations
 
 import threading

@@ -1,4 +1,4 @@
-"""What keeps every robot, or one, from being sent anything: the operator's hold, and a clock that can't be trusted."""
+"""Holds: nothing is sent to any robot, or to one. Set by the operator, or because the clock can't be trusted."""
 from __future__ import annotations
 
 import sqlite3
@@ -58,8 +58,8 @@ class Holds:
             stored = self._stored
         return next((hold for hold in map(_hold, stored) if hold.robot_id in (None, robot_id) and not hold.is_over(now)), None)
 
-    def standing(self) -> list[Hold]:
-        """Those set by persons that have not expired, oldest first."""
+    def current(self) -> list[Hold]:
+        """Those that an operator set and that have not expired, oldest first."""
         now = self._clock.now()
         with self._lock:
             stored = self._stored

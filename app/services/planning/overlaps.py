@@ -15,7 +15,7 @@ from app.services.planning.working_days import WorkingCalendar
 ASSUMED_S = 300.0            # length of a run whose duration is not known
 STEP = timedelta(minutes=5)  # between the times that are tried when a free one is searched for
 FURTHEST = timedelta(hours=4)
-NEAR = 16                    # runs of a schedule that are stepped through one by one before the search starts anew at the wanted time
+NEAR = 16                    # runs of a schedule that are stepped through one by one before the search is restarted at the wanted time
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def nearby(starts: Sequence[Occurrence], usual: DurationEstimate | None, others:
 
 
 class _Walk:
-    """The runs to come of one schedule, looked for in spans of which none begins or ends before the one looked for last."""
+    """The future runs of one schedule, asked for in spans of which none begins or ends before the last one."""
 
     def __init__(self, schedule: Schedule, calendar: WorkingCalendar) -> None:
         self._schedule, self._calendar = schedule, calendar
@@ -86,8 +86,8 @@ class _Walk:
         return (found.instant for found in occurrences(self._schedule, instant, self._calendar))
 
 
-def meetings(starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near]) -> Iterator[RunConflict]:
-    """Earliest first, at most one for each start: with the run that is under way then, else with the first that begins meanwhile."""
+def conflicts(starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near]) -> Iterator[RunConflict]:
+    """Earliest first, at most one for each start: with the run that is in progress then, else with the first that begins before it ends."""
     mine = lasts(usual)
     for start, others in zip(starts, near, strict=True):
         at = start.instant

@@ -1,4 +1,4 @@
-"""A robot's map as a tablet can show it: cut to what the robot knows, reduced, walls and unknown ground told apart. Pure.
+"""A robot's map as a tablet can show it: cropped to what the robot knows, scaled down, with walls and unknown ground distinguished. Pure.
 
 Robots draw their maps for their own screen and their own planner: large, mostly of ground they never saw, in the greys of an occupancy map
 (wall black, floor white, unknown between). Here it becomes one byte per pixel, how much wall there is, so that a theme can colour it.

@@ -24,8 +24,8 @@ from app.services.robots.map_picture import MapPicture, from_bytes, picture_of, 
 
 log = logging.getLogger(__name__)
 
-LOOK_AGAIN = 3600.0          # s after which a map is asked for anew: it may have been edited under the same guid
-TRY_AGAIN = 60.0             # s after a robot that didn't answer
+REFRESH_AFTER = 3600.0          # s after which a map is read again: it may have been edited under the same guid
+RETRY_AFTER = 60.0             # s after a robot that didn't answer
 MOST_IN_MEMORY = 8
 MOST_FILES = 64
 LARGEST_FILE = 4 * 1024 * 1024       # bytes
@@ -61,23 +61,23 @@ class RobotMaps:
         """What was kept, if it is not in memory yet; else the robot's answer. None when there is neither."""
         key, robot = (robot_id, map_id), self._robot(robot_id)
         if robot is None or not map_id:
-            self._postpone(key, LOOK_AGAIN)
+            self._postpone(key, REFRESH_AFTER)
             return None
         if self.known(robot_id, map_id) is None and key not in self._due_at and (kept := self._kept(robot, map_id)) is not None:
             self._remember(key, kept)
             self._postpone(key, 0.0)             # the robot is asked next
             return kept
-        self._postpone(key, TRY_AGAIN)           # so that no other thread asks meanwhile
+        self._postpone(key, RETRY_AFTER)           # so that no other thread asks meanwhile
         try:
             picture = self._ask(robot, map_id)
         except Unreadable as problem:
             self._complain(key, robot, problem)
-            self._postpone(key, LOOK_AGAIN)
+            self._postpone(key, REFRESH_AFTER)
             return self.known(robot_id, map_id)
         except (RobotError, InvalidInput):
             return self.known(robot_id, map_id)
         self._remember(key, picture)
-        self._postpone(key, LOOK_AGAIN)
+        self._postpone(key, REFRESH_AFTER)
         self._keep(self._path(robot.serial_number or robot.address, map_id), picture)
         return picture
 
@@ -130,7 +130,7 @@ class RobotMaps:
         except FileNotFoundError:
             return None
         except (OSError, ValueError):
-            log.info("A kept map can't be read and is asked for anew")
+            log.info("A kept map can't be read; the robot is asked again")
         return None
 
     def _keep(self, path: Path, picture: MapPicture) -> None:

@@ -1,6 +1,6 @@
 """The missions as the robot itself knows them: their names, also of those not entered here, and the parameters they ask for.
 
-Everything but ``names`` talks to the robot and belongs on a background thread. What was read is kept until it is read anew.
+Everything but ``names`` talks to the robot and belongs on a background thread. What was read is kept until it is read again.
 """
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def test_a_database_from_before_gets_an_empty_calendar_and_keeps_what_it_has(tmp
     kept.close()
 
 
-def test_the_planner_passes_over_closed_days(tmp_path):
+def test_the_planner_skips_closed_days(tmp_path):
     clock = VirtualClock(datetime.fromisoformat("2026-11-23T06:00:00+00:00"))
     container = Container(Database.open(tmp_path / "data" / "a.db", clock=clock, durable=False), clock)
     robot = container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), password="secret")

@@ -107,7 +107,7 @@ def test_switching_a_robot_off_cancels_what_waits_for_it_and_leaves_what_runs(wo
     ({"name": "\ud800"}, "name"),
     ({"address": ""}, "address"), ({"address": "ftp://x"}, "address"), ({"address": "http://u:p@x"}, "address"),
     ({"username": "a:b"}, "username"), ({"username": "a\x00b"}, "username"), ({"certificate_sha256": "12"}, "certificate_sha256")])
-def test_what_a_robot_cannot_be_is_told_at_its_field_and_nothing_changes(world, values, field):
+def test_what_a_robot_cannot_be_is_reported_at_its_field_and_nothing_changes(world, values, field):
     with pytest.raises(InvalidInput) as caught:
         world.catalogue.save_robot(replace(world.robot, **values))
     assert caught.value.field == field
@@ -234,7 +234,7 @@ def test_a_made_name_is_never_longer_than_a_name_may_be(world):
     assert names[1].endswith(" 2")
 
 
-def test_changing_a_schedule_cancels_what_waits_and_begins_anew_from_now(world):
+def test_changing_a_schedule_cancels_what_waits_and_starts_again_from_now(world):
     schedule = world.schedule(start=datetime(2026, 11, 23, 5, 0))
     waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
     world.clock.advance(3600)
@@ -286,7 +286,7 @@ def test_a_deleted_schedule_is_off_at_once_and_undo_brings_it_back_from_then_on(
     ({"between": Between(time(9), time(8)), "recurrence": "FREQ=HOURLY"}, "between"), ({"overlap": "both"}, "overlap"),
     ({"priority": 1.5}, "priority"), ({"parameters": {"a": [1]}}, "parameters"), ({"parameters": {"": 1}}, "parameters"),
     ({"robot_id": 99}, "robot"), ({"mission_id": 99}, "mission"), ({"name": "x" * 81}, "name"), ({"id": 99}, "schedule")])
-def test_what_a_schedule_cannot_be_is_told_at_its_field_and_nothing_changes(world, values, field):
+def test_what_a_schedule_cannot_be_is_reported_at_its_field_and_nothing_changes(world, values, field):
     with pytest.raises(InvalidInput) as caught:
         world.schedule(**values)
     assert caught.value.field == field
@@ -315,7 +315,7 @@ def test_settings_are_stored_and_told(world):
     {"working_days": ["MO", "MO"]}, {"working_days": ["Monday"]}, {"working_days": "MO"}, {"timezone": "Nowhere"},
     {"start_window_minutes": 1441}, {"history_limit": 0},
     {"unknown_outcome_quiet_seconds": 4}, {"unknown_outcome_quiet_seconds": 601}, {"install_id": "x"}, {"poll_interval": 3}])
-def test_what_a_setting_cannot_be_is_told_at_its_field_and_nothing_changes(world, changes):
+def test_what_a_setting_cannot_be_is_reported_at_its_field_and_nothing_changes(world, changes):
     with pytest.raises(InvalidInput) as caught:
         world.catalogue.change_settings(**changes, theme="dark")
     assert caught.value.field == next(iter(changes))

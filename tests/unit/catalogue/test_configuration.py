@@ -135,7 +135,7 @@ def test_everything_that_can_be_said_is_taken(world):
     assert world.schedules["Home on R1"].mission_id == own.id
 
 
-def test_what_an_import_did_is_told_in_the_language_of_the_screen(world):
+def test_what_an_import_did_is_reported_in_the_language_of_the_screen(world):
     finnish = translation("fi").gettext
     lines = [render(line, finnish) for line in world.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
     assert lines[2] == "asetus muuttui – akun alaraja (%): ei asetettu → 12,5"
@@ -329,7 +329,7 @@ BAD: list[tuple[str, Any, str, str]] = [
 
 
 @pytest.mark.parametrize(("path", "value", "field", "told"), BAD, ids=[f"{path}={value!r:.30}" for path, value, _, _ in BAD])
-def test_what_cannot_be_taken_is_told_with_its_place_and_nothing_is_changed(world, path, value, field, told):
+def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(world, path, value, field, told):
     before = world.everything()
     with pytest.raises(InvalidInput) as caught:
         world.take(changed(path, value))
@@ -345,7 +345,7 @@ def test_what_cannot_be_taken_is_told_with_its_place_and_nothing_is_changed(worl
     (b"\xff\xfe", "UTF-8"), (b'{"format": "amr-scheduler/1", "format": "x"}', "'format' appears twice"), (b'{"a": NaN}', "NaN"),
     (b'{"a": -Infinity}', "Infinity"), (b"[" * 100_000, "nested"), (b'{"a": ' + b"1" * 6000 + b"}", "number"),
     (b" " * (5 * 1024 * 1024 + 1), "larger than 5 MiB")], ids=range(12))
-def test_what_is_no_configuration_is_told_in_one_sentence(world, content, told):
+def test_what_is_no_configuration_is_reported_in_one_sentence(world, content, told):
     with pytest.raises(InvalidInput, match=told) as caught:
         world.take(content)
     assert caught.value.field in ("file", "format")
@@ -420,7 +420,7 @@ def test_a_typed_duration_travels_and_is_left_out_where_there_is_none(world, tmp
 
 
 @pytest.mark.parametrize("value", [0, 1441, 2.5, "12", True])
-def test_a_typed_duration_that_cannot_be_is_told_with_its_place(world, value):
+def test_a_typed_duration_that_cannot_be_is_reported_with_its_place(world, value):
     with pytest.raises(InvalidInput, match=r"missions\[0\].usual_minutes: enter a whole number from 1 to 1440"):
         world.take(changed("missions.0.usual_minutes", value))
     assert world.missions == []

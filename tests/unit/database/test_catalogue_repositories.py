@@ -181,8 +181,8 @@ def raise_(db, given: Alarm, minutes: int = 0) -> bool:
 def test_a_condition_that_lasts_is_one_line_with_its_newest_details(db):
     assert raise_(db, alarm(problem="a")) is True
     assert raise_(db, alarm(problem="b"), minutes=5) is False
-    [standing] = ALARMS.standing(db.read())
-    assert (standing.count, standing.raised_at, standing.last_at, standing.details) == (1, NOON, NOON, {"problem": "b"})
+    [found] = ALARMS.open(db.read())
+    assert (found.count, found.raised_at, found.last_at, found.details) == (1, NOON, NOON, {"problem": "b"})
 
 
 def test_a_condition_that_went_and_came_again_is_counted(db):
@@ -191,42 +191,42 @@ def test_a_condition_that_went_and_came_again_is_counted(db):
     assert db.write(lambda c: ALARMS.clear(c, "unreachable", "robot:1", NOON)) is False
     assert ALARMS.active(db.read(), "unreachable", "robot:1") is None
     assert raise_(db, alarm(), minutes=5) is False
-    [standing] = ALARMS.standing(db.read())
-    assert (standing.count, standing.last_at, standing.cleared_at) == (2, NOON + timedelta(minutes=5), None)
-    assert ALARMS.active(db.read(), "unreachable", "robot:1") == standing
+    [found] = ALARMS.open(db.read())
+    assert (found.count, found.last_at, found.cleared_at) == (2, NOON + timedelta(minutes=5), None)
+    assert ALARMS.active(db.read(), "unreachable", "robot:1") == found
 
 
-def test_an_event_is_counted_each_time_and_stands_until_acknowledged(db):
+def test_an_event_is_counted_each_time_and_stays_open_until_acknowledged(db):
     assert raise_(db, alarm("app_was_off", event=True)) is True
     assert raise_(db, alarm("app_was_off", event=True), minutes=1) is False
-    [standing] = ALARMS.standing(db.read())
-    assert standing.count == 2
-    db.write(lambda c: ALARMS.acknowledge(c, standing.id, NOON, "seen"))
-    assert ALARMS.standing(db.read()) == []
+    [found] = ALARMS.open(db.read())
+    assert found.count == 2
+    db.write(lambda c: ALARMS.acknowledge(c, found.id, NOON, "seen"))
+    assert ALARMS.open(db.read()) == []
     assert [(past.note, past.acknowledged_at) for past in ALARMS.past(db.read(), 5)] == [("seen", NOON)]
     assert raise_(db, alarm("app_was_off", event=True), minutes=2) is True
 
 
-def test_a_condition_stands_until_it_is_gone_and_seen(db):
+def test_a_condition_stays_open_until_it_is_gone_and_acknowledged(db):
     raise_(db, alarm())
-    [standing] = ALARMS.standing(db.read())
-    db.write(lambda c: ALARMS.acknowledge(c, standing.id, NOON))
-    assert [found.id for found in ALARMS.standing(db.read())] == [standing.id]
+    [found] = ALARMS.open(db.read())
+    db.write(lambda c: ALARMS.acknowledge(c, found.id, NOON))
+    assert [each.id for each in ALARMS.open(db.read())] == [found.id]
     db.write(lambda c: ALARMS.clear(c, "unreachable", "robot:1", NOON))
-    assert ALARMS.standing(db.read()) == []
+    assert ALARMS.open(db.read()) == []
 
 
 def test_shelving_and_dropping_old_ones(db):
     for number in range(5):
         raise_(db, alarm("app_was_off", str(number), event=True), minutes=number)
-    ids = [found.id for found in ALARMS.standing(db.read())]
+    ids = [found.id for found in ALARMS.open(db.read())]
     db.write(lambda c: ALARMS.shelve(c, ids[0], NOON))
-    assert ALARMS.standing(db.read())[0].shelved_until == NOON
+    assert ALARMS.open(db.read())[0].shelved_until == NOON
     for alarm_id in ids[1:]:
         db.write(lambda c, alarm_id=alarm_id: ALARMS.acknowledge(c, alarm_id, NOON))
     assert db.write(lambda c: ALARMS.prune(c, 1)) == 3
     assert [found.id for found in ALARMS.past(db.read(), 9)] == [ids[1]]
-    assert [found.id for found in ALARMS.standing(db.read())] == [ids[0]]
+    assert [found.id for found in ALARMS.open(db.read())] == [ids[0]]
 
 
 # ---------------------------------------------------------------------- holds

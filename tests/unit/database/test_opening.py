@@ -82,7 +82,7 @@ def test_another_programs_database_is_refused_and_left_alone(path, clock):
     assert path.read_bytes() == before
 
 
-def test_a_place_that_cannot_be_a_directory_is_told(tmp_path, clock):
+def test_a_place_that_cannot_be_a_directory_is_reported(tmp_path, clock):
     (tmp_path / "file").write_text("")
     with pytest.raises(DatabaseUnavailable, match="can't be used"):
         Database.open(tmp_path / "file" / "x.db", clock=clock)

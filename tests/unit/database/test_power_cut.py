@@ -87,7 +87,7 @@ def test_a_cut_while_the_log_is_written_back_loses_nothing(written, tmp_path):
         assert _intents(copy) == list(range(COMMITS))
 
 
-def test_a_cut_while_the_log_begins_anew_over_itself_loses_nothing(tmp_path):
+def test_a_cut_while_the_log_starts_again_over_itself_loses_nothing(tmp_path):
     """Once it is in the file, the log is written over from its head: a cut leaves new frames before old ones."""
     path = tmp_path / "running" / "amr-scheduler.db"
     path.parent.mkdir()

@@ -76,7 +76,7 @@ def test_a_reader_does_not_see_a_write_that_is_not_committed(db):
     assert stored(db, "a") == 1
 
 
-def test_the_disk_being_full_is_told_and_nothing_is_half_written(db):
+def test_the_disk_being_full_is_reported_and_nothing_is_half_written(db):
     pages = db.read().execute("PRAGMA page_count").fetchone()[0]
     db.write(lambda c: c.execute(f"PRAGMA max_page_count = {pages}").fetchone())
 
@@ -91,7 +91,7 @@ def test_the_disk_being_full_is_told_and_nothing_is_half_written(db):
     assert stored(db, "a") == 1
 
 
-def test_a_read_only_disk_is_told(db):
+def test_a_read_only_disk_is_reported(db):
     db.write(lambda c: c.execute("PRAGMA query_only = ON"))
     with pytest.raises(DatabaseUnavailable, match="read-only"):
         db.write(put("a", 1))
@@ -105,7 +105,7 @@ def test_a_closed_database_says_so(db):
         db.read()
 
 
-def test_the_write_ahead_log_is_written_back_and_begun_anew(db):
+def test_the_write_ahead_log_is_written_back_and_reused(db):
     wal = db.path.with_name(db.path.name + "-wal")
     sizes = []
     for number in range(2 * WRITE_BACK_EVERY):
@@ -116,7 +116,7 @@ def test_the_write_ahead_log_is_written_back_and_begun_anew(db):
     assert stored(db, "name") == "last"
 
 
-def test_a_write_ahead_log_that_one_work_made_long_is_cut_when_it_begins_anew(db):
+def test_a_write_ahead_log_that_one_work_made_long_is_cut_when_it_starts_again(db):
     wal = db.path.with_name(db.path.name + "-wal")
     db.write(put("name", "x" * (WAL_KEPT + 500_000)))
     assert wal.stat().st_size > WAL_KEPT

@@ -28,7 +28,7 @@ def test_time_counts_only_what_was_seen_without_a_break():
     assert watch.seconds(60.0) == 60.0
     watch.saw(True, 200.0, 90.0)            # nobody looked for 140 s
     assert watch.seconds(200.0) == 0.0
-    watch.lost_sight()
+    watch.not_seen()
     watch.saw(True, 210.0, 90.0)
     assert watch.seconds(230.0) == 20.0
     watch.saw(False, 240.0, 90.0)

@@ -99,7 +99,7 @@ STORED = st.lists(st.tuples(st.sampled_from(ACTIVITIES), st.integers(-20, 80), s
 
 
 @given(STORED)
-def test_a_period_is_told_from_edge_to_edge(stored):
+def test_a_period_is_covered_without_gaps(stored):
     spans = [span(activity, start, start + length) for activity, start, length in stored]
     found = without_gaps(spans, at(0), at(60))
     assert (found[0].start, found[-1].end) == (at(0), at(60))

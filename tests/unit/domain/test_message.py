@@ -59,7 +59,7 @@ def test_an_error_inside_another_is_kept_in_its_parts():
     assert render(outer.message, FINNISH) == "varmuuskopiota ei voitu tehdä: /x on suljettu"
 
 
-def test_what_the_storage_says_is_told_in_the_language():
+def test_what_the_storage_says_is_reported_in_the_language():
     full = sqlite3.OperationalError("database or disk is full")
     full.sqlite_errorcode = sqlite3.SQLITE_FULL
     problem = translated(full, Path("/x.db"))
@@ -76,7 +76,7 @@ def test_numbers_are_written_as_the_language_does():
     assert render(message("{n}", n=1.5e-7), FINNISH) == "1,5e-07"
 
 
-def test_what_went_wrong_with_a_command_is_told_by_its_cause():
+def test_what_went_wrong_with_a_command_is_reported_by_its_cause():
     failure = BadInput("The disk is full")
     failure.__cause__ = ERRORS[6]
     assert sentence_of(failure) == "/x/y.db is closed"
@@ -96,7 +96,7 @@ def test_an_unknown_word_of_the_system_stays_as_it_is():
     assert render(message_of_system(OSError(13, "Permission denied")), FINNISH) == "käyttöoikeus puuttuu"
 
 
-def test_texts_of_elsewhere_stay_as_they_are():
+def test_texts_from_outside_stay_as_they_are():
     assert words_of("no answer") == render("no answer", FINNISH) == "no answer"
     assert render(None) == ""
     assert words_of(message("no way leads to {address}; is the tablet on the robots' network?", address="A")).startswith("No way")

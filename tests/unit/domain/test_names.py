@@ -71,7 +71,7 @@ def test_two_ways_to_write_one_name_are_one_name(tmp_path):
 @pytest.mark.parametrize(("raw", "name"), [
     ("R1\u202e2R", "R12R"), ("Go\u2028home\r\nnow", "Go home now"), ("\u200b", ""), ("\u3164 \u0301", ""), ("x" * 200, "x" * 80),
     ("Do\u200dck", "Dock"), (f"{'x' * 79}{FAMILY}", f"{'x' * 79}\U0001f468"), (f" {PERSIAN}\u200c", PERSIAN)])
-def test_names_of_elsewhere_are_cleaned(raw, name):
+def test_names_from_outside_are_cleaned(raw, name):
     assert names.cleaned(raw) == name
 
 

@@ -36,11 +36,11 @@ def told(code: ReasonCode, zone=HELSINKI, **details) -> str:
     (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=11)},
      "The app was off or asleep from 2026-11-23 14:00 to 2026-11-24 01:00"),
     (ReasonCode.VANISHED, {"queue_id": 0}, "Queue item 0 is gone from the robot")])
-def test_numbers_and_times_stand_in_the_sentence(code, details, expected):
+def test_numbers_and_times_are_in_the_sentence(code, details, expected):
     assert told(code, **details) == expected
 
 
-def test_times_are_told_in_the_zone_that_is_asked_for():
+def test_times_are_reported_in_the_zone_that_is_asked_for():
     assert told(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON) == "The run planned for 21:00 was still under way"
     assert told(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 was still under way"
 
@@ -66,7 +66,7 @@ def test_odd_details_never_break_it(code, details):
     assert text == " ".join(text.split())
 
 
-def test_a_text_from_elsewhere_is_never_a_template():
+def test_a_text_from_outside_is_never_a_template():
     assert told(ReasonCode.ROBOT_ABORTED, message="{0} {attempts} %s") == "The robot ended it: {0} {attempts} %s"
 
 
@@ -100,7 +100,7 @@ def row(**values) -> Execution:
     ({"wait": Wait.CLOCK}, "The tablet's clock can't be trusted; waits until 14:15"),
     ({"state": State.SUBMITTING}, "Checking with the robot"), ({"state": State.EXECUTING}, "Running on the robot"),
     ({"state": State.COMPLETED}, "")])
-def test_what_holds_an_execution_is_told(values, expected):
+def test_what_holds_an_execution_is_reported(values, expected):
     assert waiting_sentence(row(**values)) == expected
 
 

@@ -65,13 +65,13 @@ def test_an_open_row_has_empty_cells_where_there_is_nothing_yet(db):
         "1,manual,,Aino,Deliver,guid-1,waiting,,,2026-11-23T12:00:00+00:00,2026-11-23T12:00:00+00:00,,,,,0,", ""]
 
 
-def test_rows_stand_oldest_first_each_in_its_own_zone(db):
+def test_rows_are_oldest_first_each_in_its_own_zone(db):
     add(db, planned_at=NOON + timedelta(hours=1), timezone="Asia/Kolkata")
     add(db, planned_at=NOON - timedelta(days=120))
     assert [row["planned_at"] for row in cells(db)] == ["2026-07-26T15:00:00+03:00", "2026-11-23T18:30:00+05:30"]
 
 
-def test_a_zone_that_is_not_known_any_more_is_told_in_utc(db):
+def test_a_zone_that_is_not_known_any_more_is_reported_in_utc(db):
     add(db, timezone="Gone/Zone")
     assert cells(db)[0]["planned_at"] == "2026-11-23T12:00:00+00:00"
 

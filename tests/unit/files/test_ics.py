@@ -210,7 +210,7 @@ def test_an_import_says_what_it_took_and_takes_nothing_twice(world, tmp_path):
 @pytest.mark.parametrize(("content", "told"), [
     (b"nonsense", "is not a calendar file"), (calendar(), "has no days to take"),
     (b"x" * (1024 * 1024 + 1), "holds too much"), (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB")])
-def test_what_is_no_calendar_is_told_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
+def test_what_is_no_calendar_is_reported_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
     (tmp_path / "plant.ics").write_bytes(content)
     with pytest.raises(InvalidInput, match=told) as caught:
         world.files.import_days("plant.ics")
@@ -218,6 +218,6 @@ def test_what_is_no_calendar_is_told_in_one_sentence_and_nothing_changes(world, 
     assert CalendarRepository().all(world.db.read()) == []
 
 
-def test_a_file_that_is_not_there_is_told(world):
+def test_a_file_that_is_not_there_is_reported(world):
     with pytest.raises(InvalidInput, match="there is no file"):
         world.files.import_days("nowhere.ics")

@@ -44,11 +44,11 @@ def test_the_most_frequent_cause_comes_first_with_its_share(world):
 @pytest.mark.parametrize(("message", "kind"), [
     ("Failed to reach goal position 'Dock 3'", "Failed to reach goal position …"),
     ("Lost at 12.5, 3.1 after 40 s", "Lost at … after … s"), ("  Blocked \n by \"Pallet\"  ", "Blocked by …"), ("Stopped", "Stopped")])
-def test_a_message_is_told_without_what_is_particular(message, kind):
+def test_a_message_is_reported_without_what_is_particular(message, kind):
     assert kind_of(message) == kind
 
 
-def test_rare_causes_stand_together_at_the_end():
+def test_rare_causes_are_summed_up_at_the_end():
     counted = [("robot_aborted", name * 3, 10 - n) for n, name in enumerate("abcdefgh")]
     found = causes(counted)
     assert [cause.number for cause in found] == [10, 9, 8, 7, 6, 5, 4 + 3]

@@ -45,7 +45,7 @@ def test_every_error_says_what_it_may_have_done(error: RobotError, delivery: Del
     assert error.certainly_without_effect is (delivery is not Delivery.UNKNOWN)
 
 
-def test_an_error_tells_code_sentence_and_values() -> None:
+def test_an_error_has_code_sentence_and_values() -> None:
     error = Unreachable(code="refused", address="10.0.0.7")
     assert error.code == "refused"
     assert error.msgid == SENTENCES["refused"]

@@ -107,7 +107,7 @@ def test_an_emergency_stop_as_recorded() -> None:
     (3, "Ready", RobotState.READY), (12, "Error", RobotState.ERROR), (99, "Dancing", RobotState.UNKNOWN), (0, "", RobotState.UNKNOWN),
     (-1, "Ready", RobotState.UNKNOWN), (None, "Ready", RobotState.READY), (None, "Emergency Stop", RobotState.EMERGENCY_STOP),
     (None, "ManualControl", RobotState.MANUAL_CONTROL), (None, "Manualcontrol", RobotState.MANUAL_CONTROL), ("3", "x", RobotState.UNKNOWN)])
-def test_states_are_told_by_number_and_unknown_ones_are_kept(state_id: Any, text: str, state: RobotState) -> None:
+def test_states_are_read_by_number_and_unknown_ones_are_kept(state_id: Any, text: str, state: RobotState) -> None:
     status = parse.status({"state_id": state_id, "state_text": text})
     assert status.state is state
     assert status.state_text == text
@@ -164,7 +164,7 @@ def test_what_is_no_queue_item_is_unreadable(value: Any) -> None:
         parse.queue_item(value)
 
 
-def test_whole_and_short_items_are_told_apart() -> None:
+def test_full_and_short_items_are_distinguished() -> None:
     assert parse.is_whole_item(item())
     assert not parse.is_whole_item(short(3))
 

@@ -45,7 +45,7 @@ def test_one_that_is_off_or_over_is_never_due():
     assert first_due(schedule("FREQ=DAILY;COUNT=2"), SETTINGS, AT + timedelta(days=2), CALENDAR) is None
 
 
-def test_days_off_are_passed_over():
+def test_days_off_are_skipped():
     saturday, monday = AT + timedelta(days=5), AT + timedelta(days=7)
     assert first_due(schedule("FREQ=DAILY", respect_working_days=True), SETTINGS, saturday, CALENDAR) == monday
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.models import Between, DurationEstimate, Schedule, Settings
-from app.services.planning.overlaps import FURTHEST, STEP, Other, free_shift, lasts, meetings, nearby
+from app.services.planning.overlaps import FURTHEST, STEP, Other, conflicts, free_shift, lasts, nearby
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.examples import examples
@@ -47,7 +47,7 @@ def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usu
     def in_the_way(at: datetime) -> list[datetime]:
         return [begins for other, begins in every if begins < at + lasts(usual) and at < begins + other.lasts]
 
-    told = {meeting.at: meeting.begins for meeting in meetings(starts, usual, near)}
+    told = {conflict.at: conflict.begins for conflict in conflicts(starts, usual, near)}
     assert told == {start.instant: min(met) for start in starts if (met := in_the_way(start.instant))}
     shifts = [sign * n * STEP for n in range(1, int(FURTHEST / STEP) + 1) for sign in (1, -1)]
     fitting = [shift for shift in shifts if all(stays(start, shift) for start in starts)]

@@ -60,7 +60,7 @@ def test_until_is_local_time_utc_or_a_whole_day(text, until):
     ("FREQ=WEEKLY;BYDAY=", "BYDAY"), ("FREQ=WEEKLY;BYDAY=2MO", "FREQ=MONTHLY"), ("FREQ=DAILY;BYDAY=1MO", "FREQ=MONTHLY"),
     ("FREQ=MONTHLY;BYDAY=6MO", "6th"), ("FREQ=YEARLY;BYDAY=54MO", "BYDAY"), ("FREQ=WEEKLY;BYMONTHDAY=1", "BYMONTHDAY"),
     ("FREQ=DAILY;BYHOUR=１", "BYHOUR"), ("FREQ=DAILY;INTERVAL=" + "9" * 5000, "INTERVAL")])
-def test_what_cannot_be_a_rule_is_told_in_one_sentence(rule, told):
+def test_what_cannot_be_a_rule_is_reported_in_one_sentence(rule, told):
     with pytest.raises(InvalidInput) as caught:
         Recurrence.parse(rule)
     assert caught.value.field == "recurrence"
@@ -135,7 +135,7 @@ def test_until_is_included_whatever_its_form():
         assert len(starts(schedule("2026-11-23T06:30", f"FREQ=DAILY;UNTIL={until}"))) == 2
 
 
-def test_count_counts_what_is_passed_over_too():
+def test_count_counts_what_is_skipped_too():
     rule = schedule("2026-11-20T06:30", "FREQ=DAILY;COUNT=5", respects=True)           # Friday; Saturday and Sunday count
     assert starts(rule, calendar=MONDAY_TO_FRIDAY) == ["2026-11-20 04:30", "2026-11-23 04:30", "2026-11-24 04:30"]
     sub_daily = schedule("2026-11-20T06:30", "FREQ=HOURLY;INTERVAL=12;COUNT=8", respects=True)
@@ -149,7 +149,7 @@ def test_count_is_counted_from_the_start_also_when_that_is_twenty_years_ago():
 
 
 # ---------------------------------------------------------------------- working days
-def test_recurring_ones_pass_over_days_off_by_their_local_date():
+def test_recurring_ones_skip_days_off_by_their_local_date():
     rule = schedule("2026-11-19T00:30", "FREQ=DAILY", respects=True)                  # 00:30 in Helsinki is the day before in UTC
     assert starts(rule, number=3, calendar=MONDAY_TO_FRIDAY) == ["2026-11-18 22:30", "2026-11-19 22:30", "2026-11-22 22:30"]
     hourly = schedule("2026-11-20T12:00", "FREQ=HOURLY;INTERVAL=6", respects=True)
@@ -169,7 +169,7 @@ def test_a_one_time_schedule_runs_whatever_day_it_is():
 
 
 # ---------------------------------------------------------------------- part of the day
-def test_steps_begin_anew_each_day_and_both_ends_are_included():
+def test_steps_start_again_each_day_and_both_ends_are_included():
     rule = schedule("2026-11-23T00:00", "FREQ=MINUTELY;INTERVAL=45", between=("08:30", "10:00"))
     assert starts(rule, number=6) == ["2026-11-23 06:30", "2026-11-23 07:15", "2026-11-23 08:00",
                                       "2026-11-24 06:30", "2026-11-24 07:15", "2026-11-24 08:00"]
@@ -187,7 +187,7 @@ def test_the_part_of_the_day_knows_days_hours_and_count():
         "2026-11-23 06:50", "2026-11-23 07:00", "2026-11-23 07:50", "2026-11-23 08:00", "2026-11-24 06:50"]
 
 
-def test_a_part_of_the_day_that_a_clock_change_leaves_out_is_passed_over():
+def test_a_part_of_the_day_that_a_clock_change_leaves_out_is_skipped():
     rule = schedule("2027-03-27T00:00", "FREQ=MINUTELY;INTERVAL=20", between=("03:10", "03:50"))
     assert starts(rule, number=6) == ["2027-03-27 01:10", "2027-03-27 01:30", "2027-03-27 01:50",
                                       "2027-03-29 00:10", "2027-03-29 00:30", "2027-03-29 00:50"]

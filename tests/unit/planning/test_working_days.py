@@ -110,7 +110,7 @@ def test_the_exceptional_days_of_a_span_come_in_order():
     ({"name": " "}, "name"), ({"name": "x" * 81}, "name"), ({"last_day": date(2026, 7, 5)}, "last_day"),
     ({"first_day": date(1969, 12, 31)}, "first_day"), ({"last_day": date(2200, 1, 1)}, "last_day"),
     ({"last_day": MONDAY + timedelta(days=366)}, "last_day")])
-def test_what_an_exception_cannot_be_is_told_at_its_field(values, field):
+def test_what_an_exception_cannot_be_is_reported_at_its_field(values, field):
     with pytest.raises(InvalidInput) as caught:
         validation.day_exception(DayException(**{"name": "Break", "first_day": MONDAY, "last_day": MONDAY, **values}))
     assert caught.value.field == field

@@ -67,7 +67,7 @@ def test_outside_of_the_picture_there_is_no_place() -> None:
     assert picture.fraction(float("nan"), 0.0) is None
 
 
-def test_rows_go_from_the_bottom_up_and_tell_walls_floor_and_the_unknown_apart() -> None:
+def test_rows_go_from_the_bottom_up_and_distinguish_walls_floor_and_the_unknown() -> None:
     image = hall()
     ImageDraw.Draw(image).rectangle((110, 170, 130, 175), fill=0)         # a rack near the lower wall
     picture = picture_of(floor(image))

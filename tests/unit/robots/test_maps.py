@@ -11,7 +11,7 @@ from app.domain.models import Robot
 from app.domain.robot import MapPosition, RobotMap
 from app.mir.errors import RobotError, TimedOut, Unreachable, Unreadable
 from app.services.robots import maps as robot_maps
-from app.services.robots.maps import LOOK_AGAIN, TRY_AGAIN, RobotMaps
+from app.services.robots.maps import REFRESH_AFTER, RETRY_AFTER, RobotMaps
 from tests.support.clock import VirtualClock
 from tests.unit.robots.test_map_picture import floor, hall
 
@@ -64,7 +64,7 @@ def test_a_map_is_asked_for_once_and_again_after_an_hour(site: Site) -> None:
     assert picture is not None
     assert site.maps.known(1, "m") is picture
     assert not site.maps.is_due(1, "m")
-    site.clock.advance(LOOK_AGAIN)
+    site.clock.advance(REFRESH_AFTER)
     assert site.maps.is_due(1, "m")
     assert site.client.closed == 1
 
@@ -103,22 +103,22 @@ def test_another_machine_behind_the_same_name_does_not_get_this_map(site: Site) 
 @pytest.mark.parametrize("problem", [Unreachable(code="unreachable", address="a"), TimedOut(address="a", seconds="5")])
 def test_a_robot_that_does_not_answer_is_asked_again_after_a_minute_and_its_map_stays(site: Site, problem: RobotError) -> None:
     picture = site.maps.learn(1, "m")
-    site.clock.advance(LOOK_AGAIN)
+    site.clock.advance(REFRESH_AFTER)
     site.client.maps = {"m": problem}
     assert site.maps.learn(1, "m") is picture
     assert not site.maps.is_due(1, "m")
-    site.clock.advance(TRY_AGAIN)
+    site.clock.advance(RETRY_AFTER)
     assert site.maps.is_due(1, "m")
     assert site.client.closed == 2
 
 
-def test_garbage_is_told_in_one_line_of_the_log_and_not_asked_for_every_second(site: Site, caplog: pytest.LogCaptureFixture) -> None:
+def test_garbage_is_reported_in_one_line_of_the_log_and_not_asked_for_every_second(site: Site, caplog: pytest.LogCaptureFixture) -> None:
     site.client.maps = {"m": RobotMap("m", "Hall", b"\x89PNG\r\n\x1a\n" + bytes(64), 400, 300)}
     with caplog.at_level(logging.WARNING):
         for _n in range(3):
             assert site.maps.learn(1, "m") is None
             assert not site.maps.is_due(1, "m")
-            site.clock.advance(LOOK_AGAIN)
+            site.clock.advance(REFRESH_AFTER)
     assert len(caplog.records) == 1
     assert "Aino" in caplog.text
     assert not site.directory.exists()

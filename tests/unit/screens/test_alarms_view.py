@@ -64,7 +64,7 @@ def test_repeats_are_counted_and_the_last_one_has_its_time():
     assert note(again) == "Since 12:38 · 4 times, last 14:02 · is it switched on, and on this network?"
 
 
-def test_recovery_is_told_in_the_list_with_both_ends_and_in_the_banner_with_the_last():
+def test_recovery_is_reported_in_the_list_with_both_ends_and_in_the_banner_with_the_last():
     over = alarm("unreachable", raised_at=ago(hours=1), cleared_at=ago(minutes=28))
     assert note(over) == "Since 13:38 · Over since 14:10"
     assert note(over, whole=False) == "Over since 14:10"
@@ -77,7 +77,7 @@ def test_an_event_has_a_time_and_when_it_repeats_its_first_and_last():
     assert note(again, whole=False) == "2 times, last 14:37"
 
 
-def test_instants_in_an_alarm_are_told_in_the_zone_of_the_settings():
+def test_instants_in_an_alarm_are_reported_in_the_zone_of_the_settings():
     assert alarm_text(alarm("app_was_off", "app"), SETTINGS, NOW) == "The app was off or asleep from 12:38 to 13:38"
 
 
@@ -163,7 +163,7 @@ def test_a_shelved_one_can_be_unshelved_and_a_past_one_has_no_button():
     assert (past.tone, past.state_words) == ("neutral", "Over, acknowledged")
 
 
-def test_counts_are_told():
+def test_counts_are_reported():
     assert [word for _key, word in tab_words(3, 1)] == ["Open (3)", "Shelved (1)", "Past"]
     assert past_count(50, 312) == "The newest 50 of 312"
     assert (past_count(1, 1), past_count(3, 3)) == ("1 past alarm", "3 past alarms")

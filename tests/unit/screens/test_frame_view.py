@@ -36,7 +36,7 @@ def test_without_a_robot_the_bar_says_so():
     assert top_bar(None, None, SETTINGS, NOW).robot == "No robot"
 
 
-def test_the_list_of_robots_tells_state_and_battery():
+def test_the_list_of_robots_shows_state_and_battery():
     option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
     assert (option.text, option.note) == ("Aino", "Executing · 78 %")
 
@@ -61,7 +61,7 @@ def test_where_the_robot_is_on_screen_already_it_can_be_acknowledged():
 
 
 @pytest.mark.parametrize("code", ["unauthorized", "wrong_robot", "not_a_robot"])
-def test_trouble_of_the_configuration_leads_to_settings(code):
+def test_a_problem_of_the_configuration_leads_to_settings(code):
     assert (show(alarm(code)).act, show(alarm(code)).about) == (Act.ROBOT_SETTINGS, 1)
 
 
@@ -116,7 +116,7 @@ def test_a_high_alarm_comes_before_a_hold_and_a_hold_before_the_rest():
     assert show(alarm("unreachable"), holds=[hold]).act is Act.RELEASE
 
 
-def test_a_doubted_clock_is_told_by_its_alarm_alone():
+def test_an_implausible_clock_is_reported_by_its_alarm_alone():
     view = show(alarm("clock_implausible", "clock"), holds=[Hold("1 h behind", clock=True)])
     assert "clock" in view.text
     assert view.others == "Details"

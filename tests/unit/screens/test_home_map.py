@@ -24,7 +24,7 @@ def test_the_robot_its_goal_and_the_places_are_on_the_map() -> None:
     assert view.message == EXECUTING.mission_text
 
 
-def test_a_robot_that_stands_has_no_goal() -> None:
+def test_a_robot_that_does_not_move_has_no_goal() -> None:
     assert present(with_aino(replace(READY, mission_text="Moved to 'Line 2'")), NOW).map.goal == ()
 
 

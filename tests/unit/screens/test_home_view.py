@@ -78,7 +78,7 @@ def test_elapsed_runs_on_between_two_readings():
     assert present(FACTS, NOW + timedelta(seconds=3), None).card.mission.elapsed == "4 min 15 s"
 
 
-def test_much_longer_than_usual_is_told():
+def test_much_longer_than_usual_is_reported():
     facts = replace(FACTS, expected={KITS.guid: DurationEstimate(100.0, 110.0)})
     card = view(facts).card
     assert card.mission.tone == "attention"
@@ -171,7 +171,7 @@ def test_what_is_old_looks_old_and_says_since_when():
     assert shown.queue[0].tone == "offline"
 
 
-def test_what_is_wrong_is_told_in_the_language_of_the_screen():
+def test_what_is_wrong_is_reported_in_the_language_of_the_screen():
     problem = Unreachable(code="refused", address="10.40.12.21").message
     facts = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem)
     assert view(facts).card.message == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
@@ -192,7 +192,7 @@ def test_connected_but_silent_for_three_polls_is_old_too():
 
 @pytest.mark.parametrize(("connection", "words"), [
     (Connection.UNAUTHORIZED, "Wrong password"), (Connection.WRONG_ROBOT, "Another robot"), (Connection.NOT_A_ROBOT, "Not a MiR robot")])
-def test_each_trouble_with_the_connection_has_its_words(connection, words):
+def test_each_problem_with_the_connection_has_its_words(connection, words):
     look = link_appearance(AINO, snapshot(1, EXECUTING, connection=connection), NOW, SETTINGS)
     assert look.word.startswith(words)
     assert look.tone == "attention"

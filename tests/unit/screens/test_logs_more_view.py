@@ -20,7 +20,7 @@ def test_adherence_with_its_count_and_with_few_cases_how_far_it_holds(ran, plann
     assert view.adherence_head(Adherence(planned, ran, {})) == text
 
 
-def test_an_interval_stands_behind_few_cases_only():
+def test_an_interval_is_shown_for_few_cases_only():
     assert with_interval("23 of 25", 23, 25) == "23 of 25 (75–98 %)"
     assert with_interval("30 of 30", 30, 30) == "30 of 30"
     assert with_interval("none", 0, 0) == "none"

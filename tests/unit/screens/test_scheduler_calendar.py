@@ -68,9 +68,9 @@ def test_the_sentence_speaks_of_holidays_when_there_is_a_calendar():
 
 
 def test_warnings_name_the_days_that_are_left_out():
-    one = Concern(ConcernCode.PASSED_OVER, details={"days": ((FRIDAY, "Audit"),)})
+    one = Concern(ConcernCode.CLOSED_DAYS, details={"days": ((FRIDAY, "Audit"),)})
     assert warnings(one) == ("Not on Fri 20 Nov, not a working day: Audit",)
-    three = Concern(ConcernCode.PASSED_OVER, details={"days": ((FRIDAY, "Audit"), (SATURDAY, "x"), (SATURDAY, "y"))})
+    three = Concern(ConcernCode.CLOSED_DAYS, details={"days": ((FRIDAY, "Audit"), (SATURDAY, "x"), (SATURDAY, "y"))})
     assert warnings(three) == ("Not on Fri 20 Nov (Audit) nor 2 other days: not working days",)
     first = Concern(ConcernCode.DAY_OFF, details={"day": FRIDAY, "name": "Audit"})
     assert warnings(first) == ("Fri 20 Nov is not a working day: Audit. It begins later",)

@@ -174,7 +174,7 @@ def test_what_is_missing_stands_first():
     assert [row.name for row in missions_view.mission_views(told)] == ["Deliver kits", "Charge", "Coils"]
 
 
-def test_an_unused_mission_that_no_robot_has_is_told():
+def test_an_unused_mission_that_no_robot_has_is_reported():
     told = facts(robots=(AINO,), names={1: {"guid-deliver": "Deliver kits"}})
     assert missions_view.missing_sentence(told, CHARGE) == "No robot has it"
     assert missions_view.missing_sentence(facts(names={1: {"guid-deliver": ""}}), CHARGE) == ""      # Sisu may have it

@@ -53,7 +53,7 @@ def test_pages(busy: Asker) -> None:
     assert busy.get("/mission_queue?limit=0") == []
 
 
-def test_an_unknown_query_is_passed_over_and_a_trailing_slash_is_fine(busy: Asker) -> None:
+def test_an_unknown_query_is_ignored_and_a_trailing_slash_is_fine(busy: Asker) -> None:
     assert len(busy.get("/mission_queue/?nonsense=1")) == 4
     assert busy.get("/status/?whitelist=state_id") == {"state_id": 5}
 

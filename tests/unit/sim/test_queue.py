@@ -213,7 +213,7 @@ def test_actions_appear_as_they_begin(aino: Asker) -> None:
     assert aino.get(f"/mission_queue/{number}/actions/{actions[0]['id']}")["finished"] is not None
 
 
-def test_the_user_who_ordered_stands_in_the_item(aino: Asker) -> None:
+def test_the_user_who_ordered_is_in_the_item(aino: Asker) -> None:
     headers = {**HEADERS, "Authorization": credentials("admin", "admin")}
     answer = aino.send("POST", "/mission_queue", {"mission_id": GUIDS["Home"]}, headers)
     assert aino.item(answer.json()["id"])["created_by_name"] == "Administrator"

@@ -59,7 +59,7 @@ def test_while_mapping_nothing_starts(aino: Asker) -> None:
 
 
 # ---------------------------------------------------------------------- errors
-def test_a_failed_mission_is_aborted_with_its_text_and_the_robot_stands_in_error(aino: Asker) -> None:
+def test_a_failed_mission_is_aborted_with_its_text_and_the_robot_is_in_error(aino: Asker) -> None:
     aino.control(fail_next_mission="Failed to reach goal position 'Line 1'")
     failed, next_one = aino.order(), aino.order()
     aino.pass_time(120)
