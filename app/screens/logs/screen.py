@@ -94,7 +94,6 @@ class LogsViewModel(ViewModel):
         self._figures_refresher.stop()
 
     def retranslated(self) -> None:
-        self._row_cache.forget()
         self._show()
 
     def _changed(self, event: Changed) -> None:

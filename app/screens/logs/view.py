@@ -10,7 +10,7 @@ from zoneinfo import ZoneInfo
 from app.domain.clock import midnight
 from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
 from app.domain.reasons import sentence, waiting_sentence
-from app.i18n import _, ngettext
+from app.i18n import _, ngettext, translator
 from app.screens.common import execution_appearance, formats
 from app.screens.common.options import Option
 from app.services.history.shift_report import ReportPeriod
@@ -186,14 +186,10 @@ class RowCache:
         self._context: object = None                     # what all rows depend on
         self._rows: dict[int, tuple[Execution, object, RunRow]] = {}     # by run: as it was, what else its row depends on
 
-    def forget(self) -> None:
-        """The language has changed."""
-        self._rows = {}
-
     def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened_run: int | None,
              narrow: bool, expected: Mapping[int, DurationEstimate]) -> list[RunRow]:
         """``row`` of each; ``opened_run`` is the id of the one that shows its story, ``expected`` goes by the id of what has not ended."""
-        context = now.astimezone(zone).date(), zone, narrow
+        context = now.astimezone(zone).date(), zone, narrow, translator.language
         known = self._rows if context == self._context else {}
         self._context, self._rows = context, {}
         for execution in executions:

@@ -6,6 +6,7 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.i18n import translator
 from app.screens.logs import kpi_view, view
 from app.screens.logs.facts import execution_filter, period_with
 from app.screens.logs.figures import Figures
@@ -85,8 +86,24 @@ def test_only_what_has_changed_is_built_again(monkeypatch):
     assert rows(runs[1:], usual={}) == [1, 2, 3, 4]
     assert rows(runs[1:], NOW + timedelta(days=1), {}) == [1, 2, 3, 4]
     assert rows(runs[1:], NOW + timedelta(days=1), {}, narrow=True) == [1, 2, 3, 4]
-    cache.forget()
-    assert rows(runs[1:], NOW + timedelta(days=1), {}, narrow=True) == [1, 2, 3, 4]
+
+
+@pytest.fixture
+def finnish():
+    yield lambda: translator.use("fi")
+    translator.use("en")
+
+
+def test_rows_are_built_again_in_another_language(finnish):
+    """It is switched in Settings, where nobody tells the Logs."""
+    cache = view.RowCache()
+
+    def outcomes():
+        return [row.outcome for row in cache.rows([DONE], NOW, ZONE, USUAL, None, False, {})]
+
+    assert outcomes() == ["Completed"]
+    finnish()
+    assert outcomes() == ["Valmis"]
 
 
 def test_a_story_has_four_steps_and_ends_in_its_outcome():
