@@ -11,7 +11,7 @@ ERRORS = {400: ("bad_request", "Bad request"), 401: ("unauthorized", "Unauthoriz
 
 
 class ApiError(Exception):
-    """An answer other than success. ``text`` stands in ``error_human`` in place of the usual text of the status code."""
+    """An answer other than success. ``text`` replaces the usual ``error_human`` of the status code."""
 
     def __init__(self, status: int, text: str = "") -> None:
         self.status = status

@@ -225,7 +225,7 @@ class MissionController:
         self._text = WAITING_TEXT
 
     def relocate(self, pose: Pose) -> None:
-        """Put the robot at another pose; a drive under way is planned anew from there."""
+        """Put the robot at another pose; a drive under way is planned again from there."""
         step = self._leave_step()
         self._pose = pose
         if self.run is not None and step is not None:

@@ -298,7 +298,7 @@ class SimulatedRobot:
         self._settle()
 
     def add_error(self, error: RobotError) -> None:
-        """Stand in Error and file a report of it."""
+        """Enter the state Error and file a report of it."""
         self.errors.append(error)
         self.file_report(error.module, error.description)
 

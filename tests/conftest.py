@@ -14,7 +14,7 @@ settings.register_profile("quick", deadline=None, max_examples=20, derandomize=T
 settings.register_profile("thorough", deadline=None, max_examples=100)
 settings.load_profile("quick")
 
-# pytest compiles the assertions of every test module anew, in every process, if it may not keep what it compiled: seconds each time.
+# pytest compiles the assertions of every test module again, in every process, if it may not keep what it compiled: seconds each time.
 sys.dont_write_bytecode = False
 
 # Thousands of small databases: in memory nothing waits for a disk.

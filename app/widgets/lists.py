@@ -26,7 +26,7 @@ PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
 
 
 class Row:
-    """Mixin of row classes. ``act("cancel")`` tells the list, which fires ``on_action(key, "cancel")``; ``host`` is that list.
+    """Mixin of row classes. ``act("cancel")`` notifies the list, which fires ``on_action(key, "cancel")``; ``host`` is that list.
 
     A scroll view forwards a short tap only after the finger has left. If the list has moved by then, another row is under the touch than
     the one that was tapped, and the tap is dropped.

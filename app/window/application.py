@@ -148,7 +148,7 @@ class SchedulerApp(MDApp):
         assert self._restorer is not None
         restorer = self._restorer
         self._release()
-        page = Factory.EmptyState(icon="backup-restore", title=_("Going back to {name} …").format(name=path.name),
+        page = Factory.EmptyState(icon="backup-restore", title=_("Restoring {name} …").format(name=path.name),
                                   text=_("Nothing is scheduled meanwhile."))
         self.root_box.clear_widgets()
         self.root_box.add_widget(page)
@@ -159,7 +159,7 @@ class SchedulerApp(MDApp):
             container, problem = opened
             self.begin(container)
             assert self.shell is not None
-            text = _("The app goes on with {name}").format(name=path.name) if problem is None else sentence_of(problem)
+            text = _("{name} was restored").format(name=path.name) if problem is None else sentence_of(problem)
             self.shell.snackbars.show(text, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=RESULT_SHOWN_FOR)
 
         def failed(problem: BaseException) -> None:
@@ -235,9 +235,9 @@ class SchedulerApp(MDApp):
 class UiExceptionHandler(ExceptionHandler):
     """Logs and shows what a handler raises, at most once a second, and keeps the event loop running."""
 
-    def __init__(self, tell: Callable[[BaseException], object]) -> None:
+    def __init__(self, show: Callable[[BaseException], object]) -> None:
         super().__init__()
-        self._tell = tell
+        self._show = show
         self._told_at = float("-inf")
 
     def handle_exception(self, inst: BaseException) -> int:
@@ -248,7 +248,7 @@ class UiExceptionHandler(ExceptionHandler):
         if now - self._told_at >= 1:
             self._told_at = now
             try:
-                self._tell(inst)
+                self._show(inst)
             except Exception:
                 log.exception("The error could not be shown either")
         return ExceptionManager.PASS

@@ -142,7 +142,7 @@ def main() -> None:
         robots, r = container.repositories.robots.all(container.db.read()), container.repositories
         container.db.write(lambda c: [r.robots.add(c, Robot(f"R{n}", f"http://{address(n)}:{port}", "distributor", token))
                                       for n in range(ROBOTS.robots)])
-        for robot in robots:                 # of the month: nobody is behind their addresses
+        for robot in robots:                 # of the month: nothing answers at their addresses
             container.catalogue.set_robot_enabled(robot.id, False)
         container.catalogue.change_settings(poll_interval_seconds=2, selected_robot_id=r.robots.all(container.db.read())[-1].id)
         container.loop.start()

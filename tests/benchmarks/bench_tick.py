@@ -1,4 +1,4 @@
-"""What one beat of the scheduler costs when nothing is due: with 10,000 schedules it looks once into an index.
+"""What one tick of the scheduler costs when nothing is due: with 10,000 schedules it is one index lookup.
 
     uv run python -m tests.benchmarks.bench_tick
 

@@ -14,7 +14,7 @@ PAGES = """
     current: "home"
 
 <GalleryHome@GalleryFrame>:
-    alarm: "Aino stands still: emergency stop pressed"
+    alarm: "Aino is stopped: emergency stop pressed"
     alarm_note: "Since 14:36 · release the red button on the robot, then press Reset on the robot"
     alarm_others: "+1 more"
     alarm_action: "Show Aino"
@@ -198,7 +198,7 @@ PAGES = """
                 Notice:
                     tone: "attention"
                     icon: "alert"
-                    text: "Wed 25 Nov: still running then on Aino is Collect empties, 06:25–06:40"
+                    text: "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40"
                 BoxLayout:
                     size_hint_y: None
                     height: tk.h_action

@@ -1,4 +1,4 @@
-"""Home in every state, and what stands over it: banner, alarms, late starts, the damaged database."""
+"""Home in every state, and what is shown over it: banner, alarms, late starts, the damaged database."""
 from __future__ import annotations
 
 from dataclasses import replace

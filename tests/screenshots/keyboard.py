@@ -13,7 +13,7 @@ SIZES = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
 
 
 def typed_into(studio: Any, field: Any) -> Any:
-    """The keyboard as it stands under ``field``; it leaves with the window's other widgets."""
+    """The keyboard under ``field``; it is removed with the window's other widgets."""
     keyboard = DockedKeyboard(lambda: True)
     keyboard.start()
     field.focus = True

@@ -142,7 +142,7 @@ def test_dst_night_in_helsinki(tmp_path):
 
 
 def test_a_restored_backup_finds_what_it_has_forgotten(site, plan):
-    """The occurrence ran after the backup was made: its token is minted anew, found on the robot and adopted."""
+    """The occurrence ran after the backup was made: its token is computed again, found on the robot and adopted."""
     plan("2026-11-23T06:05")
     site.run(60)
     db = site.container.db

@@ -33,7 +33,7 @@ def test_each_instant_is_reported_once_and_only_shortly_before(site, plan):
     assert scheduler.due_soon() == set()
     site.clock.advance(0.6)
     assert scheduler.due_soon() == set()
-    site.clock.step(-0.6)                          # set back: it may be told again, which costs one status read
+    site.clock.step(-0.6)                          # set back: it may be announced again, which costs one status read
     site.clock.step(-3600.0)
     assert scheduler.due_soon() == set()
 

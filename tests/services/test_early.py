@@ -1,5 +1,5 @@
-"""A tenth of a second before its instant, what nothing stands in the way of is on disk and in the hands of its worker, which waits for the
-instant; whatever happens in between is heeded."""
+"""An intent is on disk and with its worker 0.1 s before its instant, unless something prevents the start; what happens in between is
+respected."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -156,7 +156,7 @@ def test_the_ledger_is_not_asked_while_nobody_changes_anything(site, in_hand, mo
     assert asked == []
 
 
-# ---------------------------------------------------------------- what stands in the way is judged at the instant
+# ---------------------------------------------------------------- what prevents a start is judged at the instant
 @pytest.mark.parametrize("obstacle", ["paused", "held", "low battery", "not read", "one before", "still running", "switched off robot"])
 def test_what_something_stands_in_the_way_of_is_not_written_early(site, plan, obstacle):
     if obstacle == "one before":

@@ -51,7 +51,7 @@ def file(tmp_path) -> Path:
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """A limit on the size of files stands for the full disk; for a moment only, because what pytest prints may go to a file too."""
+    """A limit on the size of files simulates the full disk; for a moment only, because what pytest prints may go to a file too."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
     try:

@@ -126,7 +126,7 @@ def test_a_typed_duration_holds_until_a_run_on_that_robot_shows_it(container):
     found = forecasts(container).of(draft())
     assert (found.usual_s, found.usual.typed, codes(found)) == (1800.0, True, [ConcernCode.OVERLAP])
     assert found.concerns[0].details["likely"] is None                                      # no runs that could say
-    usually(container, "guid-kits", 400.0, robot_id=2)                                      # elsewhere: says nothing of this robot
+    usually(container, "guid-kits", 400.0, robot_id=2)                                      # of another robot: says nothing about this one
     assert forecasts(container).of(draft()).usual.typed
     usually(container, "guid-kits", 420.0)
     found = forecasts(container).of(draft())

@@ -7,7 +7,7 @@ from app.domain.models import Execution, ReasonCode, State, Wait
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05
-QUIET = 90.0             # s until what nobody knows of is sent again
+QUIET = 90.0             # s until a submission of unknown outcome is sent again
 
 
 def sent(site) -> list[str]:
@@ -16,7 +16,7 @@ def sent(site) -> list[str]:
 
 
 def insert_due(site) -> list[State]:
-    """Let the instant come, but no worker; returns where the rows stand."""
+    """Let the instant come, but no worker; returns the rows' states."""
     site.container.scheduler.due_soon()
     [worker] = site._workers.values()
     site.read_ahead(worker)

@@ -1,4 +1,4 @@
-"""What the workers keep of what robots do, on a whole site: what was seen is what is told, and it costs few writes."""
+"""What the workers keep of what robots do, on a whole site: what was seen is what is shown, and it costs few writes."""
 from __future__ import annotations
 
 import pytest

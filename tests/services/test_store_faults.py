@@ -1,4 +1,4 @@
-"""When the disk is full, read-only or broken: no durable intent, no POST; a person is told; and it mends itself when the disk does."""
+"""When the disk is full, read-only or broken: no durable intent, no POST; an alarm; and it recovers when the disk does."""
 from __future__ import annotations
 
 import contextlib

@@ -61,7 +61,7 @@ def test_what_could_not_be_handed_over_is_taken_up_again(site, plan, ledger):
     assert (site.executions()[0].state, site.executions()[0].attempts) == (State.WAITING, 1)
     site.network.down.clear()
     site.clock.advance(wait)
-    worker.step(False, changed=False)                              # nobody has to tell that its time has come
+    worker.step(False, changed=False)                              # without a notification that its time has come
     assert site.executions()[0].state is State.QUEUED
 
 

@@ -177,7 +177,7 @@ class World:
                     container.operator.run_now(robot.id, container.repositories.missions.all(container.db.read())[0].id)
                     self.site.kick()                          # as the app's own loop does when the ledger tells it
         except RobotError:
-            pass                                              # told to the operator, who may press again
+            pass                                              # shown to the operator, who may press again
 
     def _make_shaky(self) -> None:
         db = self.site.container.db

@@ -54,7 +54,7 @@ HABITS = (
 
 
 def plant(directory: Path, furnished: bool = True, now: datetime = NOW) -> Container:
-    """Services on a throw-away database that stands at ``now``; nothing runs."""
+    """Services on a throw-away database whose clock is at ``now``; nothing runs."""
     clock = VirtualClock(now)
     container = Container(Database.open(directory / "amr-scheduler.db", clock=clock, durable=False), clock)
     container.catalogue.change_settings(timezone=ZONE, minimum_battery_percent=30, history_limit=None)

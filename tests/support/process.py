@@ -23,7 +23,7 @@ PATIENCE = 20.0          # s that any single step may take on a busy machine
 
 
 def environment() -> dict[str, str]:
-    """Without a display, and without anything that would put data elsewhere."""
+    """Without a display, and without variables that would move the data."""
     return {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")} | {"TZ": "Europe/Helsinki"}
 
 

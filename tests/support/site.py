@@ -144,7 +144,7 @@ class Site:
                 self._step_worker(key)
 
     def tick(self) -> set[int]:
-        """One beat of the scheduler; returns the robots for which something waits since."""
+        """One tick of the scheduler; returns the robots for which something waits since."""
         self._in_tick = True
         try:
             return self.container.scheduler.tick().robot_ids
@@ -168,7 +168,7 @@ class Site:
                 self._due[key] = self.clock.monotonic()
         wait = self.container.scheduler.seconds_to_next(longest=TICK_EVERY)
         if AHEAD + 0.01 < wait < TICK_EVERY:
-            wait -= AHEAD                # the robot is told that something falls due
+            wait -= AHEAD                # the worker is notified that something falls due
         self._next_tick = self.clock.monotonic() + wait
 
     def _hand_over(self, intent: Execution) -> None:
@@ -176,7 +176,7 @@ class Site:
         self._due[intent.robot_id] = self.clock.monotonic()
 
     def _on_change(self, topic: Topic, about: int | None) -> None:
-        """Somebody changed the plan or cancelled something: every worker is told, at its next step."""
+        """Somebody changed the plan or cancelled something: every worker is notified, at its next step."""
         if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS) and about is None and not self._in_tick:
             self._changed |= self._workers.keys()
 

@@ -1,4 +1,4 @@
-"""The window of the UI tests. Importing this file installs it, and only here: tests elsewhere never see kivy."""
+"""The window of the UI tests. Importing this file installs it, and nothing else does: other tests never import kivy."""
 from __future__ import annotations
 
 import gc

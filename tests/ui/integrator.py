@@ -47,7 +47,7 @@ def press(ui: Driver, word: str, root=None) -> None:
 
 
 def enter(ui: Driver, field, text: str) -> None:
-    """Type ``text`` in the place of what stands there."""
+    """Type ``text`` in place of what is in the field."""
     field.text = ""
     ui.type(field, text)
 

@@ -12,7 +12,7 @@ from tests.ui.whole_app import shown
 
 @contextmanager
 def opened(container: Container, ui: Driver, part: str = "") -> Iterator[object]:
-    """The Logs on screen, everything read; ``part`` is the word of what stands below the figures."""
+    """The Logs on screen, everything read; ``part`` is the label of what is shown below the figures."""
     with shown(container, ui, "logs") as app:
         app.logs = app.shell.navigator.screen("logs").vm
         settle(app, ui)

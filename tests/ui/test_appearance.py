@@ -89,7 +89,7 @@ def test_a_change_of_anything_else_rebuilds_nothing(site, app, ui):
 def test_a_switch_of_the_theme_leaves_the_colours_that_the_theme_has(ui, before, after):
     """White ink that stays white is not taken over by the ink of the new theme's cards."""
     def pieces():
-        return [AlarmBanner(text="Aino stands still", note="since 14:36", others="+3 more", action="Acknowledge", tone="fault"),
+        return [AlarmBanner(text="Aino is stopped", note="since 14:36", others="+3 more", action="Acknowledge", tone="fault"),
                 AlarmBanner(text="Nothing is sent", note="held", tone="attention"), CommandButton(style="filled", text="Run", icon="play"),
                 StatusBadge(text="Failed", icon="alert", tone="fault", loud=True)]
 

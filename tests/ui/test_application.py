@@ -314,7 +314,7 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
         ui.wait(lambda: app.shell.background.idle)
         app.shell.restore(backup)
         ui.advance()
-        assert any(text.startswith("Going back to") for text in ui.texts())
+        assert any(text.startswith("Restoring") for text in ui.texts())
         may.set()
         ui.wait(lambda: app.container is not None)
         ui.advance(.3)

@@ -66,7 +66,7 @@ def api(robot, method: str, path: str, **body):
 def pend(home) -> None:
     """Hold the robot, so that what is sent stays in its queue."""
     home.aino.control({"emergency_stop": True})
-    home.aino.control({"emergency_stop": False})              # it then stands in Pause
+    home.aino.control({"emergency_stop": False})              # it is then in Pause
 
 
 # ---------------------------------------------------------------------- what is seen
@@ -83,7 +83,7 @@ def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
     home.aino.control({"emergency_stop": True})
     ui.wait(lambda: "Emergency stop" in ui.texts())
     ui.wait(lambda: ui.find_all(AlarmBanner))
-    assert ui.find(AlarmBanner).text == "Aino stands still: emergency stop pressed"
+    assert ui.find(AlarmBanner).text == "Aino is stopped: emergency stop pressed"
     assert ui.find(CommandButton, text="Resume").disabled
     assert ui.find(CommandButton, text="Aino is stopped").disabled
     home.aino.control({"emergency_stop": False})

@@ -1,4 +1,4 @@
-"""From the form to the log: a mission planned by taps starts by itself on a simulated robot and stands in the Logs with its figures."""
+"""From the form to the log: a mission planned by taps starts by itself on a simulated robot and is in the Logs with its figures."""
 from __future__ import annotations
 
 import time

@@ -208,7 +208,7 @@ def test_an_overlap_with_another_run_is_warned_of_and_can_be_saved_all_the_same(
     pick_time(screen, ui, "Time", "1640")
     view = ui.find(FormCard).view
     overlap, battery = (warning.text for warning in view.warnings)
-    assert overlap.startswith(f"Fri 20 Nov: still running then on Veikko is {WASTE}, 16:30–17:")
+    assert overlap.startswith(f"Fri 20 Nov: {WASTE} is still running on Veikko then, 16:30–17:")
     assert battery == "The battery of Veikko was too low around this time 1 time in the last 30 days"
     assert [start.icon for start in view.starts] == ["alert"]
     save(screen, ui)

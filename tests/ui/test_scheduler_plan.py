@@ -183,7 +183,7 @@ def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_ta
     assert low.vm.form.draft.kind == "daily"
     edge = low.to_window(*low.pos)[1]
     line = next(line for line in ui.find_all(ScheduleLine) if edge + 40 < line.to_window(*line.center)[1] < edge + 400
-                and line.to_window(*line.center)[0] < low.right)          # rows that find no room stand beside the list
+                and line.to_window(*line.center)[0] < low.right)          # rows without room are placed beside the list
     number = line.key
     ui.tap(ui.find(Toggle, line))
     ui.advance(.5)

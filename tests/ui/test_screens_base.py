@@ -1,4 +1,4 @@
-"""What screens stand on: results of threads on the UI thread, view models that let go, one screen at a time."""
+"""The base of screens: results of other threads on the UI thread, view models that release what they hold, one screen at a time."""
 from __future__ import annotations
 
 import threading

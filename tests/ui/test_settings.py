@@ -42,7 +42,7 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     ui.advance(.2)
     assert field.outside
     ui.wait(lambda: app.shell.background.idle)
-    assert settings(site).minimum_battery_percent == 35       # what can't stand is shown red and not saved
+    assert settings(site).minimum_battery_percent == 35       # an invalid value is shown red and not saved
     enter(ui, field, "0")
     field.focus = False
     ui.wait(lambda: settings(site).minimum_battery_percent is None)
@@ -172,7 +172,7 @@ def test_the_language_changes_at_once_everywhere_and_back(site, app, ui):
     assert settings(site).language == "fi"
     assert ui.find(SectionRow, key="robots").text == "Robotit"
     assert "Näyttö ja kieli" in ui.texts()
-    ui.tap(ui.find(Segment, text="English"))                  # each language stands there in its own words
+    ui.tap(ui.find(Segment, text="English"))                  # each language is named in its own words
     ui.wait(lambda: "Display & language" in ui.texts())
 
 

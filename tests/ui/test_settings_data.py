@@ -110,7 +110,7 @@ class ShellThatRestores(Shell):
 
 @pytest.fixture
 def restored(site, ui):
-    """Settings, Data, in such a window; what it was told to restore."""
+    """Settings, Data, in such a window; what it was asked to restore."""
     asked: list[Path] = []
     bus = UiBus()
     shell = ShellThatRestores(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, Background(bus), asked.append)
@@ -144,7 +144,7 @@ def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
     backups = site.container.db.path.parent / "backups"
     backups.mkdir(exist_ok=True)
     (backups / "daily-2026-01-01.db").write_bytes(b"no database")
-    site.container.catalogue.change_settings(retry_limit=4)            # anything: Settings reads anew
+    site.container.catalogue.change_settings(retry_limit=4)            # anything: Settings reads again
     ui.wait(lambda: not ui.find(CommandButton, text="Restore …").disabled)
     press(ui, "Restore …")
     ui.tap(ui.find(OptionRow))

@@ -153,9 +153,9 @@ def test_the_banner_comes_with_an_alarm_and_goes_with_it(ui):
     window = frame(ui)
     body = window.ids.body
     high = body.height
-    window.alarm, window.alarm_action, window.alarm_others = "Aino stands still", "Show Aino", "+1 more"
+    window.alarm, window.alarm_action, window.alarm_others = "Aino is stopped", "Show Aino", "+1 more"
     ui.advance()
-    assert "Aino stands still" in ui.texts()
+    assert "Aino is stopped" in ui.texts()
     assert body.height < high - 70
     solve, others = fired(window, "on_solve"), fired(window, "on_list_alarms")
     ui.tap_text("Show Aino")

@@ -92,7 +92,7 @@ class Walk:
 
     def over(self, picture: Picture, ways: Iterable[Way]) -> Iterator[tuple[Way, str]]:
         """What is wrong with ``picture``, way by way."""
-        def look(way: Way) -> tuple[str, float]:         # at another size of text the app builds its screens anew, too
+        def look(way: Way) -> tuple[str, float]:         # at another size of text the app rebuilds its screens, too
             return way.language, way.font_scale
 
         for _look, group in itertools.groupby(sorted(ways, key=look), key=look):

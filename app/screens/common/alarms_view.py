@@ -106,7 +106,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
 _LOUD: Mapping[str, Callable[[], str]] = {
-    "emergency_stop": lambda: _("{robot} stands still: emergency stop pressed"),
+    "emergency_stop": lambda: _("{robot} is stopped: emergency stop pressed"),
     "unreachable": lambda: _("{robot} doesn't answer"),
 }
 

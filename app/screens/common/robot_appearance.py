@@ -66,7 +66,7 @@ def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settin
     if connection in ANSWERS and snapshot.read_at is not None:
         age = formats.ago(max(0.0, (now - snapshot.read_at).total_seconds()))
         if is_stale(snapshot.read_at, now, settings):
-            return Appearance(_("No news · {age}").format(age=age), "wifi-alert", "attention")
+            return Appearance(_("No update · {age}").format(age=age), "wifi-alert", "attention")
         if connection is Connection.SLOW:
             return Appearance(_("Slow · {age}").format(age=age), "wifi-strength-2-alert", "attention")
         return Appearance(_("Connected · {age}").format(age=age), "wifi")

@@ -157,7 +157,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
     snapshot = facts.snapshot
     status = snapshot.status
     if not robot.enabled:
-        return MissionView(_("Mission"), _("Not watched"), _("The robot is switched off in Settings"))
+        return MissionView(_("Mission"), _("Not polled"), _("The robot is switched off in Settings"))
     if old or status is None:
         return _last_known(facts, snapshot, now)
     if status.state is RobotState.EMERGENCY_STOP:

@@ -230,7 +230,7 @@ def _completed(execution: Execution, usual: UsualSeconds) -> str:
     late = _late_s(execution)
     if execution.trigger is not Trigger.SCHEDULED:
         return {"": "", "usual": _("As long as usual"), "longer": _("Longer than usual"), "shorter": _("Shorter than usual")}[length] or \
-            (_("After a time without work") if execution.trigger is Trigger.IDLE else _("Started by a person"))
+            (_("After idle time") if execution.trigger is Trigger.IDLE else _("Started by a person"))
     if late is None or late <= ON_TIME_S:
         return {"": _("Started on time"), "usual": _("Started on time, as long as usual"),
                 "longer": _("Started on time, longer than usual"), "shorter": _("Started on time, shorter than usual")}[length]

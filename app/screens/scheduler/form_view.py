@@ -320,7 +320,7 @@ def _warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, no
 def _free(forecast: Forecast | None) -> str:
     if forecast is None or forecast.free_at is None:
         return ""
-    return _("Take {time}: free").format(time=formats.wall_time(forecast.free_at))
+    return _("Use {time}: free").format(time=formats.wall_time(forecast.free_at))
 
 
 def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:
@@ -354,7 +354,7 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off in Settings: nothing will be sent").format(**details)
         case ConcernCode.NO_START:
-            return _("No start is left to come")
+            return _("No start is left")
 
 
 def _passed_over(days: Sequence[tuple[date, str]]) -> str:
@@ -379,7 +379,7 @@ def _overlap_text(concern: Concern, times: int) -> str:
     if times > 1:
         return _("{n} of these runs overlap with {mission} on {robot}: first {day}, {start}–{end}")
     if concern.at is None or begins < concern.at:
-        return _("{day}: still running then on {robot} is {mission}, {start}–{end}")
+        return _("{day}: {mission} is still running on {robot} then, {start}–{end}")
     if begins == concern.at:
         return _("{day}: {mission} starts on {robot} at the same time, {start}–{end}")
-    return _("{day}: {mission} follows meanwhile on {robot}, {start}–{end}")
+    return _("{day}: {mission} starts on {robot} before this run ends, {start}–{end}")

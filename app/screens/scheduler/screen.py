@@ -166,7 +166,7 @@ class SchedulerViewModel(ViewModel):
 
     # ------------------------------------------------------------------ what the operator presses
     def open_bar(self, key: tuple[str, Any]) -> None:
-        """A bar of the timeline was tapped: show its run or its schedule; one that stands for several is zoomed into."""
+        """A bar of the timeline was tapped: show its run or its schedule; one that represents several is zoomed into."""
         match key:
             case ("execution", number):
                 self._shell.go("logs", execution_id=number)

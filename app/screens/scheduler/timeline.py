@@ -31,7 +31,7 @@ BARS = {
 
 # Hours are floats from the timeline's origin on. Named tuples, because kivy compares thousands of them whenever they are set.
 class Bar(NamedTuple):
-    """A run, or several that are too short to be told apart. ``key`` is handed back when it is tapped."""
+    """A run, or several that are too short to be distinguished. ``key`` is handed back when it is tapped."""
     key: Hashable
     start: float
     end: float
@@ -139,7 +139,7 @@ def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, read: _Range, thin
 
 
 def _merged(bars: list[Bar], thin: float) -> Iterable[Bar]:
-    """Bars too thin and too close to be told apart become one, which a tap zooms into."""
+    """Bars too thin and too close to be distinguished become one, which a tap zooms into."""
     groups: list[list[Bar]] = []
     for bar in bars:
         last = groups[-1][-1] if groups else None

@@ -41,7 +41,7 @@ class Pausing:
         def work(c: sqlite3.Connection) -> Schedule:
             now, schedule = self._clock.now(), self._the_schedule(c, schedule_id)
             if until <= now:
-                raise InvalidInput("until", "choose a time to come")
+                raise InvalidInput("until", "choose a time in the future")
             self._schedules.pause(c, schedule_id, until)
             self._executions.end_waiting_of_schedule(c, schedule_id, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now)
             return replace(schedule, paused_until=until)

@@ -88,7 +88,7 @@ def battery(value: object, field: str = "minimum_battery_percent") -> float | No
 
 def flag(value: object, field: str) -> bool:
     if not isinstance(value, bool):
-        raise InvalidInput(field, "say true or false")
+        raise InvalidInput(field, "enter true or false")
     return value
 
 
@@ -96,7 +96,7 @@ def one_of(choices: Sequence[T], value: object, field: str) -> T:
     for choice in choices:
         if choice == value and type(choice) is type(value):
             return choice
-    raise InvalidInput(field, "say {choices}", choices=" or ".join(map(str, choices)))
+    raise InvalidInput(field, "enter {choices}", choices=" or ".join(map(str, choices)))
 
 
 def timezone(value: object, field: str = "timezone") -> str:
@@ -206,7 +206,7 @@ def schedule(given: Schedule) -> Schedule:
 
 def overlap(value: object, field: str = "overlap") -> Overlap:
     if not isinstance(value, str) or value not in tuple(Overlap):
-        raise InvalidInput(field, "say {choices}", choices=" or ".join(Overlap))
+        raise InvalidInput(field, "enter {choices}", choices=" or ".join(Overlap))
     return Overlap(value)
 
 

@@ -327,7 +327,7 @@ class Dispatcher:
                 self._found(intent, found)
                 return
             if quiet_is_over and intent.queue_floor and (self._client.highest_queue_id() or 0) < intent.queue_floor:
-                self._give_up_unknown(intent, message("its queue numbers began anew"))
+                self._give_up_unknown(intent, message("its queue was reset"))
                 return
         except (RobotError, WrongRobot) as error:
             if quiet_is_over and window_is_over:

@@ -35,7 +35,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
     "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
     "duplicate_running": (Priority.HIGH, "A second copy of {mission} is running on {robot} (queue item {queue_id})"),
-    "unknown_outcome": (Priority.HIGH, "Nobody knows whether {mission} reached {robot}: {problem}"),
+    "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })

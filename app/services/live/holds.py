@@ -69,7 +69,7 @@ class Holds:
         """Replace the hold of all robots, or of one. Raises InvalidInput for an end that has passed and a reason too long."""
         now = self._clock.now()
         if until is not None and until <= now:
-            raise InvalidInput("until", "choose a time to come")
+            raise InvalidInput("until", "choose a time in the future")
         reason = " ".join(reason.split())
         if len(reason) > LONGEST_REASON:
             raise InvalidInput("reason", "a reason has at most {most} characters, this one has {length}", most=LONGEST_REASON,

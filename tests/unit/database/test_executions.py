@@ -1,4 +1,4 @@
-"""The ledger's rows: once per occurrence, changed only from where they are expected to stand, pruned without losing an open one."""
+"""The ledger's rows: once per occurrence, changed only from an expected state, pruned without losing an open one."""
 from __future__ import annotations
 
 import sqlite3

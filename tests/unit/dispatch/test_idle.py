@@ -26,7 +26,7 @@ def test_time_counts_only_what_was_seen_without_a_break():
     watch.saw(True, 0.0, 90.0)
     watch.saw(True, 60.0, 90.0)
     assert watch.seconds(60.0) == 60.0
-    watch.saw(True, 200.0, 90.0)            # nobody looked for 140 s
+    watch.saw(True, 200.0, 90.0)            # not polled for 140 s
     assert watch.seconds(200.0) == 0.0
     watch.not_seen()
     watch.saw(True, 210.0, 90.0)

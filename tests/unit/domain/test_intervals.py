@@ -1,4 +1,4 @@
-"""Wilson's interval against values worked out elsewhere (Newcombe 1998, method 3, and R's binom.confint)."""
+"""Wilson's interval against published values (Newcombe 1998, method 3, and R's binom.confint)."""
 import pytest
 
 from app.domain.intervals import wilson

@@ -1,4 +1,4 @@
-"""What is kept per day of the history: always what a recount says, and long periods told from it as from the rows themselves."""
+"""What is kept per day of the history: always what a recount says, and long periods give the same as from the rows themselves."""
 from __future__ import annotations
 
 import sqlite3
@@ -63,7 +63,7 @@ def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, row
             world.db.write(lambda c, n=number, column=column, value=value: c.execute(
                 f"UPDATE executions SET {column} = ? WHERE id = ?", (value, stored[n].id)))
         assert is_true(world.db.read())
-    again = [replace(row, id=0) for row in stored if row.ended_at is not None]       # their tokens are known: nothing is added, or all anew
+    again = [replace(row, id=0) for row in stored if row.ended_at is not None]       # nothing is new, or everything again
     world.db.write(lambda c: ExecutionRepository().add_many(c, again))
     assert is_true(world.db.read())
     world.empty()

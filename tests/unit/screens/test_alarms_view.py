@@ -1,4 +1,4 @@
-"""Alarms in words: where each stands, since when and how often, and that every kind leads somewhere sensible."""
+"""Alarms in words: the state of each, since when and how often, and that every kind leads somewhere sensible."""
 from __future__ import annotations
 
 from datetime import timedelta
@@ -39,7 +39,7 @@ def note(given: Alarm, whole: bool = True) -> str:
     return alarm_note(given, SETTINGS, NOW, whole)
 
 
-# ---------------------------------------------------------------------- where it stands
+# ---------------------------------------------------------------------- its state
 def test_active_or_over_and_acknowledged_or_not_are_four_words_and_four_icons():
     looks = {state_words(alarm("unreachable", cleared_at=cleared, acknowledged_at=seen), SETTINGS, NOW)
              for cleared in (None, NOW) for seen in (None, NOW)}

@@ -48,7 +48,7 @@ def test_nothing_wrong_no_banner():
 
 def test_an_emergency_stop_says_what_to_do_and_leads_to_the_robot():
     view = show(alarm("emergency_stop"))
-    assert view.text == "Aino stands still: emergency stop pressed"
+    assert view.text == "Aino is stopped: emergency stop pressed"
     assert view.note == "Since 14:36 · release the red button, then press Reset on the robot"
     assert (view.tone, view.action, view.act, view.about) == ("fault", "Show Aino", Act.SHOW_ROBOT, 1)
     assert view.others == "Details"

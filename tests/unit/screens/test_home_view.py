@@ -186,7 +186,7 @@ def test_what_is_wrong_is_reported_in_the_language_of_the_screen():
 
 def test_connected_but_silent_for_three_polls_is_old_too():
     old = snapshot(1, EXECUTING, age=91)
-    assert link_appearance(AINO, old, NOW, SETTINGS).word == "No news · 1 min ago"
+    assert link_appearance(AINO, old, NOW, SETTINGS).word == "No update · 1 min ago"
     assert link_appearance(AINO, snapshot(1, EXECUTING, age=89), NOW, SETTINGS).tone == "neutral"
 
 
@@ -212,7 +212,7 @@ def test_a_question_of_the_robot_can_be_answered():
     assert shown.prompt.question == "Is the pallet loaded at Dock 3?"
     assert shown.prompt.options == ("Yes", "No", "Skip this stop")
     assert shown.card.state == "Waits for an answer"
-    assert not view(with_aino(ASKING, age=300)).prompt.guid   # an old question may have been answered elsewhere
+    assert not view(with_aino(ASKING, age=300)).prompt.guid   # an old question may have been answered at the robot
 
 
 def test_an_idle_robot_says_what_comes_next():

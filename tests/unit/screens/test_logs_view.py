@@ -45,7 +45,7 @@ def test_a_completed_run_says_how_punctual_and_how_long_it_was():
     ({"submitted_at": PLANNED + timedelta(minutes=4)}, USUAL, "Started 4 min late, as long as usual"),
     ({"robot_delay_s": 300.0}, {}, "Started 5 min late"),
     ({"trigger": Trigger.MANUAL}, {}, "Started by a person"),
-    ({"trigger": Trigger.IDLE}, {}, "After a time without work"),
+    ({"trigger": Trigger.IDLE}, {}, "After idle time"),
     ({"trigger": Trigger.IDLE}, USUAL, "As long as usual"),
 ])
 def test_the_reason_line_of_a_completed_run(changes, usual, line):

@@ -1,4 +1,4 @@
-"""The shift report: figures of the KPI service, a page that stands alone, and nothing in it but text where text was meant."""
+"""The shift report: figures of the KPI service, a page without other files, and nothing in it but text where text was meant."""
 from __future__ import annotations
 
 import re
@@ -99,7 +99,7 @@ def test_its_figures_are_those_of_the_kpi_service(container, period, robot_id):
 
 
 def test_of_eight_hours_a_robot_is_seen_for_eight_hours_at_most(container):
-    """The observed time is kept by whole days; a shift is told by the spans."""
+    """The observed time is kept by whole days; a shift uses the spans."""
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.SHIFT)
     for robot in report.thesis.robots:
         seconds = next(one for one in report.timelines if one.robot_id == robot.robot_id).seconds
@@ -178,7 +178,7 @@ def test_what_a_robot_did_otherwise_stands_below_it_over_the_whole_width(contain
     page = report_page.page(report)
     below = [row[1] for row in rows_under(page, "Robots") if len(row) == 2]
     assert len(below) == len(report.thesis.robots)
-    assert all("Charging\N{NO-BREAK SPACE}" in text for text in below)      # a number never stands apart from its unit
+    assert all("Charging\N{NO-BREAK SPACE}" in text for text in below)      # a number is never separated from its unit
     assert page.count('<tr class="more"><td></td><td colspan="7">') == len(below)
 
 

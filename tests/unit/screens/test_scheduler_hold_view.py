@@ -1,4 +1,4 @@
-"""Holding and pausing in words: chips, ends, what stands already, and how held starts look."""
+"""Holding and pausing in words: chips, ends, the present hold, and how held starts are shown."""
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo

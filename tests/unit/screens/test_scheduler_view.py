@@ -174,7 +174,7 @@ def test_the_form_says_how_long_it_takes_and_who_says_so(usual, words):
 def test_bars_too_thin_to_be_told_apart_become_one_that_a_tap_zooms_into():
     runs = tuple(planned(10 * n, 60.0) for n in range(1, 40))
     seen = timeline(facts(planned=runs), NOW, Window(None, 24)).lanes[0].bars
-    assert len(seen) == 39                                             # 10 min apart are told apart on 24 h
+    assert len(seen) == 39                                             # 10 min apart are distinguished on 24 h
     block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
     assert block.label == "39 runs"
     assert block.key == ("zoom", pytest.approx((block.start + block.end) / 2), pytest.approx(380 / 60 + 1 / 60))
@@ -286,18 +286,18 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     assert form.starts_label == "Next five starts"
     assert [(row.day, row.time, row.icon) for row in form.starts][1:3] == [
         ("Tue 24 Nov", "06:30", ""), ("Wed 25 Nov", "06:30", "alert")]
-    assert form.warnings == (WarningRow("Wed 25 Nov: still running then on Aino is Collect empties, 06:25–06:40"),)
+    assert form.warnings == (WarningRow("Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40"),)
     assert not form.save_off
 
 
 @pytest.mark.parametrize(("concern", "text"), [
     (Concern(ConcernCode.OVERLAP, start(25).instant,
              {"mission": "Waste", "start": start(25, 4, 31).instant, "end": start(25, 4, 40).instant}),
-     "Wed 25 Nov: Waste follows meanwhile on Aino, 06:31–06:40"),
+     "Wed 25 Nov: Waste starts on Aino before this run ends, 06:31–06:40"),
     (Concern(ConcernCode.DAY_OFF, details={"day": date(2026, 11, 21)}), "Sat 21 Nov is not a working day, so it begins later"),
     (Concern(ConcernCode.MISSION_MISSING, details={"mission": "Waste", "robot": "Aino"}), "Aino does not have the mission Waste"),
     (Concern(ConcernCode.ROBOT_OFF, details={"robot": "Veikko"}), "Veikko is switched off in Settings: nothing will be sent"),
-    (Concern(ConcernCode.NO_START), "No start is left to come"),
+    (Concern(ConcernCode.NO_START), "No start is left"),
     (Concern(ConcernCode.CLOCK_CHANGE, start(25).instant, {"nominal": datetime(2026, 11, 25, 3, 30), "twice": False}),
      "Wed 25 Nov: there is no 03:30 that night, it starts at 06:30"),
     (Concern(ConcernCode.CLOCK_CHANGE, start(25).instant, {"nominal": datetime(2026, 11, 25, 3, 30), "twice": True}),

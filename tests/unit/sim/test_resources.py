@@ -150,7 +150,7 @@ def test_the_map_is_a_picture_of_the_floor_plan(software: str, field: str) -> No
     columns, rows, pixels = read_png(base64.b64decode(entry[field]))
     assert columns * entry["resolution"] > world.WIDTH
     assert rows * entry["resolution"] > world.HEIGHT
-    for station in world.STATIONS:                     # every station stands on free floor
+    for station in world.STATIONS:                     # every station is on free floor
         x = round((station.pose.x - entry["origin_x"]) / entry["resolution"])
         y = rows - 1 - round((station.pose.y - entry["origin_y"]) / entry["resolution"])
         assert pixels[y][x] > 200

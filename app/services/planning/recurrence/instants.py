@@ -53,7 +53,7 @@ def next_occurrence(schedule: Schedule, after: datetime, calendar: WorkingCalend
 def check_has_instants(schedule: Schedule) -> None:
     """Raises InvalidInput when the rule has no instant at all, past ones included (an impossible date, an UNTIL before the start)."""
     if next(_rule_of(schedule).after(NEVER, None), None) is None:
-        raise InvalidInput("recurrence", "the recurrence never comes: no date and time fits all its parts")
+        raise InvalidInput("recurrence", "the recurrence has no start: no date and time fits all its parts")
 
 
 def to_utc(local: datetime, zone: ZoneInfo) -> datetime:
@@ -144,7 +144,7 @@ class _Rule:
 
     def _stepped(self, start: datetime, after: datetime, calendar: WorkingCalendar | None,
                  last_day: date) -> Iterator[Occurrence | None]:
-        """Steps from ``start``, or anew each day from where the daily part begins. None: a step without a result."""
+        """Steps from ``start``, or each day from the beginning of the daily part. None: a step without a result."""
         if self.between is None:
             yield from self._steps(start, after, calendar, last_day)
             return
@@ -164,7 +164,7 @@ class _Rule:
         begin, end = to_utc(datetime.combine(day, between.start), zone), datetime.combine(day, between.end, zone)
         last = max(end.astimezone(UTC), end.replace(fold=1).astimezone(UTC))
         number = max(0, (after - begin) // self.step)
-        while (instant := begin + number * self.step) <= last + HOUR:      # the last step may stand for earlier minutes of its hour
+        while (instant := begin + number * self.step) <= last + HOUR:      # the last step may include earlier minutes of its hour
             for occurrence in self._within_step(instant, zone):
                 is_inside = occurrence is not None and occurrence.instant >= begin and (
                     occurrence.nominal.date() == day and between.start <= occurrence.nominal.time() <= between.end)
