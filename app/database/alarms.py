@@ -46,6 +46,11 @@ class AlarmRepository:
         return c.execute("UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",
                          (to_text(now), code, key)).rowcount > 0
 
+    def clear_of_robot(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> bool:
+        """Its conditions, whatever they are. Returns whether there was something to clear."""
+        return c.execute("UPDATE alarms SET cleared_at = ? WHERE key = ? AND cleared_at IS NULL",
+                         (to_text(now), f"robot:{robot_id}")).rowcount > 0
+
     def acknowledge(self, c: sqlite3.Connection, alarm_id: int, now: datetime, note: str = "") -> None:
         """Note that a person has seen it; only the first time counts."""
         c.execute("UPDATE alarms SET acknowledged_at = ?, note = ? WHERE id = ? AND acknowledged_at IS NULL",

@@ -10,6 +10,7 @@ from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.robots import RobotRepository
 from app.domain.models import Robot
+from app.services.catalogue.catalogue import Catalogue
 from app.services.live.alarms import KEPT, LONGEST_NOTE, SHELF_HOURS, Alarms
 from app.services.live.changes import Changes, Topic
 from tests.support.clock import VirtualClock
@@ -50,6 +51,21 @@ def test_alarms_carry_the_name_that_the_robot_has_now(desk):
         desk.alarms.acknowledge(alarm.id)
     [failed], _total = desk.alarms.past(10)
     assert failed.details["robot"] == "Alma"
+
+
+@pytest.mark.parametrize("leave", [Catalogue.remove_robot, lambda catalogue, robot_id: catalogue.set_robot_enabled(robot_id, False)])
+def test_what_is_wrong_with_a_robot_ends_when_it_leaves(desk, leave):
+    """Nobody asks it any more, so nobody else would clear the alarm."""
+    catalogue = Catalogue(desk.db, desk.clock, desk.changes)
+    robot, other = (catalogue.save_robot(Robot(name, f"http://{name}", username="u"), "p") for name in ("Aino", "Sisu"))
+    for number in (robot.id, other.id):
+        desk.alarms.raise_("unreachable", f"robot:{number}", robot="R", problem="no answer")
+    desk.told.clear()
+    desk.clock.advance(60)
+    leave(catalogue, robot.id)
+    assert Topic.ALARMS in desk.told
+    assert {alarm.key: alarm.cleared_at for alarm in desk.alarms.standing()} == {
+        f"robot:{robot.id}": desk.clock.now(), f"robot:{other.id}": None}
 
 
 def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):

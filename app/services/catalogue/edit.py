@@ -11,6 +11,7 @@ from datetime import datetime
 from itertools import count
 from typing import Any
 
+from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
 from app.database.executions import ExecutionRepository
 from app.database.holds import HoldRepository, StoredHold
@@ -52,7 +53,7 @@ class Edit:
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self._executions, self._settings, self._holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
-        self.days = CalendarRepository()
+        self.days, self._alarms = CalendarRepository(), AlarmRepository()
         self.settings = self._settings.load(self.c)
 
     # ------------------------------------------------------------------ settings
@@ -179,6 +180,7 @@ class Edit:
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
                 self._ended(self._executions.end_waiting_of_robot(self.c, robot.id, reason, self.now))
+                self._clear_alarms(robot.id)
         self.topics.add(Topic.ROBOTS)
         return robot
 
@@ -199,9 +201,15 @@ class Edit:
                           holds=[hold for hold in self._holds.all(self.c) if hold.robot_id == robot_id])
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
         self._ended(self._executions.end_open_of_robot(self.c, robot_id, reason, self.now))
+        self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
         return removed
+
+    def _clear_alarms(self, robot_id: int) -> None:
+        """What was wrong with a robot that nobody asks any more."""
+        if self._alarms.clear_of_robot(self.c, robot_id, self.now):
+            self.topics.add(Topic.ALARMS)
 
     # ------------------------------------------------------------------ missions
     def save_mission(self, mission: Mission) -> Mission:
