@@ -129,7 +129,7 @@ def test_another_machine_at_the_address_is_no_success():
 
 @pytest.mark.parametrize(("problem", "sentence"), [
     (Unreachable(code="refused", address="10.1.1.1"), "10.1.1.1 refused the connection"),
-    (Unreachable(code="no_route", address="10.1.1.1"), "No way leads to 10.1.1.1"),
+    (Unreachable(code="no_route", address="10.1.1.1"), "There is no route to 10.1.1.1"),
     (TimedOut(address="10.1.1.1", seconds=5), "10.1.1.1 didn't answer within 5 s"),
     (InvalidInput("address", "enter the robot's address"), "Enter the robot's address"),
 ])
