@@ -24,14 +24,14 @@ from app.services.catalogue import validation
 from app.services.files import ics
 from app.services.files.exports import DataFiles
 from app.services.planning.recurrence import Frequency, Recurrence
-from app.services.planning.recurrence.dates import dates
+from app.services.planning.recurrence.dates import LAST_DAY, dates
 
 if TYPE_CHECKING:
     from icalendar import Event
 
 YEARS_AHEAD = 10                         # of a yearly rule that is more than the same day again
 MOST_LOOKED_AT = 50_000                  # days of repetitions, past ones included
-LONGEST_READING_S = 20.0                 # a rule that never comes takes a second each
+LONGEST_READING_S = 20.0                 # a rule that never comes takes a second, and so does a time in a zone that has changed for ages
 UNREADABLE = (ValueError, OverflowError, LookupError, AttributeError, TypeError)      # what icalendar raises for what an event holds
 MIDNIGHT = clock_time()
 
@@ -92,20 +92,19 @@ def _identity(exception: DayException) -> tuple[object, ...]:
 def read_days(content: bytes, name: str, zone: ZoneInfo, today: date) -> Found:
     """Closed days of an .ics file; ``name`` is given to events without one, ``zone`` is that of the plant. Raises ics.NotACalendar and
     ics.TooMuch."""
-    events = ics.events(content)
+    events, plant = ics.events(content), _Plant(zone, today, time.monotonic() + LONGEST_READING_S)
     replaced: dict[str, set[date]] = {}              # single days of a repetition that events of their own stand for
     for event in events:
         with contextlib.suppress(*UNREADABLE):
             instead: Any = event.get("RECURRENCE-ID")
             if instead is not None:
-                replaced.setdefault(str(event.get("UID")), set()).add(_local(instead.dt, zone).date())
+                replaced.setdefault(str(event.get("UID")), set()).add(plant.local(instead.dt).date())
     taken: dict[tuple[object, ...], DayException] = {}
     looked_at = left_out = past = 0
-    ends_at = time.monotonic() + LONGEST_READING_S
     for event in events:
         is_past = True
         try:
-            for exception in _exceptions(event, name, zone, today, replaced.get(str(event.get("UID")), set())):
+            for exception in _exceptions(event, name, plant, replaced.get(str(event.get("UID")), set())):
                 looked_at += 1
                 if exception.yearly or exception.last_day.year >= today.year:
                     is_past = False
@@ -118,21 +117,41 @@ def read_days(content: bytes, name: str, zone: ZoneInfo, today: date) -> Found:
             left_out += 1
             continue
         past += is_past
-        if time.monotonic() > ends_at:
-            raise ics.TooMuch("takes too long")
     in_order = sorted(taken.values(), key=lambda exception: (exception.first_day, exception.last_day))
     return Found(in_order, left_out, past)
 
 
-def _exceptions(event: Event, name: str, zone: ZoneInfo, today: date, replaced: set[date]) -> Iterator[DayException]:
+@dataclass(frozen=True)
+class _Plant:
+    """Where and when a file is read, which has to come to an end."""
+    zone: ZoneInfo
+    today: date
+    ends_at: float                       # monotonic
+
+    def local(self, moment: date) -> datetime:
+        """Naive time at the plant, midnight of a plain date. A time without a zone, or with an unknown one, is taken as the plant's."""
+        self.check()
+        if moment.year > LAST_DAY.year:
+            raise ValueError("is too far away")
+        if not isinstance(moment, datetime):
+            return datetime.combine(moment, MIDNIGHT)
+        return moment.astimezone(self.zone).replace(tzinfo=None) if moment.tzinfo else moment
+
+    def check(self) -> None:
+        """Raises TooMuch when it is late. Before every step that may take a second."""
+        if time.monotonic() > self.ends_at:
+            raise ics.TooMuch("takes too long")
+
+
+def _exceptions(event: Event, name: str, plant: _Plant, replaced: set[date]) -> Iterator[DayException]:
     """The days of one event. Raises one of UNREADABLE, InvalidInput among them, for one that can't be taken."""
     if str(event.get("STATUS", "")).strip().upper() == "CANCELLED":
         raise ValueError("is cancelled")
-    first, last = _span(event, zone)
+    first, last = _span(event, plant)
     titles = event.get("SUMMARY", "")
     title = str(titles[0] if isinstance(titles, list) else titles)
     once = validation.day_exception(DayException(names.cleaned(title) or names.cleaned(name) or "ics", first, last))
-    without = {_local(moment, zone).date() for moment in event.exdates}
+    without = {plant.local(moment).date() for moment in event.exdates}
     if "RECURRENCE-ID" not in event:
         without |= replaced
     rules = [_rule(rule.to_ical().decode()) for rule in event.rrules]
@@ -143,18 +162,19 @@ def _exceptions(event: Event, name: str, zone: ZoneInfo, today: date, replaced: 
         rules = []
     elif not rules and first not in without:
         yield once
-    more = (_local(moment, zone).date() for moment, _end in event.rdates)
-    for day in chain(*(_days(rule, first, today) for rule in rules), more):
+    more = (plant.local(moment).date() for moment, _end in event.rdates)
+    for day in chain(*(_days(rule, first, plant) for rule in rules), more):
         if day not in without:
             yield replace(once, first_day=day, last_day=day + (last - first))
 
 
-def _days(rule: Recurrence, start: date, today: date) -> Iterator[date]:
+def _days(rule: Recurrence, start: date, plant: _Plant) -> Iterator[date]:
     """The dates of a rule for the next years; a rule that counts its dates is followed from its beginning."""
-    horizon = date(today.year + YEARS_AHEAD, 12, 31)
+    plant.check()
+    horizon = date(plant.today.year + YEARS_AHEAD, 12, 31)
     until = horizon if rule.until is None else min(horizon, rule.until.date())
-    first = start if rule.count else max(start, date(today.year - 1, 1, 1))
-    return islice(dates(rule, start, first, until), rule.count)
+    first = start if rule.count else max(start, date(plant.today.year - 1, 1, 1))
+    yield from islice(dates(rule, start, first, until), rule.count)
 
 
 def _rule(value: str) -> Recurrence:
@@ -165,15 +185,8 @@ def _rule(value: str) -> Recurrence:
     return rule
 
 
-def _span(event: Event, zone: ZoneInfo) -> tuple[date, date]:
+def _span(event: Event, plant: _Plant) -> tuple[date, date]:
     """First and last day; an event's end itself is not included any more (RFC 5545, section 3.6.1)."""
-    start, end = _local(event.start, zone), _local(event.end, zone)
+    start, end = plant.local(event.start), plant.local(event.end)
     last = end.date() - timedelta(days=1) if end.time() == MIDNIGHT else end.date()
     return start.date(), max(last, start.date())
-
-
-def _local(moment: date, zone: ZoneInfo) -> datetime:
-    """Naive time at the plant, midnight of a plain date. A time without a zone, or with an unknown one, is taken as the plant's."""
-    if not isinstance(moment, datetime):
-        return datetime.combine(moment, MIDNIGHT)
-    return moment.astimezone(zone).replace(tzinfo=None) if moment.tzinfo else moment

@@ -6,16 +6,24 @@ time zone that changes every second. What is given to it is therefore limited fi
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from calendar import monthrange
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from datetime import tzinfo
+
     from icalendar import Calendar, Event
 
 MOST_BYTES = 1024 * 1024
 MOST_LINES = 40_000
-MOST_ZONE_PARTS = 60
+MOST_ZONE_PARTS = 60                     # and rules
+LONGEST_ZONE_NAME = 80
 FOLD_AT = 75                             # octets of a line without its end (section 3.1)
 
+_ZONE_RULE = {"FREQ", "INTERVAL", "BYMONTH", "BYDAY", "BYMONTHDAY", "UNTIL", "COUNT", "WKST"}
+_ZONE_WEEKDAY = re.compile(r"([+-]?[1-5])?[A-Z]{2}")
+_MOST_DAYS = {month: monthrange(2028, month)[1] for month in range(1, 13)}
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
 
@@ -32,6 +40,15 @@ def events(content: bytes) -> list[Event]:
     """Every VEVENT of a file. Raises NotACalendar when it is something else or ends in the middle, and TooMuch."""
     from icalendar import Calendar  # 12 MiB and half a second, which nobody needs before this
     from icalendar.timezone import tzp
+    from icalendar.timezone.zoneinfo import ZONEINFO
+
+    class Zones(ZONEINFO):
+        def timezone(self, name: str) -> tzinfo | None:
+            """None for an unknown one, also where its name is that of a directory of zones, or endless."""
+            try:
+                return super().timezone(name) if len(name) <= LONGEST_ZONE_NAME else None
+            except OSError:
+                return None
 
     try:
         lines = _LINE_END.split(content.decode("utf-8-sig"))
@@ -39,7 +56,7 @@ def events(content: bytes) -> list[Event]:
         raise NotACalendar("is not UTF-8") from error
     if len(content) > MOST_BYTES or len(lines) > MOST_LINES:
         raise TooMuch("is too large")
-    tzp.use_default()                                 # forget the zones that an earlier file defined
+    tzp.use(Zones())                                  # and forget the zones that an earlier file defined
     try:
         calendars = Calendar.from_ical("\r\n".join(lines), multiple=True)
     except (ValueError, LookupError, AttributeError, TypeError) as error:
@@ -52,13 +69,30 @@ def events(content: bytes) -> list[Event]:
 
 
 def _check_zones(calendar: Calendar) -> None:
-    """Refuse zones that take long to evaluate: real ones change once or twice a year."""
-    zones = calendar.timezones
-    rules = [rule for zone in zones for part in zone.standard for rule in part.rrules]
-    rules += [rule for zone in zones for part in zone.daylight for rule in part.rrules]
-    if sum(len(zone.subcomponents) for zone in zones) > MOST_ZONE_PARTS or any(
-            rule.get("FREQ") != ["YEARLY"] or {"BYHOUR", "BYMINUTE", "BYSECOND"} & rule.keys() for rule in rules):
+    """Refuse zones that take long to evaluate: real ones change once or twice a year, on a day of a certain month."""
+    parts = [part for zone in calendar.timezones for part in zone.subcomponents]
+    rules = [rule for part in parts for rule in as_list(part.get("RRULE"))]
+    if len(parts) > MOST_ZONE_PARTS or len(rules) > MOST_ZONE_PARTS or not all(map(_is_seldom, rules)) or any(
+            "EXRULE" in part for part in parts):
         raise TooMuch("has a time zone that changes too often")
+
+
+def as_list(value: Any) -> list[Any]:
+    """Of a property that may be there never, once or several times."""
+    return [] if value is None else value if isinstance(value, list) else [value]
+
+
+def _is_seldom(rule: Mapping[str, list[Any]]) -> bool:
+    """Whether a rule of a zone names a few days of a year, and days that come."""
+    weekdays = [_ZONE_WEEKDAY.fullmatch(str(day)) for day in rule.get("BYDAY", [])]
+    dates, months = [abs(date) for date in rule.get("BYMONTHDAY", [])], rule.get("BYMONTH", [])
+    if rule.keys() - _ZONE_RULE or rule.get("FREQ") != ["YEARLY"] or rule.get("INTERVAL", [1]) != [1]:
+        return False
+    if len(weekdays) > 1 or len(months) > 1 or not all(weekdays) or (not months and (weekdays or dates)):
+        return False
+    if weekdays and weekdays[0] and weekdays[0][1]:              # "the second Sunday"
+        return not dates
+    return not dates or (min(dates) <= _MOST_DAYS.get(int(months[0]), 0) and (bool(weekdays) or len(dates) == 1))
 
 
 # ---------------------------------------------------------------------- out

@@ -118,7 +118,11 @@ def test_what_can_not_be_taken_is_counted_and_the_rest_is_taken(event):
     calendar("DTSTART:20260101\nEXDATE:" + ",".join(["20270101"] * 120_000)),
     calendar("DTSTART:20260101\n" + "X:\n" * 50_000), calendar(*[f"SUMMARY:{n}\nDTSTART:20270105" for n in range(2_001)]),
     with_zone('DTSTART;TZID="(UTC+99) Plant":20270105T200000', "+0100", "+0200", "FREQ=SECONDLY"),
-    with_zone('DTSTART;TZID="(UTC+99) Plant":20270105T200000', "+0100", "+0200", "FREQ=YEARLY;BYSECOND=1,2,3")])
+    *(with_zone('DTSTART;TZID="(UTC+99) Plant":20270105T200000', "+0100", "+0200", rule) for rule in (
+        "FREQ=YEARLY;BYSECOND=1,2,3", "FREQ=YEARLY;BYYEARDAY=1,2,3", "FREQ=YEARLY;BYDAY=MO,TU,WE", "FREQ=YEARLY;BYDAY=MO",
+        "FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30", "FREQ=YEARLY;BYMONTH=1;BYMONTHDAY=1;BYDAY=-1MO", "FREQ=YEARLY;BYMONTH=1;BYDAY=53MO",
+        "FREQ=YEARLY;BYMONTH=13;BYMONTHDAY=1",
+        "FREQ=YEARLY;BYMONTH=1\nEXRULE:FREQ=SECONDLY", "\nRRULE:".join(["FREQ=YEARLY;BYMONTH=1;BYDAY=1MO"] * 61)))])
 def test_a_file_that_would_take_long_or_much_is_refused_early(content):
     begins = time.process_time()
     with pytest.raises(ics.TooMuch):
@@ -126,10 +130,28 @@ def test_a_file_that_would_take_long_or_much_is_refused_early(content):
     assert time.process_time() - begins < 5
 
 
-def test_rules_that_never_come_end_the_reading_in_time(monkeypatch):
+@pytest.mark.parametrize("rule", ["FREQ=YEARLY;BYMONTH=3;BYDAY=-1SU", "FREQ=YEARLY;INTERVAL=1;BYDAY=-1SU;BYMONTH=3", "FREQ=YEARLY",
+                                  "FREQ=YEARLY;BYMONTH=3;BYDAY=SU;BYMONTHDAY=25,26,27,28,29,30,31", "FREQ=YEARLY;BYMONTH=3;BYMONTHDAY=29",
+                                  "FREQ=YEARLY;BYMONTH=3;BYMONTHDAY=-3;WKST=SU;UNTIL=20401231T000000Z"])
+def test_zones_that_change_once_a_year_are_read(rule):
+    content = with_zone('DTSTART;TZID="(UTC+99) Plant":20270706T040000', "+0800", "+0900", rule)
+    assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).exceptions] == ["2027-07-05"]
+
+
+@pytest.mark.parametrize("name", ["Europe", "Europe/", "x" * 300, "a/" * 3000, "..", "é", ""])
+def test_an_unknown_zone_is_taken_as_the_plants_whatever_its_name(name):
+    assert [day[1] for day in days(f"DTSTART;TZID={name}:20270705T233000")] == ["2027-07-05"]
+
+
+NEVER = "RRULE:FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30"
+
+
+@pytest.mark.parametrize("events", [[f"DTSTART:20260101\n{NEVER}"] * 2, ["\n".join(["DTSTART:20260101", *[NEVER] * 10_000])],
+                                    ["DTSTART:20260101\nEXDATE:" + ",".join(["20270101T000000"] * 20_000)]])
+def test_what_takes_long_ends_in_time(events, monkeypatch):
     monkeypatch.setattr(calendar_import, "LONGEST_READING_S", .0)
     with pytest.raises(ics.TooMuch):
-        read_days(calendar("DTSTART:20260101\nRRULE:FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30", "DTSTART:20260101"), "plant", HELSINKI, TODAY)
+        read_days(calendar(*events), "plant", HELSINKI, TODAY)
 
 
 def test_what_was_over_before_this_year_is_past_and_the_same_twice_is_once():
