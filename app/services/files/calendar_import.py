@@ -93,7 +93,7 @@ def read_days(content: bytes, name: str, zone: ZoneInfo, today: date) -> Found:
     """Closed days of an .ics file; ``name`` is given to events without one, ``zone`` is that of the plant. Raises ics.NotACalendar and
     ics.TooMuch."""
     events, plant = ics.events(content), _Plant(zone, today, time.monotonic() + LONGEST_READING_S)
-    replaced: dict[str, set[date]] = {}              # single days of a repetition that separate events replace
+    replaced: dict[str, set[date]] = {}              # single days of a repetition that events of their own stand for
     for event in events:
         with contextlib.suppress(*UNREADABLE):
             instead: Any = event.get("RECURRENCE-ID")

@@ -6,6 +6,7 @@ time zone that changes every second. What is given to it is therefore limited fi
 from __future__ import annotations
 
 import re
+from calendar import monthrange
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ FOLD_AT = 75                             # octets of a line without its end (sec
 
 _ZONE_RULE = {"FREQ", "INTERVAL", "BYMONTH", "BYDAY", "BYMONTHDAY", "UNTIL", "COUNT", "WKST"}
 _ZONE_WEEKDAY = re.compile(r"([+-]?[1-5])?[A-Z]{2}")
+_MOST_DAYS = {month: monthrange(2028, month)[1] for month in range(1, 13)}
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
 
@@ -90,7 +92,7 @@ def _is_seldom(rule: Mapping[str, list[Any]]) -> bool:
         return False
     if weekdays and weekdays[0] and weekdays[0][1]:              # "the second Sunday"
         return not dates
-    return not dates or (min(dates) <= 28 and (bool(weekdays) or len(dates) == 1))
+    return not dates or (min(dates) <= _MOST_DAYS.get(int(months[0]), 0) and (bool(weekdays) or len(dates) == 1))
 
 
 # ---------------------------------------------------------------------- out

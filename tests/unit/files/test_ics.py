@@ -121,6 +121,7 @@ def test_what_can_not_be_taken_is_counted_and_the_rest_is_taken(event):
     *(with_zone('DTSTART;TZID="(UTC+99) Plant":20270105T200000', "+0100", "+0200", rule) for rule in (
         "FREQ=YEARLY;BYSECOND=1,2,3", "FREQ=YEARLY;BYYEARDAY=1,2,3", "FREQ=YEARLY;BYDAY=MO,TU,WE", "FREQ=YEARLY;BYDAY=MO",
         "FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30", "FREQ=YEARLY;BYMONTH=1;BYMONTHDAY=1;BYDAY=-1MO", "FREQ=YEARLY;BYMONTH=1;BYDAY=53MO",
+        "FREQ=YEARLY;BYMONTH=13;BYMONTHDAY=1",
         "FREQ=YEARLY;BYMONTH=1\nEXRULE:FREQ=SECONDLY", "\nRRULE:".join(["FREQ=YEARLY;BYMONTH=1;BYDAY=1MO"] * 61)))])
 def test_a_file_that_would_take_long_or_much_is_refused_early(content):
     begins = time.process_time()
@@ -231,7 +232,7 @@ def test_an_import_says_what_it_took_and_takes_nothing_twice(world, tmp_path):
 @pytest.mark.parametrize(("content", "told"), [
     (b"nonsense", "is not a calendar file"), (calendar(), "has no days to take"),
     (b"x" * (1024 * 1024 + 1), "holds too much"), (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB")])
-def test_what_is_no_calendar_is_reported_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
+def test_what_is_no_calendar_is_told_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
     (tmp_path / "plant.ics").write_bytes(content)
     with pytest.raises(InvalidInput, match=told) as caught:
         world.files.import_days("plant.ics")
@@ -239,6 +240,6 @@ def test_what_is_no_calendar_is_reported_in_one_sentence_and_nothing_changes(wor
     assert CalendarRepository().all(world.db.read()) == []
 
 
-def test_a_file_that_is_not_there_is_reported(world):
+def test_a_file_that_is_not_there_is_told(world):
     with pytest.raises(InvalidInput, match="there is no file"):
         world.files.import_days("nowhere.ics")
