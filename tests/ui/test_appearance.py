@@ -43,6 +43,17 @@ def test_glove_mode_is_switched_at_once_and_the_section_stays_open(site, app, ui
     assert settings(site).gloves is False
 
 
+def test_the_banner_keeps_its_button_inside_when_glove_mode_is_switched(site, app, ui):
+    site.container.alarms.raise_("emergency_stop", "robot:77", robot="Aino")
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    for gloves in (True, False):
+        site.container.catalogue.change_settings(gloves=gloves)
+        ui.wait(lambda expected=gloves: tk.gloves is expected)
+        ui.advance(.2)
+        banner = ui.find(AlarmBanner)
+        assert ui.find(CommandButton, banner, text=banner.action).height == tk.h_field <= banner.height
+
+
 def test_the_operators_buttons_grow_with_gloves(site, ui):
     site.add_robots()
     site.container.catalogue.change_settings(gloves=True)
