@@ -17,6 +17,7 @@ from kivy.base import EventLoop  # noqa: E402
 from kivy.core.window import Window  # noqa: E402
 from kivy.uix.widget import Widget  # noqa: E402
 from kivymd.app import MDApp  # noqa: E402
+from materialyoucolor.hct.cam16 import Cam16  # noqa: E402
 from materialyoucolor.hct.hct_solver import HctSolver  # noqa: E402
 
 import app.widgets  # noqa: E402
@@ -33,6 +34,7 @@ from tests.ui.whole_app import Plant, shown  # noqa: E402
 
 # KivyMD computes some thousand colours whenever an app starts, the same ones each time: half the time of a test.
 HctSolver.solve_to_int = staticmethod(cache(HctSolver.solve_to_int))
+Cam16.from_int = staticmethod(cache(Cam16.from_int))
 
 
 PENDING = 200.0                          # s of virtual time, longer than any animation and than kivy's caches keep what they drew
@@ -76,14 +78,20 @@ def ui(stage, nothing_left) -> Iterator[Driver]:
 
 
 @pytest.fixture
-def nothing_left(stage, request) -> Iterator[None]:
-    """Python looks for garbage between two tests only; whenever it likes, that takes a third of their time. By then no widget of the test
-    before may be alive: what keeps one would keep it, and the screen around it, in the app as well. After a failure its traceback may."""
+def nothing_left(stage, calm, request) -> None:
+    """Of the test before no widget may be alive: what keeps one would keep it, and the screen around it, in the app as well.
+    After a failure its traceback may."""
     ends = time.monotonic() + LET_GO_WITHIN
     while (alive := living_widgets()) and not request.session.testsfailed and time.monotonic() < ends:
+        Driver(stage).advance()              # a thread that ends hands its result to the next frame
         time.sleep(.01)
     assert not alive or request.session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
     _shown_before[:] = [request.node.nodeid]
+
+
+@pytest.fixture(scope="package")
+def calm() -> Iterator[None]:
+    """Python does not look for garbage by itself: whenever it likes, that takes a third of the time of these tests."""
     gc.disable()
     yield
     gc.enable()
