@@ -34,7 +34,7 @@ class ActivityRepository:
     def seconds(self, c: sqlite3.Connection, robot_id: int, start: datetime, end: datetime, zone: ZoneInfo) -> dict[date, dict[str, float]]:
         """For how long each activity was seen, by local day. Of a day that has sums instead of spans, all counts or, where the period cuts
         it, nothing."""
-        last = self._last_summed(c, robot_id)
+        last = self._last_summed(c, robot_id, _day(end, zone))
         whole_from = _day(start, zone) if start == midnight(_day(start, zone), zone) else _day(start, zone) + DAY
         found: dict[date, dict[str, float]] = {}
         rows = c.execute("SELECT day, activity, seconds FROM activity_days WHERE robot_id = ? AND day >= ? AND day < ? ORDER BY day",
@@ -74,9 +74,9 @@ class ActivityRepository:
         c.execute("DELETE FROM activity_spans WHERE robot_id = ? AND started_at < ?", (robot_id, to_text(last)))
 
     @staticmethod
-    def _last_summed(c: sqlite3.Connection, robot_id: int) -> date | None:
-        """The last day that has sums; later days have spans."""
-        text = c.execute("SELECT max(day) FROM activity_days WHERE robot_id = ?", (robot_id,)).fetchone()[0]
+    def _last_summed(c: sqlite3.Connection, robot_id: int, until: date) -> date | None:
+        """The last day up to ``until`` that has sums; later days have spans. A clock that was ahead may have left sums of days to come."""
+        text = c.execute("SELECT max(day) FROM activity_days WHERE robot_id = ? AND day <= ?", (robot_id, until.isoformat())).fetchone()[0]
         return date.fromisoformat(text) if text else None
 
 

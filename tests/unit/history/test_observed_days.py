@@ -116,6 +116,20 @@ def test_a_period_that_cuts_a_day_without_spans_leaves_that_day_out(world):
 
 
 # ---------------------------------------------------------------------- databases of before
+def test_sums_of_days_to_come_hide_nothing(world):
+    """A clock that was a year ahead, and then two: what was seen in the first of them became sums."""
+    year, at = timedelta(days=365), NOON + timedelta(hours=2)
+    watched(world, [])
+    world.watch(1, ActivitySpan("idle", NOON + year, at + year), ActivitySpan("idle", at + year, at + year + DAY))
+    prune(world, NOON + 2 * year)
+    assert world.db.read().execute("SELECT max(day) FROM activity_days").fetchone()[0] > "2027"
+    world.watch(1, *(ActivitySpan("executing", NOON + n * DAY, at + n * DAY) for n in range(5)))
+    kept = seconds(world, NOON + 6 * DAY)
+    assert kept == {TODAY + n * DAY: {"executing": 7200.0} for n in range(5)}
+    prune(world, NOON + (KEPT + 3) * DAY)
+    assert seconds(world, NOON + 6 * DAY) == kept
+
+
 def test_days_observed_before_there_were_spans_are_carried_over(tmp_path):
     path, clock = tmp_path / "old.db", VirtualClock(NOON)
     old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[:MIGRATIONS.index(_ACTIVITY_DAYS)])
