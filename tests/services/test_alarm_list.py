@@ -64,7 +64,7 @@ def test_what_is_wrong_with_a_robot_ends_when_it_leaves(desk, leave):
     desk.clock.advance(60)
     leave(catalogue, robot.id)
     assert Topic.ALARMS in desk.told
-    assert {alarm.key: alarm.cleared_at for alarm in desk.alarms.standing()} == {
+    assert {alarm.key: alarm.cleared_at for alarm in desk.alarms.open()} == {
         f"robot:{robot.id}": desk.clock.now(), f"robot:{other.id}": None}
 
 
