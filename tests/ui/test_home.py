@@ -151,7 +151,7 @@ def test_a_mission_can_be_searched_among_many(home, ui):
     dialog = home.shell.dialogs.top
     dialog.query = "coils"
     ui.advance(.2)
-    assert [option["text"] for option in dialog.shown] == ["Move coils to press"]
+    assert [option.text for option in dialog.shown] == ["Move coils to press"]
     ui.tap_text("Move coils to press")
     assert home.root_vm.run.mission == "Move coils to press"
 
