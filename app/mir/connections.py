@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import errno
 import functools
+import http.client
 import socket
 import ssl
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any
 
 from requests.utils import DEFAULT_CA_BUNDLE_PATH
+from urllib3 import HTTPHeaderDict
 from urllib3.connection import HTTPConnection, HTTPSConnection
 from urllib3.exceptions import SSLError as FingerprintError
 from urllib3.response import HTTPResponse
@@ -56,27 +58,19 @@ def resolve(host: str, port: int, seconds: float) -> list[Any]:
     return lookup.result(seconds)
 
 
-def too_long() -> Unreadable:
-    return Unreadable(code="too_long", limit=LONGEST_BODY // MIB)
-
-
-def not_http() -> Unreadable:
-    return Unreadable(problem=message("it doesn't keep to HTTP"))
+too_long = functools.partial(Unreadable, code="too_long", limit=LONGEST_BODY // MIB)
+not_http = functools.partial(Unreadable, problem=message("it doesn't keep to HTTP"))
 
 
 class _Socket(socket.socket):
-    """Keeps to the deadline of its connection. A request is collected here and leaves in one piece when its answer is to be read."""
+    """Keeps to the deadline of its connection."""
     connection: RobotConnection
-    _request = b""
 
     def sendall(self, data: Any, flags: int = 0) -> None:
-        self._request += data
+        self._run(super().sendall, data)
 
     def recv_into(self, *args: Any) -> int:
         connection = self.connection
-        if self._request:
-            request, self._request = self._request, b""
-            self._run(super().sendall, request)
         count: int = self._run(super().recv_into, *args)
         connection.received, connection.is_at_end = connection.received + count, count == 0
         if connection.is_in_head and connection.received > LONGEST_HEAD:
@@ -86,7 +80,7 @@ class _Socket(socket.socket):
         return count
 
     def _run(self, operation: Callable[..., Any], *args: Any) -> Any:
-        left, timeouts = self.connection.left(), self.connection.timeouts
+        left, timeouts = self.connection.ends - time.monotonic(), self.connection.timeouts
         try:
             if left <= 0:
                 raise TimeoutError
@@ -108,25 +102,21 @@ class RobotConnection(HTTPConnection):
 
     def begin(self, timeouts: Timeouts) -> None:
         """A new request; its time counts from now. Connects again if the robot has hung up meanwhile."""
-        self.timeouts, self._ends = timeouts, time.monotonic() + timeouts.total
+        self.timeouts, self.ends = timeouts, time.monotonic() + timeouts.total
         self.received, self.is_at_end, self.is_new = 0, False, False
         if not self.is_connected:
             self.close()
 
-    def left(self) -> float:
-        """Seconds."""
-        return self._ends - time.monotonic()
-
-    def urlopen(self, *, method: str, url: str, body: Any, headers: Any, **_: Any) -> HTTPResponse:
-        """Without redirects and retries."""
-        self.is_in_head = True
-        self.request(method, url, body, headers, preload_content=False)
-        try:
-            answer = self.getresponse()
-        except TypeError:                  # of email.message: parameters of Content-Type that contradict each other
-            raise not_http() from None
+    def urlopen(self, *, method: str, url: str, body: bytes | None, headers: Mapping[str, str], **_: Any) -> HTTPResponse:
+        """Without redirects and retries. The request leaves in one piece."""
+        if self.sock is None:
+            self.connect()
+        head = "".join([f"{method} {url} HTTP/1.1\r\n", *(f"{name}: {value}\r\n" for name, value in headers.items()), "\r\n"])
+        self.sock.sendall(head.encode("ascii") + (body or b""))
+        answer, self.is_in_head = http.client.HTTPResponse(self.sock, method=method), True
+        answer.begin()
         self.is_in_head = False
-        return answer
+        return HTTPResponse(answer, HTTPHeaderDict(answer.getheaders()), answer.status, preload_content=False)
 
     def connect(self) -> None:
         """Raises Unreachable or CertificateProblem."""
@@ -146,12 +136,12 @@ class RobotConnection(HTTPConnection):
     def _new_conn(self) -> socket.socket:
         """TCP, before TLS. The name's look-up and all of its addresses together keep to the time-outs."""
         try:
-            found = resolve(self.host, self.port, self.left())
+            found = resolve(self.host, self.port, self.ends - time.monotonic())
         except TimeoutError:
             raise Unreachable(code="slow_name", host=self.host) from None
         except (OSError, UnicodeError):
             raise Unreachable(code="unknown_name", host=self.host) from None
-        ends, problem = time.monotonic() + min(self.timeouts.connect, self.left()), OSError()
+        ends, problem = min(time.monotonic() + self.timeouts.connect, self.ends), OSError()
         for number, (family, kind, protocol, _, place) in enumerate(found):
             sock: _Socket | None = None
             try:

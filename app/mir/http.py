@@ -6,15 +6,12 @@ header) and redirects (they make a GET of a POST, and their bodies are read with
 from __future__ import annotations
 
 import json as json_module
-import logging
 from collections.abc import Mapping
 from http.client import HTTPException
 from typing import Any, cast
 from urllib.parse import urlencode
 
-from requests import PreparedRequest
-from requests import Response as RequestsResponse
-from requests.adapters import HTTPAdapter
+import requests
 from urllib3.exceptions import HTTPError
 
 from app.mir.address import Address
@@ -23,10 +20,8 @@ from app.mir.credentials import Token, normalise_fingerprint
 from app.mir.errors import ConnectionLost, RobotError
 from app.mir.transport import API, Response, Timeouts
 
-logging.getLogger("urllib3").setLevel(logging.ERROR)         # it logs a traceback for each answer with a broken header
 
-
-class _Adapter(HTTPAdapter):
+class _Adapter(requests.adapters.HTTPAdapter):
     """Of requests, on one connection of ours and without cookies."""
     connection: RobotConnection
 
@@ -36,8 +31,8 @@ class _Adapter(HTTPAdapter):
     def cert_verify(self, *_: Any) -> None:
         """Done by the connection."""
 
-    def build_response(self, req: PreparedRequest, resp: Any) -> RequestsResponse:
-        response = RequestsResponse()
+    def build_response(self, req: requests.PreparedRequest, resp: Any) -> requests.Response:
+        response = requests.Response()
         response.request, response.raw, response.status_code, response.headers = req, resp, resp.status, resp.headers
         return response
 
@@ -57,7 +52,7 @@ class HttpTransport:
             "Content-Type": "application/json", "User-Agent": "AMR-Scheduler", **({"Authorization": token.header} if token else {})}
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
-        request, headers = PreparedRequest(), {"Connection": "keep-alive"}
+        request, headers = requests.PreparedRequest(), {"Connection": "keep-alive"}
         request.method = method
         request.url = f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else "")
         if method != "GET":
@@ -67,32 +62,28 @@ class HttpTransport:
         connection = self._reading if method == "GET" else self._writing
         connection.begin(timeout)
         try:
-            return self._send(request, connection)
+            try:
+                return self._once(request, connection)
+            except ConnectionLost:
+                if method != "GET" or connection.is_new or connection.received:
+                    raise
+            return self._once(request, connection)   # a read: the robot had closed the kept-alive connection
         except RobotError as error:
             raise error.at(self._address.netloc) from None
 
     def close(self) -> None:
         self._reading.close()
 
-    def _send(self, request: PreparedRequest, connection: RobotConnection) -> Response:
-        try:
-            return self._once(request, connection)
-        except ConnectionLost:
-            if request.method != "GET" or connection.is_new or connection.received:
-                raise
-        return self._once(request, connection)       # a read: the robot had closed the kept-alive connection
-
-    def _once(self, request: PreparedRequest, connection: RobotConnection) -> Response:
-        self._adapter.connection, body, keeps = connection, bytearray(), False
+    def _once(self, request: requests.PreparedRequest, connection: RobotConnection) -> Response:
+        self._adapter.connection, keeps = connection, False
         try:
             answer = self._adapter.send(request, stream=True)
-            for part in answer.iter_content(65536):                  # unpacks no more than that at a time
-                body += part
-                if len(body) > LONGEST_BODY:
-                    raise too_long()
+            body = answer.raw.read(LONGEST_BODY + 1, decode_content=True)      # unpacks no more than that
+            if len(body) > LONGEST_BODY:
+                raise too_long()
             keeps = request.method == "GET" and answer.status_code == 200      # others may be followed by what they don't announce
-            return Response(answer.status_code, bytes(body), answer.headers)
-        except (OSError, HTTPException, HTTPError, ValueError):      # those of requests are OSErrors
+            return Response(answer.status_code, body, answer.headers)
+        except (OSError, HTTPException, HTTPError, ValueError, TypeError):     # the last for parameters that contradict each other
             # Not chained: the originals carry the request with its token.
             raise (ConnectionLost() if connection.is_at_end else not_http()) from None
         finally:

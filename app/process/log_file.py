@@ -73,7 +73,7 @@ def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
         if not only_to_read:
             raise BadInput(f"{directory / FILE_NAME} can't be written: {error.strerror}; "
                            "check the permissions of the data directory") from None
-    logging.getLogger("urllib3").setLevel(logging.WARNING)       # its debug lines carry headers
+    logging.getLogger("urllib3").setLevel(logging.ERROR)         # debug lines carry headers, warnings a traceback for each broken one
     if stderr:
         console = logging.StreamHandler(sys.stderr)
         console.setFormatter(_OneLine())

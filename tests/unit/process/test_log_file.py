@@ -64,6 +64,13 @@ def test_every_event_is_one_line(directory, capsys):
         "INFO    R1 says: left wheel again \\x1b[31mred \\u202eturned \\udc80", "ERROR   It broke", "CRITICAL Unexpected error"]
 
 
+def test_the_traceback_that_urllib3_writes_for_each_broken_header_is_left_out(directory):
+    logs.start(directory, stderr=False)
+    logging.getLogger("urllib3.connection").warning("Failed to parse headers", exc_info=True)
+    logging.getLogger("app.somewhere").warning("Kept")
+    assert [line.split(": ")[-1] for line in lines_of(directory)] == ["Kept"]
+
+
 def test_a_log_that_cannot_be_written_is_said_unless_it_is_only_read(directory):
     directory.write_text("a file where the directory should be")
     with pytest.raises(BadInput, match=r"amr-scheduler.log can't be written: .+; check the permissions"):
