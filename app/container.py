@@ -24,12 +24,13 @@ from app.mir.credentials import Token
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
+from app.services.dispatch.clock_guard import ClockGuard
+from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
-from app.services.dispatch.poll_loop import PollLoop
-from app.services.dispatch.scheduler import Scheduler
+from app.services.dispatch.runner import Runner
+from app.services.dispatch.shared import Shared
 from app.services.dispatch.worker import RobotWorker
-from app.services.dispatch.worker import Services as WorkerServices
 from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import DataFiles
 from app.services.files.log_export import LogExport
@@ -98,19 +99,17 @@ class Container:
         self.kpis = Kpis(db, clock)
         self.plan = Plan(db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
                          executions=repositories.executions, settings=repositories.settings, clock=clock)
-        self.planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
-                               missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
-                               alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window,
-                               ready=lambda robot_id: self.loop.ready(robot_id), hand_over=lambda intent: self.loop.hand_over(intent))
-        self.scheduler = Scheduler(db, settings=repositories.settings, clock=clock, planner=self.planner, ledger=self.ledger,
-                                   holds=self.holds, alarms=self.alarms, downtime=self.downtime,
-                                   clock_offsets=lambda: self.loop.clock_offsets())
-        self.loop = PollLoop(db, scheduler=self.scheduler, clock=clock, alarms=self.alarms, changes=self.changes,
+        planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
+                          missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
+                          alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
+        guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
+        self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,
                              robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
-                             poll_interval=lambda: self.settings().poll_interval_seconds)
-        self.loop.add_chore(self._read_holidays)
+                             poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe)
+        self.engine.add_chore("Reading the public holidays", self._read_holidays)
+        self.runner = Runner(self.engine, clock, self.alarms)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
-                                 loop=self.loop, settings=self.settings, make_client=self.make_client)
+                                 engine=self.engine, settings=self.settings, make_client=self.make_client)
 
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
@@ -139,6 +138,10 @@ class Container:
         """The present working days, exceptions and public holidays included."""
         return self._calendar()
 
+    def _probe(self) -> None:
+        """Try to write. Raises DatabaseUnavailable as long as nothing can be written."""
+        self.db.write(lambda c: self.repositories.settings.put(c, "probed_at", self.clock.now().isoformat()))
+
     def _read_holidays(self) -> None:
         """Load the large library they come from before something is due."""
         self.calendar().day_status(self.clock.now().date())
@@ -156,12 +159,12 @@ class Container:
 
     def make_worker(self, robot: Robot) -> RobotWorker:
         r = self.repositories
-        return RobotWorker(robot, self.make_client(robot), WorkerServices(
+        return RobotWorker(robot, self.make_client(robot), Shared(
             self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
-            self.settings, self.calendar, r.settings.restored_at(self.db.read())))
+            self.settings, self.calendar, r.settings.restored_at(self.db.read()), lambda: self.engine.plan_version))
 
     def close(self) -> None:
-        self.loop.stop()
+        self.runner.stop()
         self.db.close()
 
 

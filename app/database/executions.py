@@ -103,26 +103,54 @@ class ExecutionRepository:
                         (*values.values(), execution_id, *expected)).fetchone()
         return row and execution_of(row)
 
-    def end_waiting_of_schedule(self, c: sqlite3.Connection, schedule_id: int, reason: Reason, now: datetime) -> int:
-        """End what still waits of a schedule that was changed or taken away; returns how many."""
-        return self._end_waiting(c, "schedule_id", schedule_id, reason, now)
+    def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None, robot_id: int | None = None,
+                  ids: Sequence[int] | None = None) -> list[int]:
+        """What has not reached its robot yet, of a schedule or of a robot, or of these alone, is not sent any more: what waits ends, what is
+        on its way is marked. Returns the ids of what ended."""
+        column, value = ("schedule_id", schedule_id) if robot_id is None else ("robot_id", robot_id)
+        where, values = f"{column} = ? AND {_OPEN}", [value]
+        if ids is not None:
+            where, values = f"{where} AND id IN ({placeholders(ids)})", [value, *ids]
+        c.execute(f"UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'", (_reason_to_text(reason), *values))
+        return self._end(c, f"{where} AND state = 'waiting'", values, reason, now)
 
-    def end_waiting_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> int:
-        """End what still waits for a robot; returns how many."""
-        return self._end_waiting(c, "robot_id", robot_id, reason, now)
-
-    def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> int:
-        """End everything open of a robot that is being removed; returns how many."""
-        return self._end(c, f"robot_id = ? AND {_OPEN}", robot_id, reason, now)
-
-    def _end_waiting(self, c: sqlite3.Connection, column: str, value: int, reason: Reason, now: datetime) -> int:
-        return self._end(c, f"{column} = ? AND {_OPEN} AND state = 'waiting'", value, reason, now)
+    def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> list[int]:
+        """End everything open of a robot that is being removed; returns the ids of what was still waiting."""
+        waiting = self._end(c, f"robot_id = ? AND {_OPEN} AND state = 'waiting'", [robot_id], reason, now)
+        self._end(c, f"robot_id = ? AND {_OPEN}", [robot_id], reason, now)
+        return waiting
 
     @staticmethod
-    def _end(c: sqlite3.Connection, where: str, value: int, reason: Reason, now: datetime) -> int:
+    def _end(c: sqlite3.Connection, where: str, values: Sequence[Any], reason: Reason, now: datetime) -> list[int]:
         columns = _stored({"state": reason.state, "reason": reason, "ended_at": now})
         assignments = ", ".join(f"{name} = ?" for name in columns)
-        return c.execute(f"UPDATE executions SET {assignments} WHERE {where}", (*columns.values(), value)).rowcount
+        return [row[0] for row in c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING id", (*columns.values(), *values))]
+
+    def unsent_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
+        """What no robot has yet, oldest first."""
+        return self._list(c, f"WHERE schedule_id = ? AND {_OPEN} AND state IN ('waiting', 'submitting') ORDER BY planned_at", schedule_id)
+
+    def wait_again(self, c: sqlite3.Connection, ids: Sequence[int], now: datetime) -> None:
+        """An edit that ended these has been undone: what was never sent and is not too late waits again."""
+        c.execute(f"""UPDATE executions SET state = 'waiting', reason_code = NULL, reason_details = '{{}}', ended_at = NULL
+                      WHERE id IN ({placeholders(ids)}) AND state = 'cancelled' AND attempts = 0 AND closes_at > ?""", (*ids, to_text(now)))
+
+    def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
+        """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""
+        c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND attempts = 0
+                     AND reason_code IN ('schedule_changed', 'robot_removed')""", (schedule_id, to_text(since)))
+
+    def drop_unsent_after(self, c: sqlite3.Connection, schedule_id: int, now: datetime) -> None:
+        """The clock has been set back: rows that say missed or skipped for instants still to come, with nothing ever sent, but not what a
+        person has skipped."""
+        c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND state IN ('missed', 'skipped') AND attempts = 0
+                     AND planned_at NOT IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)""",
+                  (schedule_id, to_text(now)))
+
+    def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime) -> None:
+        """What waits and was due in an absence is listed first."""
+        c.execute(f"""UPDATE executions SET wait = 'late_start', hold_until = ? WHERE {_OPEN} AND state = 'waiting' AND planned_at <= ?
+                      AND closes_at > ?""", (to_text(until), to_text(now), to_text(since)))
 
     def surplus(self, c: sqlite3.Connection, history_limit: int) -> Surplus:
         """What is beyond the newest N that ran (completed, failed, cancelled) and, counted apart, the newest N that did not (skipped,
@@ -133,7 +161,7 @@ class ExecutionRepository:
 
     def drop_oldest(self, c: sqlite3.Connection, surplus: Surplus) -> Surplus:
         """Delete the oldest of that many ended rows of each kind, 100 at most; returns how many are left to delete. Open rows are never
-        deleted."""
+        deleted, nor what a robot has of ours while an outcome there is unknown."""
         return Surplus(*(number - self._drop_oldest(c, kind, number) for kind, number in zip((_RUN, _NOT_RUN), surplus, strict=True)))
 
     @staticmethod
@@ -141,6 +169,7 @@ class ExecutionRepository:
         if not number:
             return 0
         return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE ended_at IS NOT NULL AND {kind}
+                             AND robot_id NOT IN (SELECT robot_id FROM executions WHERE {_OPEN} AND state = 'submitting')
                              ORDER BY ended_at, id LIMIT ?)""", (min(number, PRUNED_AT_ONCE),)).rowcount
 
     # ------------------------------------------------------------------ reading
@@ -178,21 +207,6 @@ class ExecutionRepository:
                              WHERE robot_id IN ({placeholders(robot_ids)}) AND {_OPEN} AND state = 'waiting'""", (*robot_ids,))
         return {row[0] for row in rows}
 
-    def revocation_reason(self, c: sqlite3.Connection, intent: Execution) -> Reason | None:
-        """Whether somebody has cancelled an intent since it was written, or switched off, changed, removed or paused what it comes from."""
-        row = c.execute("""SELECT cancel_code, r.enabled AS robot_enabled, s.enabled, s.changed_at, s.paused_until FROM executions
-                           LEFT JOIN robots r ON r.id = executions.robot_id LEFT JOIN schedules s ON s.id = executions.schedule_id
-                           WHERE executions.id = ?""", (intent.id,)).fetchone()
-        if row is None or not row["robot_enabled"]:
-            return Reason(ReasonCode.ROBOT_REMOVED, {"robot": intent.robot})
-        if row["cancel_code"]:
-            return Reason(ReasonCode(row["cancel_code"]))
-        if not row["enabled"] or row["changed_at"] > to_text(intent.created_at):
-            return Reason(ReasonCode.SCHEDULE_CHANGED)
-        if row["paused_until"] and row["paused_until"] > to_text(intent.planned_at):
-            return Reason(ReasonCode.HOLD, {"paused_until": to_instant(row["paused_until"]).isoformat()})
-        return None
-
     def open_all(self, c: sqlite3.Connection) -> list[Execution]:
         """Open ones of all robots, oldest first."""
         return self._list(c, f"INDEXED BY executions_open WHERE {_OPEN} ORDER BY planned_at, id")
@@ -205,11 +219,6 @@ class ExecutionRepository:
                              WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {_OPEN} GROUP BY schedule_id""", (*schedule_ids,))
         return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
 
-    def has_row(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
-        """Whether that occurrence is in the ledger already, whatever became of it."""
-        return c.execute("SELECT 1 FROM executions WHERE schedule_id = ? AND planned_at = ?",
-                         (schedule_id, to_text(planned_at))).fetchone() is not None
-
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
         """The one with the latest planned instant."""
         return self._one(c, "WHERE schedule_id = ? ORDER BY planned_at DESC LIMIT 1", schedule_id)
@@ -220,18 +229,11 @@ class ExecutionRepository:
                             AND robot_id = ? AND trigger = 'scheduled'""", (to_text(since), robot_id))
         return [to_instant(row[0]) for row in rows]
 
-    def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Execution | None:
-        """The newest that a robot took into its queue, open or ended."""
-        return self._one(c, "WHERE robot_id = ? AND queue_id IS NOT NULL ORDER BY id DESC LIMIT 1", robot_id)
-
     def is_claimed(self, c: sqlite3.Connection, robot_id: int, queue_id: int) -> bool:
-        """Whether a queue item of a robot belongs to a row. Reads the history: asked only where a robot forgets descriptions."""
+        """Whether a queue item of a robot belongs to a row. Asked only where a robot forgets descriptions, about items
+        newer than a request of unknown outcome; their rows are kept as long."""
         found = c.execute("SELECT 1 FROM executions WHERE robot_id = ? AND queue_id = ? LIMIT 1", (robot_id, queue_id)).fetchone()
         return found is not None
-
-    def last_idle(self, c: sqlite3.Connection, robot_id: int) -> Execution | None:
-        """The newest idle execution of a robot, open or ended."""
-        return self._one(c, "WHERE robot_id = ? AND trigger = 'idle' ORDER BY id DESC LIMIT 1", robot_id)
 
     def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """Of the newest 20 completed runs of that mission on that robot; None when there is none. P90 by nearest rank."""
@@ -307,8 +309,19 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
 _PLACES = f"(?, {', '.join('?' for _ in _COLUMNS)})"
 _INSERT = f"INSERT INTO executions (id, {', '.join(_COLUMNS)}) VALUES {_PLACES}"
 
+def _reason_to_text(reason: Reason) -> str:
+    return to_json({"code": reason.code, "details": reason.details})
+
+
+def _text_to_reason(text: str | None) -> Reason | None:
+    if text is None:
+        return None
+    stored = from_json(text)
+    return Reason(ReasonCode(stored["code"]), stored["details"])
+
+
 _TO_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType({
-    **dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json)})
+    **dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json), "revoked": _reason_to_text})
 _CONVERTERS = tuple(_TO_COLUMN.get(name) for name in _PLAIN)
 _plain_values = attrgetter(*_PLAIN)
 
@@ -345,6 +358,6 @@ def execution_of(row: sqlite3.Row) -> Execution:
         state=State(row["state"]), reason=reason, wait=Wait(row["wait"]), wait_details=from_json(row["wait_details"]),
         hold_until=to_optional_instant(row["hold_until"]), planned_at=to_instant(row["planned_at"]), closes_at=to_instant(row["closes_at"]),
         created_at=to_instant(row["created_at"]), attempts=row["attempts"], queue_floor=row["queue_floor"], queue_id=row["queue_id"],
-        cancel_code=ReasonCode(row["cancel_code"]) if row["cancel_code"] else None,
+        cancel_code=ReasonCode(row["cancel_code"]) if row["cancel_code"] else None, revoked=_text_to_reason(row["revoked"]),
         submitted_at=to_optional_instant(row["submitted_at"]), started_at=to_optional_instant(row["started_at"]),
         ended_at=to_optional_instant(row["ended_at"]), duration_s=row["duration_s"], robot_delay_s=row["robot_delay_s"])

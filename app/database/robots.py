@@ -49,8 +49,27 @@ class RobotRepository:
         """Store what the machine reports of itself: serial_number, model, software."""
         if unknown := found.keys() - set(_IDENTITY):
             raise ValueError(f"not part of a robot's identity: {sorted(unknown)}")
+        if "software" in found:              # another one may treat descriptions otherwise
+            c.execute("UPDATE robots SET gives_tokens_back = NULL WHERE id = ? AND software <> ?", (robot_id, found["software"]))
         for name, value in found.items():
             c.execute(f"UPDATE robots SET {name} = ? WHERE id = ?", (value, robot_id))
+
+    # ------------------------------------------------------------------ what dispatch has to know of it
+    def gives_tokens_back(self, c: sqlite3.Connection, robot_id: int) -> bool | None:
+        """Whether it returns a description as it was sent; None: not known yet."""
+        row = c.execute("SELECT gives_tokens_back FROM robots WHERE id = ?", (robot_id,)).fetchone()
+        return None if row is None or row[0] is None else bool(row[0])
+
+    def note_tokens_come_back(self, c: sqlite3.Connection, robot_id: int, comes_back: bool) -> None:
+        c.execute("UPDATE robots SET gives_tokens_back = ? WHERE id = ?", (comes_back, robot_id))
+
+    def idle_queue_id(self, c: sqlite3.Connection, robot_id: int) -> int | None:
+        """The queue item of its last idle mission, or the highest id known when that was triggered; None: it may run."""
+        row = c.execute("SELECT idle_queue_id FROM robots WHERE id = ?", (robot_id,)).fetchone()
+        return None if row is None else row[0]
+
+    def note_idle(self, c: sqlite3.Connection, robot_id: int, queue_id: int | None) -> None:
+        c.execute("UPDATE robots SET idle_queue_id = ? WHERE id = ?", (queue_id, robot_id))
 
     def remove(self, c: sqlite3.Connection, robot_id: int) -> None:
         """Its schedules, idle rule, holds and own missions go with it; history stays."""

@@ -2,16 +2,25 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, time
+from typing import NamedTuple
 
 from app.database.values import from_json, to_instant, to_json, to_optional_instant, to_optional_text, to_text
 from app.domain.models import Between, Overlap, Schedule
 
 _COLUMNS = ("name", "robot_id", "mission_id", "start", "timezone", "recurrence", "between_start", "between_end", "enabled",
             "minimum_battery_percent", "respect_working_days", "start_window_minutes", "overlap", "priority", "parameters",
-            "changed_at", "next_at", "paused_until")
+            "changed_at", "next_at", "paused_until", "planned_through", "started_through")
+
+
+class Progress(NamedTuple):
+    """How far a schedule has been planned: what comes next, the last instant that got a row, and the last one to be sent (None: none)."""
+    schedule_id: int
+    next_at: datetime | None
+    planned_through: datetime | None
+    started_through: datetime | None
 
 
 class ScheduleRepository:
@@ -35,9 +44,25 @@ class ScheduleRepository:
     def for_mission(self, c: sqlite3.Connection, mission_id: int) -> list[Schedule]:
         return self._list(c, "WHERE mission_id = ? ORDER BY name", mission_id)
 
-    def due(self, c: sqlite3.Connection, now: datetime, limit: int = -1) -> list[Schedule]:
-        """Switched-on ones whose next occurrence has come, earliest first, all or so many; costs one index lookup when there is none."""
-        return self._list(c, "WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at, id LIMIT ?", to_text(now), limit)
+    def due(self, c: sqlite3.Connection, now: datetime, lately: datetime | None = None, limit: int = -1) -> list[Schedule]:
+        """Switched-on ones whose next occurrence has come, all or so many: what fell due ``lately`` first, then in order of time."""
+        return self._list(c, "WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at < ?, next_at, id LIMIT ?",
+                          to_text(now), to_optional_text(lately) or "", limit)
+
+    def planned_beyond(self, c: sqlite3.Connection, now: datetime) -> list[Schedule]:
+        """Those for which instants that are still to come have their rows."""
+        return self._list(c, "WHERE planned_through > ?", to_text(now))
+
+    def set_plan(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None, planned_through: datetime | None) -> None:
+        c.execute("UPDATE schedules SET next_at = ?, planned_through = ? WHERE id = ?",
+                  (to_optional_text(next_at), to_optional_text(planned_through), schedule_id))
+
+    # ------------------------------------------------------------------ starts left out in advance
+    def skip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
+        c.execute("INSERT OR IGNORE INTO skips VALUES (?, ?)", (schedule_id, to_text(instant)))
+
+    def skipped(self, c: sqlite3.Connection, schedule_id: int) -> set[datetime]:
+        return {to_instant(row[0]) for row in c.execute("SELECT planned_at FROM skips WHERE schedule_id = ?", (schedule_id,))}
 
     def next_due(self, c: sqlite3.Connection, robot_id: int | None = None) -> datetime | None:
         """The earliest next occurrence of all robots, or of one."""
@@ -65,13 +90,15 @@ class ScheduleRepository:
         """Note the next occurrence; None: there is none left."""
         c.execute("UPDATE schedules SET next_at = ? WHERE id = ?", (to_optional_text(next_at), schedule_id))
 
-    def advance_all(self, c: sqlite3.Connection, following: Mapping[int, datetime | None]) -> None:
-        """The same of many, by id."""
-        if following:
-            places = ", ".join("(?, ?)" for _ in following)
-            c.execute(f"""WITH given (id, next_at) AS (VALUES {places})
-                          UPDATE schedules SET next_at = given.next_at FROM given WHERE schedules.id = given.id""",
-                      [value for key, instant in following.items() for value in (key, to_optional_text(instant))])
+    def advance_all(self, c: sqlite3.Connection, progress: Sequence[Progress]) -> None:
+        """Note how far these have been planned."""
+        if progress:
+            places = ", ".join("(?, ?, ?, ?)" for _ in progress)
+            c.execute(f"""WITH given (id, next_at, planned, started) AS (VALUES {places})
+                          UPDATE schedules SET next_at = given.next_at, planned_through = coalesce(given.planned, planned_through),
+                                               started_through = coalesce(given.started, started_through)
+                          FROM given WHERE schedules.id = given.id""",
+                      [value for each in progress for value in (each.schedule_id, *map(to_optional_text, each[1:]))])
 
     def pause(self, c: sqlite3.Connection, schedule_id: int, until: datetime | None) -> None:
         """Until when occurrences are skipped; None: they are not."""
@@ -109,7 +136,7 @@ def _values(schedule: Schedule) -> tuple[object, ...]:
             schedule.recurrence, between and f"{between.start:%H:%M}", between and f"{between.end:%H:%M}", schedule.enabled,
             schedule.minimum_battery_percent, schedule.respect_working_days, schedule.start_window_minutes, schedule.overlap,
             schedule.priority, to_json(schedule.parameters), to_text(schedule.changed_at), to_optional_text(schedule.next_at),
-            to_optional_text(schedule.paused_until))
+            to_optional_text(schedule.paused_until), to_optional_text(schedule.planned_through), to_optional_text(schedule.started_through))
 
 
 def _schedule(row: sqlite3.Row) -> Schedule:
@@ -122,4 +149,5 @@ def _schedule(row: sqlite3.Row) -> Schedule:
         minimum_battery_percent=row["minimum_battery_percent"], respect_working_days=bool(row["respect_working_days"]),
         start_window_minutes=row["start_window_minutes"], overlap=Overlap(row["overlap"]), priority=row["priority"],
         parameters=from_json(row["parameters"]), changed_at=to_instant(row["changed_at"]), next_at=to_optional_instant(row["next_at"]),
-        paused_until=to_optional_instant(row["paused_until"]))
+        paused_until=to_optional_instant(row["paused_until"]), planned_through=to_optional_instant(row["planned_through"]),
+        started_through=to_optional_instant(row["started_through"]))

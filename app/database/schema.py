@@ -237,4 +237,28 @@ DELETE FROM activity_days WHERE day > (
     WHERE activity_spans.robot_id = activity_days.robot_id);
 """
 
-MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS)
+_NO_DECISION_READS_HISTORY = """
+-- What decisions need is kept beside what they are about, so that the history may be pruned to nothing.
+ALTER TABLE schedules ADD COLUMN planned_through TEXT;       -- instants up to here have their rows, or had them
+ALTER TABLE schedules ADD COLUMN started_through TEXT;       -- the newest instant whose row was to be sent
+UPDATE schedules SET
+    planned_through = (SELECT max(planned_at) FROM executions WHERE schedule_id = schedules.id
+                       AND NOT (state = 'skipped' AND reason_code = 'hold' AND planned_at >= coalesce(schedules.next_at, planned_at))),
+    started_through = (SELECT max(planned_at) FROM executions WHERE schedule_id = schedules.id AND state NOT IN ('skipped', 'missed'));
+CREATE TABLE skips (                          -- starts that a person left out in advance
+    schedule_id INTEGER NOT NULL REFERENCES schedules(id) ON DELETE CASCADE,
+    planned_at  TEXT NOT NULL,
+    PRIMARY KEY (schedule_id, planned_at)
+) STRICT, WITHOUT ROWID;
+INSERT INTO skips SELECT schedule_id, planned_at FROM executions JOIN schedules ON schedules.id = schedule_id
+    WHERE state = 'skipped' AND reason_code = 'hold' AND attempts = 0 AND planned_at > executions.ended_at;
+ALTER TABLE robots ADD COLUMN gives_tokens_back INTEGER;     -- whether it returns a description as it was sent; NULL: not known
+ALTER TABLE robots ADD COLUMN idle_queue_id INTEGER;         -- of the last idle mission; ids above it have ended its idle period
+UPDATE robots SET idle_queue_id = (SELECT max(coalesce(queue_id, 0), coalesce(queue_floor, 0)) FROM executions
+                                   WHERE robot_id = robots.id AND trigger = 'idle' ORDER BY id DESC LIMIT 1);
+ALTER TABLE executions ADD COLUMN revoked TEXT;              -- JSON: why it must not be sent (again), though what is on the robot goes on
+DROP INDEX executions_idle;
+"""
+
+MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
+                               _NO_DECISION_READS_HISTORY)

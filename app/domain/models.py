@@ -171,6 +171,8 @@ class Schedule:
     changed_at: datetime | None = None   # instants up to here write no row
     next_at: datetime | None = None      # next occurrence, UTC; None when none is left or it is switched off
     paused_until: datetime | None = None # occurrences before it are skipped
+    planned_through: datetime | None = None         # instants up to here have their rows, or had them
+    started_through: datetime | None = None         # the newest instant whose row was to be sent
 
     def is_paused(self, at: datetime) -> bool:
         """Whether an occurrence at that instant is skipped because a person paused the schedule."""
@@ -223,6 +225,7 @@ class Execution:
     queue_floor: int | None = None       # highest queue id of the robot known before the last attempt
     queue_id: int | None = None
     cancel_code: ReasonCode | None = None           # asked for by the operator, not yet confirmed by the robot
+    revoked: Reason | None = None        # must not be sent (again), though what is on the robot goes on
     submitted_at: datetime | None = None
     started_at: datetime | None = None
     ended_at: datetime | None = None

@@ -116,8 +116,11 @@ class RobotClient:
 
     # ------------------------------------------------------------------ the queue
     def enqueue(self, mission_guid: str, *, description: str = "", text: str = "", priority: int = 0,
-                parameters: Mapping[str, Any] | None = None) -> int:
-        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201 with an integer id counts as accepted."""
+                parameters: Mapping[str, Any] | None = None, is_wanted: Callable[[], bool] = lambda: True) -> int:
+        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201 with an integer id counts as accepted.
+
+        ``is_wanted`` is asked when the connection stands: the tablet may have slept meanwhile. If not, raises NotWanted, and nothing was sent.
+        """
         body: dict[str, Any] = {"mission_id": mission_guid, "priority": priority}
         if description:
             body["description"] = description[:LONGEST_DESCRIPTION]
@@ -129,7 +132,7 @@ class RobotClient:
             json_module.dumps(body, allow_nan=False)
         except (TypeError, ValueError, RecursionError):
             raise Rejected(status=400, reason=message("a parameter can't be written as JSON"), address=self.address.netloc) from None
-        answer = self._request("POST", "/mission_queue", json=body)
+        answer = self._request("POST", "/mission_queue", json=body, is_wanted=is_wanted)
         if answer.status != 201:
             raise Unreadable(address=self.address.netloc, problem=message("status {status} instead of 201", status=answer.status))
         return self._read(answer, parse.queue_id)
@@ -215,9 +218,10 @@ class RobotClient:
         except RobotError as error:
             raise error.at(self.address.netloc) from None
 
-    def _request(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
+    def _request(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None,
+                 is_wanted: Callable[[], bool] | None = None) -> Response:
         """The answer, if its status is one of success. Raises RobotError."""
-        answer = self._transport.send(method, path, query=query, json=json, timeout=self._timeouts)
+        answer = self._transport.send(method, path, query=query, json=json, timeout=self._timeouts, is_wanted=is_wanted)
         status, address = answer.status, self.address.netloc
         if 200 <= status < 300:
             return answer

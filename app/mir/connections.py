@@ -25,7 +25,7 @@ from urllib3.util.ssl_ import create_urllib3_context
 
 from app.domain.message import message
 from app.mir.address import is_ip
-from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, TimedOut, Unreachable, Unreadable
+from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, NotWanted, TimedOut, Unreachable, Unreadable
 from app.mir.transport import Timeouts
 
 MIB = 1024 * 1024
@@ -100,9 +100,9 @@ class RobotConnection(HTTPConnection):
     """Carries one request at a time; takes the place of a pool of connections in an adapter of requests."""
     sock: Any
 
-    def begin(self, timeouts: Timeouts) -> None:
+    def begin(self, timeouts: Timeouts, is_wanted: Callable[[], bool] | None = None) -> None:
         """A new request; its time counts from now. Connects again if the robot has hung up meanwhile."""
-        self.timeouts, self.ends = timeouts, time.monotonic() + timeouts.total
+        self._is_wanted, self.timeouts, self.ends = is_wanted, timeouts, time.monotonic() + timeouts.total
         self.received, self.is_at_end, self.is_new = 0, False, False
         if not self.is_connected:
             self.close()
@@ -111,6 +111,8 @@ class RobotConnection(HTTPConnection):
         """Without redirects and retries. The request leaves in one piece."""
         if self.sock is None:
             self.connect()
+        if self._is_wanted is not None and not self._is_wanted():
+            raise NotWanted()
         head = "".join([f"{method} {url} HTTP/1.1\r\n", *(f"{name}: {value}\r\n" for name, value in headers.items()), "\r\n"])
         self.sock.sendall(head.encode("ascii") + (body or b""))
         answer, self.is_in_head = http.client.HTTPResponse(self.sock, method=method), True

@@ -28,6 +28,7 @@ SENTENCES: Mapping[str, str] = {
     "unknown_name": "the name {host} is not known on this network; check it or enter the robot's IP address",
     "slow_name": "looking up the name {host} takes too long; enter the robot's IP address instead",
     "unreachable": "{address} can't be reached",
+    "not_wanted": "it was too late when the connection to {address} stood, so nothing was sent",
     "tls_failed": "{address} doesn't speak HTTPS as it should; check the address (http or https) and the port",
     "certificate_untrusted": "the certificate of {address} isn't trusted; if it is the robot's own, pin it by its SHA-256 fingerprint",
     "certificate_mismatch": "the certificate of {address} isn't the pinned one, so nothing was sent; is it still the same robot?",
@@ -95,6 +96,12 @@ class RobotError(Exception):
 class Unreachable(RobotError):
     """No connection was made, so nothing was sent: refused, no route, unknown name, time-out while connecting."""
     code = "unreachable"
+    _delivery = Delivery.NOT_SENT
+
+
+class NotWanted(RobotError):
+    """What was to be sent was too late when the connection stood, so nothing was sent."""
+    code = "not_wanted"
     _delivery = Delivery.NOT_SENT
 
 

@@ -6,7 +6,7 @@ header) and redirects (they make a GET of a POST, and their bodies are read with
 from __future__ import annotations
 
 import json as json_module
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from http.client import HTTPException
 from typing import Any, cast
 from urllib.parse import urlencode
@@ -51,7 +51,8 @@ class HttpTransport:
             "Host": address.netloc, "Accept": "application/json", "Accept-Encoding": "identity", "Accept-Language": "en_US",
             "Content-Type": "application/json", "User-Agent": "AMR-Scheduler", **({"Authorization": token.header} if token else {})}
 
-    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
+    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
+             is_wanted: Callable[[], bool] | None = None) -> Response:
         request, headers = requests.PreparedRequest(), {"Connection": "keep-alive"}
         request.method = method
         request.url = f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else "")
@@ -60,7 +61,7 @@ class HttpTransport:
             request.body, headers = body or None, {"Connection": "close", "Content-Length": str(len(body))}
         request.headers = cast(Any, self._headers | headers)         # whose names need no other case
         connection = self._reading if method == "GET" else self._writing
-        connection.begin(timeout)
+        connection.begin(timeout, is_wanted)
         try:
             try:
                 return self._once(request, connection)

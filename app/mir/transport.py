@@ -1,7 +1,7 @@
 """How a request travels to a robot: over HTTP (app.mir.http), or straight into a simulated robot in simulations."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -27,10 +27,12 @@ class Response:
 class Transport(Protocol):
     """Carries one request at a time. Used by one thread at a time."""
 
-    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
-        """Send and return the answer, whatever its status. ``path`` is below ``/api/v2.0.0``; ``json`` None means no body.
+    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
+             is_wanted: Callable[[], bool] | None = None) -> Response:
+        """Send and return the answer, whatever its status. ``path`` is below ``/api/v2.0.0``; ``json`` None means no body. ``is_wanted``, for
+        what changes something, is asked once the connection stands.
 
-        Raises Unreachable when nothing was sent, TimedOut, ConnectionLost or Unreadable when something was.
+        Raises Unreachable or NotWanted when nothing was sent, TimedOut, ConnectionLost or Unreadable when something was.
         """
 
     def close(self) -> None:

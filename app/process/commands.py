@@ -170,7 +170,7 @@ def _submit(container: Container, robot_name: str, mission_name: str, parameters
     worker = container.make_worker(robot_now)
     try:
         while execution.state in (State.WAITING, State.SUBMITTING):
-            wait = worker.dispatch_only(execution.id)
+            wait = worker.start_only(execution.id)
             execution = container.ledger.get(execution.id) or execution
             if execution.state in (State.WAITING, State.SUBMITTING):
                 container.clock.sleep(min(wait, 1.0))

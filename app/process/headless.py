@@ -41,7 +41,7 @@ def _wait_for(stop: queue.SimpleQueue[int]) -> None:
 def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
     """Once every robot has answered its first poll, or 5 s after the start (docs/interfaces.md)."""
     deadline = container.clock.monotonic() + 5.0
-    while not container.loop.is_ready and container.clock.monotonic() < deadline and stop.empty():
+    while not container.engine.is_ready and container.clock.monotonic() < deadline and stop.empty():
         time.sleep(0.02)
     print("ready", flush=True)
     sys.stdout.flush()

@@ -35,10 +35,10 @@ def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Map
         try:
             if demo is not None:
                 furnish(container, *demo)
-            container.loop.add_chore(Inbox(directory.path, handlers(container), began - 1.0).tick)
-            container.loop.add_chore(DailyBackup(container.db, container.clock, container.alarms).tick)
+            container.engine.add_chore("Serving commands", Inbox(directory.path, handlers(container), began - 1.0).tick)
+            container.engine.add_chore("The daily backup", DailyBackup(container.db, container.clock, container.alarms).tick)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)
-            container.loop.start()
+            container.runner.start()
             yield container
         finally:
             container.close()

@@ -188,7 +188,7 @@ class SchedulerApp(MDApp):
 
     def _cycle(self) -> None:
         if self.container is not None:
-            self.container.loop.request_cycle(by_window=True)
+            self.container.engine.request_cycle(by_window=True)
 
     # ------------------------------------------------------------------ settings
     def _changed(self, event: Changed) -> None:

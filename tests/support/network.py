@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
 from app.mir.credentials import Token
-from app.mir.errors import ConnectionLost, TimedOut, Unreachable
+from app.mir.errors import ConnectionLost, NotWanted, TimedOut, Unreachable
 from app.mir.transport import Response, Timeouts
 from mir_sim import SimulatedRobot, api
 from mir_sim.messages import Request
@@ -88,11 +88,14 @@ class SimulatedTransport:
         self._machine, self._network, self._clock, self._name = machine, network, clock, name
         self._headers = {"Authorization": token.header, "Content-Type": "application/json", "Accept-Language": "en_US"}
 
-    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts) -> Response:
+    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
+             is_wanted: Callable[[], bool] | None = None) -> Response:
         network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
         network.interrupt(f"before {method} {path}")
         fate = network.fate_of(self._name, method, path)
         self._clock.advance(LATENCY)
+        if is_wanted is not None and fate is not Fate.REFUSED and not is_wanted():
+            raise NotWanted(address=self._name)
 
         def handle() -> Response:
             target = f"/api/v2.0.0{path}" + (f"?{urlencode(query)}" if query else "")

@@ -13,18 +13,19 @@ from pathlib import Path
 
 from app.container import Container
 from app.database.connection import Database
-from app.domain.models import Execution, Mission, Robot, State
+from app.domain.models import Mission, Robot, State
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.services.dispatch.worker import PREFETCH_SPREAD, RobotWorker
-from app.services.live.changes import Topic
+from app.services.dispatch import messages
+from app.services.dispatch.engine import Engine
+from app.services.dispatch.worker import RobotWorker
 from mir_sim import MISSIONS, SimulatedRobot
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport
 
-AHEAD = 0.95             # s before something due is written down, at which the app's own second finds that out
-TICK_EVERY = 60.0        # s between ticks when nothing is due; the app's own second would make a simulated week long
+AHEAD = 1.05             # s before something is due, at which the app's own second finds that out
+ROUND_EVERY = 60.0       # s between the engine's rounds when nothing is due; the app's own second would make a simulated week long
 USER, PASSWORD = "distributor", "distributor"
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
 
@@ -66,26 +67,44 @@ class Site:
         self.container = Container(db, self.clock, make_client=self._client, with_window=self._with_window)
         self.container.first_start()
         self._workers: dict[int, RobotWorker] = {}
-        self._due: dict[int, float] = {}
-        self._polls: set[int] = set()
-        self._soon: set[int] = set()
-        self._changed: set[int] = set()
-        self._intents: dict[int, list[Execution]] = {}
-        self._in_tick = False
-        self.container.changes.subscribe(self._on_change)
-        self.container.loop.ready = lambda key: self._workers[key].ready() if key in self._workers else None
-        self.container.loop.hand_over = self._hand_over
-        self._next_tick = self._next_cycle = -math.inf
+        self._inboxes: dict[int, list[messages.Message]] = {}
+        self._due: dict[int, float] = {}           # when each worker is to go on
+        self._next_round = self.clock.monotonic()
+        self._acting: int | None = None            # the worker that is going on
+        self.engine.attach(self, self._wake)
         self.switched_on()
-        self.container.scheduler.start()
+        self.engine.start()
+
+    @property
+    def engine(self) -> Engine:
+        return self.container.engine
 
     def switch_off(self, *, cleanly: bool = True) -> None:
         """Stop the app; not cleanly is a power cut: whatever was not committed is gone."""
         if cleanly:
-            self.container.scheduler.stop()
-            for worker in self._workers.values():
-                worker.close()
+            self.engine.stop()
+            for key in list(self._workers):
+                self.close(key)
         self.container.db.close()
+
+    # ------------------------------------------------------------------ mailboxes, as the runner's threads have them
+    def open(self, worker: RobotWorker) -> None:
+        self._workers[worker.robot.id] = worker
+        self._inboxes[worker.robot.id] = []
+        self._due[worker.robot.id] = self.clock.monotonic()
+
+    def close(self, robot_id: int) -> None:
+        del self._due[robot_id]
+        intents = [intent for message in self._inboxes.pop(robot_id) if isinstance(message, messages.Start) for intent in message.intents]
+        self._workers.pop(robot_id).close(intents)
+
+    def post(self, robot_id: int, message: messages.Message) -> None:
+        if robot_id in self._workers and not (isinstance(message, messages.LedgerChanged) and robot_id == self._acting):
+            self._inboxes[robot_id].append(message)
+            self._due[robot_id] = self.clock.monotonic()
+
+    def _wake(self) -> None:
+        self._next_round = self.clock.monotonic()
 
     def _client(self, robot: Robot) -> RobotClient:
         name = robot.address.removeprefix("http://").upper()
@@ -110,7 +129,7 @@ class Site:
         """Let time pass."""
         end = self.clock.monotonic() + seconds
         while True:
-            instant = min(self._next_tick, *self._due.values(), self._later[0][0] if self._later else math.inf, math.inf)
+            instant = min(self._next_round, *self._due.values(), self._later[0][0] if self._later else math.inf, math.inf)
             if instant > end:
                 break
             self._go_to(instant)
@@ -125,83 +144,45 @@ class Site:
                 raise AssertionError(f"not within {within} s: {condition}")
             self.run(0.5)
 
-    def read_ahead(self, worker: RobotWorker) -> None:
-        """Something is due at that robot in a moment, and its turn to be read has come."""
-        worker.step(False, due_soon=True, changed=False)
-        self.clock.advance(PREFETCH_SPREAD)
-        worker.step(False, changed=False)
-
     def _go_to(self, instant: float) -> None:
         self.clock.advance(max(0.0, instant - self.clock.monotonic()))
 
     def _step(self) -> None:
         while self._later and self._later[0][0] <= self.clock.monotonic():
             heapq.heappop(self._later)[2]()
-        if self._next_tick <= self.clock.monotonic():
-            self._tick()
+        if self._next_round <= self.clock.monotonic():
+            self._next_round = math.inf
+            self._next_round = min(self._next_round, self.clock.monotonic() + self._until_next_round(self.engine.advance()))
         for key in sorted(self._due, key=self._due.__getitem__):
             if self._due.get(key, math.inf) <= self.clock.monotonic():
-                self._step_worker(key)
+                self._go_on(key)
 
-    def tick(self) -> set[int]:
-        """One tick of the scheduler; returns the robots for which something waits since."""
-        self._in_tick = True
-        try:
-            return self.container.scheduler.tick().robot_ids
-        finally:
-            self._in_tick = False
-
-    def _tick(self) -> None:
-        """What the scheduler's thread does."""
-        self._match_workers()
-        kicked = self.tick()
-        soon = self.container.scheduler.due_soon() & self._workers.keys()
-        self.container.scheduler.tidy()
-        self._soon |= soon
-        self._changed |= kicked
-        for key in kicked | soon:
-            self._due[key] = self.clock.monotonic()
-        if self.clock.monotonic() >= self._next_cycle:
-            self._next_cycle = self.clock.monotonic() + self.container.settings().poll_interval_seconds
-            for key in self._workers:
-                self._polls.add(key)
-                self._due[key] = self.clock.monotonic()
-        wait = self.container.scheduler.seconds_to_next(longest=TICK_EVERY)
-        if AHEAD + 0.01 < wait < TICK_EVERY:
-            wait -= AHEAD                # the worker is notified that something falls due
-        self._next_tick = self.clock.monotonic() + wait
-
-    def _hand_over(self, intent: Execution) -> None:
-        self._intents.setdefault(intent.robot_id, []).append(intent)
-        self._due[intent.robot_id] = self.clock.monotonic()
-
-    def _on_change(self, topic: Topic, about: int | None) -> None:
-        """Somebody changed the plan or cancelled something: every worker is notified, at its next step."""
-        if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS) and about is None and not self._in_tick:
-            self._changed |= self._workers.keys()
-
-    def _match_workers(self) -> None:
-        for robot in self.container.repositories.robots.all(self.container.db.read()):
-            if robot.id not in self._workers:
-                self._workers[robot.id] = self.container.make_worker(robot)
-                self._due[robot.id] = self.clock.monotonic()
-
-    def _step_worker(self, key: int) -> None:
-        wanted = key in self._polls
-        self._polls.discard(key)
-        self._due[key] = math.inf
-        soon, changed = key in self._soon, key in self._changed
-        self._soon.discard(key)
-        self._changed.discard(key)
-        wait = self._workers[key].step(wanted, soon, self._intents.pop(key, ()), changed)
-        self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
+    def _until_next_round(self, wanted: float) -> float:
+        """The engine's second is left out as long as nothing is due, polled or doubted."""
+        due = self.container.repositories.schedules.next_due(self.container.db.read())
+        if wanted < 1.0 or self.container.holds.active() or self.container.alarms.is_database_failing:
+            return wanted
+        left = ROUND_EVERY if due is None else (due - self.clock.now()).total_seconds() - AHEAD
+        return max(wanted, min(left, ROUND_EVERY, self.engine.seconds_to_cycle))
 
     def kick(self) -> None:
-        """As after an operator's press: every worker looks at once."""
+        """As after an operator's press: everybody looks at once."""
+        self._wake()
         for key in self._workers:
-            self._due[key] = self.clock.monotonic()
-            self._changed.add(key)
-        self._next_tick = self.clock.monotonic()
+            self.post(key, messages.LedgerChanged())
+
+    def _go_on(self, key: int) -> None:
+        self._due[key] = math.inf
+        inbox, self._inboxes[key] = self._inboxes[key], []
+        self._acting = key
+        try:
+            for message in inbox:
+                self._workers[key].handle(message)
+            wait = self._workers[key].advance()
+        finally:
+            self._acting = None
+        if key in self._due:
+            self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
 
     # ------------------------------------------------------------------ looking
     def executions(self, *states: State) -> list:

@@ -85,7 +85,7 @@ class FrameController:
     def _take(self, facts: FrameFacts) -> None:
         before, self._facts = self._facts.robot, facts
         if facts.robot and (before is None or before.id != facts.robot.id):
-            self._services.loop.watch(facts.robot.id)
+            self._services.engine.watch(facts.robot.id)
         self._show()
         self._alarms.changed()
         self._show_late_starts()

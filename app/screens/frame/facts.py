@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from app.domain.clock import Clock
 from app.domain.models import Alarm, Execution, Robot, Settings, State, Wait
 from app.services.catalogue.catalogue import Catalogue
-from app.services.dispatch.poll_loop import PollLoop
+from app.services.dispatch.engine import Engine
 from app.services.history.runs import History
 from app.services.live.alarms import Alarms
 from app.services.live.holds import Hold, Holds
@@ -22,7 +22,7 @@ class FrameServices:
     clock: Clock
     history: History
     holds: Holds
-    loop: PollLoop
+    engine: Engine
     settings: Callable[[], Settings]
     snapshots: Snapshots
 

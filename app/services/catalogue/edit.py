@@ -7,7 +7,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime
+from datetime import datetime, timedelta
 from itertools import count
 from typing import Any
 
@@ -19,17 +19,30 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.domain import names
-from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, Settings
+from app.domain import names, rules
+from app.domain.models import (
+    DayException,
+    Execution,
+    IdleRule,
+    InvalidInput,
+    Mission,
+    Reason,
+    ReasonCode,
+    Robot,
+    Schedule,
+    Settings,
+    State,
+)
 from app.mir.credentials import Token
 from app.services.catalogue import validation
 from app.services.live.changes import Topic
 from app.services.planning import public_holidays
 from app.services.planning.first_due import first_due
-from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
-NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None}      # of a schedule
+NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
+                "started_through": None}                 # of a schedule
+_MOMENT = timedelta(microseconds=1)
 
 
 @dataclass(frozen=True)
@@ -41,6 +54,7 @@ class Removed:
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
+    waiting: Sequence[int] = ()                          # executions that ended with it
 
 
 @dataclass
@@ -105,11 +119,8 @@ class Edit:
         self.topics.add(Topic.SCHEDULES)
 
     def _first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:
-        """The next occurrence, one that was skipped in advance left out."""
-        at = first_due(schedule, self.settings, self.now, calendar)
-        while at is not None and schedule.recurrence is not None and self._executions.has_row(self.c, schedule.id, at):
-            at = next_occurrence(schedule, at, calendar)
-        return at
+        """The next occurrence, one that was planned before or skipped in advance left out."""
+        return first_due(schedule, self.settings, self.now, calendar, self.schedules.skipped(self.c, schedule.id))
 
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
@@ -179,7 +190,7 @@ class Edit:
             self.robots.update(self.c, robot)
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
-                self._ended(self._executions.end_waiting_of_robot(self.c, robot.id, reason, self.now))
+                self._ended(self._executions.take_back(self.c, reason, self.now, robot_id=robot.id))
                 self._clear_alarms(robot.id)
         self.topics.add(Topic.ROBOTS)
         return robot
@@ -196,11 +207,11 @@ class Edit:
     def remove_robot(self, robot_id: int) -> Removed:
         """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
         robot = self.the_robot(robot_id)
+        reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
+        waiting = self._ended(self._executions.end_open_of_robot(self.c, robot_id, reason, self.now))
         removed = Removed(robot, schedules=self.schedules.for_robot(self.c, robot_id),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
-                          holds=[hold for hold in self._holds.all(self.c) if hold.robot_id == robot_id])
-        reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
-        self._ended(self._executions.end_open_of_robot(self.c, robot_id, reason, self.now))
+                          holds=[hold for hold in self._holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting)
         self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
@@ -259,17 +270,17 @@ class Edit:
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
             self._use_instead(mission_id, general.id, mission.robot_id)
         idle = [(robot.id, robot.idle) for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
-        removed = Removed(missions=[mission], schedules=self.schedules.for_mission(self.c, mission_id), idle=idle)
-        for schedule in removed.schedules:
-            self._cancel_waiting(schedule)
+        schedules = self.schedules.for_mission(self.c, mission_id)
+        waiting = [row.id for schedule in schedules for row in self._take_back(schedule)]
+        removed = Removed(missions=[mission], schedules=schedules, idle=idle, waiting=waiting)
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed
 
     # ------------------------------------------------------------------ schedules
     def save_schedule(self, schedule: Schedule) -> Schedule:
-        """Add (id 0) or change. A blank name becomes "<mission> on <robot>". What waits of a changed one is cancelled, and instants before
-        now write no row; one that is as it was stays untouched."""
+        """Add (id 0) or change. A blank name becomes "<mission> on <robot>". What waits of a changed one goes on as changed where its robot
+        and its instant stay, else it is cancelled; instants before now write no row; one that is as it was stays untouched."""
         stored = self.the_schedule(schedule.id) if schedule.id else None
         robot = self.the_robot(schedule.robot_id)
         mission = self._mission_on(robot.id, schedule.mission_id)
@@ -281,14 +292,43 @@ class Edit:
             return stored
         calendar = self.calendar
         validation.one_time_on_working_day(schedule, calendar)
-        schedule = replace(schedule, changed_at=self.now, next_at=self._first_due(schedule, calendar))
+        schedule = replace(schedule, changed_at=self.now)
         if stored is None:
-            schedule = self.schedules.add(self.c, schedule)
+            schedule = self.schedules.add(self.c, replace(schedule, next_at=self._first_due(schedule, calendar)))
         else:
-            self._cancel_waiting(stored)
+            schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
+            self._change_waiting(schedule, robot, self.the_mission(schedule.mission_id))
         self.topics.add(Topic.SCHEDULES)
         return schedule
+
+    def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
+        """When it comes next, and what waits of instants that it no longer has is taken back; nothing of that when only how it runs was
+        changed."""
+        noted = {name: getattr(stored, name) for name in NOT_THE_RULE if name not in ("id", "changed_at")}
+        schedule = replace(schedule, **noted)
+        if _when(schedule) == _when(stored):
+            return schedule
+        kept = [row for row in self._executions.unsent_of_schedule(self.c, schedule.id)
+                if schedule.enabled and schedule.robot_id == stored.robot_id
+                and first_due(replace(schedule, planned_through=None), self.settings, row.planned_at, calendar) == row.planned_at]
+        gone = self._take_back(stored, except_for=[row.id for row in kept])
+        if gone:                               # as if they had never been planned
+            last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
+            schedule = replace(schedule, planned_through=last)
+        schedule = replace(schedule, next_at=self._first_due(schedule, calendar))
+        if schedule.next_at is not None:
+            self._executions.drop_taken_back(self.c, schedule.id, schedule.next_at)
+        return schedule
+
+    def _change_waiting(self, schedule: Schedule, robot: Robot, mission: Mission) -> None:
+        """What waits runs as it is defined now."""
+        for row in self._executions.unsent_of_schedule(self.c, schedule.id):
+            made = rules.scheduled(schedule, robot, mission, self.settings, "", row.planned_at, row.created_at)
+            self._executions.change(self.c, row.id, (State.WAITING,), schedule=made.schedule, mission=made.mission,
+                                    mission_guid=made.mission_guid, parameters=made.parameters, priority=made.priority,
+                                    minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at)
+            self.topics.add(Topic.EXECUTIONS)
 
     @staticmethod
     def definition(schedule: Schedule) -> Schedule:
@@ -310,21 +350,26 @@ class Edit:
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
-        self._cancel_waiting(schedule)
+        waiting = [row.id for row in self._take_back(schedule)]
         self.schedules.remove(self.c, schedule_id)
         self.topics.add(Topic.SCHEDULES)
-        return Removed(schedules=[schedule])
+        return Removed(schedules=[schedule], waiting=waiting)
 
-    def _cancel_waiting(self, schedule: Schedule) -> None:
-        self._ended(self._executions.end_waiting_of_schedule(self.c, schedule.id, Reason(ReasonCode.SCHEDULE_CHANGED), self.now))
+    def _take_back(self, schedule: Schedule, except_for: Sequence[int] = ()) -> list[Execution]:
+        """What no robot has yet of a schedule, but for some, is not sent any more; returns what waited."""
+        gone = [row for row in self._executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
+        reason = Reason(ReasonCode.SCHEDULE_CHANGED)
+        ended = set(self._ended(self._executions.take_back(self.c, reason, self.now, schedule_id=schedule.id, ids=[row.id for row in gone])))
+        return [row for row in gone if row.id in ended]
 
-    def _ended(self, number: int) -> None:
-        if number:
+    def _ended(self, ids: list[int]) -> list[int]:
+        if ids:
             self.topics.add(Topic.EXECUTIONS)
+        return ids
 
     # ------------------------------------------------------------------ undo
     def restore(self, removed: Removed) -> None:
-        """Put back what a deletion took, under its old ids. What would have fallen due meanwhile writes no row."""
+        """Put back what a deletion took, under its old ids, with what waited. What would have fallen due meanwhile writes no row."""
         if removed.robot is not None:
             self._check_robot_name(removed.robot)
             self.robots.add(self.c, replace(removed.robot, idle=None))
@@ -344,6 +389,7 @@ class Edit:
             self.the_robot(schedule.robot_id)
             self.the_mission(schedule.mission_id)
             self.schedules.add(self.c, replace(schedule, changed_at=self.now, next_at=self._first_due(schedule, calendar)))
+        self._executions.wait_again(self.c, removed.waiting, self.now)
         for hold in removed.holds:
             self._holds.add(self.c, hold)
         if removed.days:
@@ -351,7 +397,7 @@ class Edit:
                 self.days.add(self.c, exception)
             self._days_changed()
             return
-        self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
+        self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
 
     def _restore_idle(self, robot_id: int, rule: IdleRule) -> None:
         """Unless there is another one by now, or its robot or mission is gone."""
@@ -382,6 +428,12 @@ class Edit:
         if meant is None:
             raise InvalidInput("mission", "the mission {name} is for another robot only", name=mission.name)
         return meant
+
+
+def _when(schedule: Schedule) -> tuple[object, ...]:
+    """What decides at which instants it starts, and where."""
+    return (schedule.start, schedule.timezone, schedule.recurrence, schedule.between, schedule.respect_working_days, schedule.enabled,
+            schedule.robot_id)
 
 
 def _days_off(settings: Settings) -> tuple[object, ...]:

@@ -43,7 +43,7 @@ class Pausing:
             if until <= now:
                 raise InvalidInput("until", "choose a time in the future")
             self._schedules.pause(c, schedule_id, until)
-            self._executions.end_waiting_of_schedule(c, schedule_id, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now)
+            self._executions.take_back(c, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now, schedule_id=schedule_id)
             return replace(schedule, paused_until=until)
         return self._write(work)
 
@@ -76,6 +76,7 @@ class Pausing:
             raise InvalidInput("schedule", "there is no such schedule any more")
         row = rules.scheduled(schedule, robot, mission, settings, self._settings.install_id(c), schedule.next_at, now)
         self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
+        self._schedules.skip(c, schedule.id, schedule.next_at)
         following = next_occurrence(schedule, max(now, schedule.next_at), working_calendar(c, settings))
         self._schedules.advance(c, schedule.id, following)
         return schedule.next_at

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import Execution, IdleRule, Settings
+from app.domain.models import IdleRule, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.services.planning.working_days import WorkingCalendar
 
@@ -15,23 +15,25 @@ KEEP_FREE_BEFORE_PLANNED = timedelta(minutes=5)
 
 
 class IdleWatch:
-    """How long one robot has been idle: Ready, nothing pending or executing. Measured on the monotonic clock and only over what was
-    really seen: after a gap between two polls longer than ``longest_gap`` seconds the time counts from zero."""
+    """How long one robot has been idle: Ready, nothing pending or executing, nothing new in its queue. Measured on the monotonic clock and
+    only over what was really seen: after a gap between two polls longer than ``longest_gap`` seconds the time counts from zero."""
 
     def __init__(self) -> None:
         self._since: float | None = None
         self._seen = -math.inf
+        self._highest: int | None = None         # queue id
 
-    def saw(self, idle: bool, mono: float, longest_gap: float) -> None:
-        if not idle or mono - self._seen > longest_gap:
+    def saw(self, idle: bool, highest: int | None, mono: float, longest_gap: float) -> None:
+        if not idle or mono - self._seen > longest_gap or highest != self._highest:
             self._since = None
         if idle and self._since is None:
             self._since = mono
-        self._seen = mono
+        self._seen, self._highest = mono, highest
 
     def not_seen(self) -> None:
-        """The robot could not be read: what it did meanwhile is unknown."""
+        """The robot could not be read, or the tablet slept: what it did meanwhile is unknown."""
         self._since = None
+        self._seen = -math.inf
 
     def seconds(self, mono: float) -> float:
         return 0.0 if self._since is None else mono - self._since
@@ -47,7 +49,7 @@ class IdleSituation:
     idle_seconds: float
     status: RobotStatus
     highest_queue_id: int
-    last_idle: Execution | None           # newest idle execution of this robot
+    last_queue_id: int | None             # of its last idle mission, or the highest known when that was triggered
     next_planned_at: datetime | None      # of any schedule of this robot
 
 
@@ -55,17 +57,13 @@ def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, setting
                         now: datetime) -> bool:
     """Whether the idle mission starts now.
 
-    Once per idle period: a period ends when anything else runs, which shows as a queue id above the one that the last idle execution got
-    (or, when it never got one, above the highest id known when it was triggered). So a restart of the app does not fire it again.
+    Once per idle period: a period ends when anything else runs, which shows as a queue id above that of the last idle mission, or below it
+    where the robot's queue began anew. So a restart of the app does not fire it again.
     """
     if rule is None or not rule.enabled or situation.idle_seconds < rule.after_minutes * 60:
         return False
-    last = situation.last_idle
-    if last is not None:
-        if last.state.is_open:
-            return False
-        if situation.highest_queue_id <= max(last.queue_id or 0, last.queue_floor or 0):
-            return False
+    if situation.highest_queue_id == situation.last_queue_id:
+        return False
     if situation.next_planned_at is not None and situation.next_planned_at - now < KEEP_FREE_BEFORE_PLANNED:
         return False
     if not calendar.is_working_day(now.astimezone(ZoneInfo(settings.timezone)).date()):

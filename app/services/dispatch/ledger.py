@@ -13,10 +13,11 @@ from typing import Any
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository, Unsent
+from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.message import Message
-from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Wait
+from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.reasons import sentence, to_store
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
@@ -38,7 +39,7 @@ class Ledger:
     def __init__(self, db: Database, executions: ExecutionRepository, settings: SettingsRepository, clock: Clock, changes: Changes,
                  alarms: Alarms) -> None:
         self._db, self._executions, self._settings = db, executions, settings
-        self._clock, self._changes, self._alarms = clock, changes, alarms
+        self._clock, self._changes, self._alarms, self._robots = clock, changes, alarms, RobotRepository()
         self.grew = True                     # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading
@@ -60,22 +61,15 @@ class Ledger:
         """Whether anything of ours is with this robot, or may be."""
         return self._executions.has_sent(self._db.read(), robot_id)
 
-    def revocation_reason(self, intent: Execution) -> Reason | None:
-        """Why an intent must not be sent any more, although its row is unchanged; None: nothing has changed since it was written."""
-        return self._executions.revocation_reason(self._db.read(), intent)
-
     def by_token(self, token: str) -> Execution | None:
         return self._executions.by_token(self._db.read(), token)
-
-    def last_accepted(self, robot_id: int) -> Execution | None:
-        return self._executions.last_accepted(self._db.read(), robot_id)
 
     def is_claimed(self, robot_id: int, queue_id: int) -> bool:
         """Whether that queue item is an execution's already."""
         return self._executions.is_claimed(self._db.read(), robot_id, queue_id)
 
-    def last_idle(self, robot_id: int) -> Execution | None:
-        return self._executions.last_idle(self._db.read(), robot_id)
+    def has_open_idle(self, robot_id: int) -> bool:
+        return any(row.trigger is Trigger.IDLE for row in self.open_for(robot_id))
 
     # ------------------------------------------------------------------ moves
     def add(self, execution: Execution) -> Execution | None:
@@ -84,6 +78,20 @@ class Ledger:
         if added:
             self._announce(added)
         return added
+
+    def add_idle(self, execution: Execution) -> Execution | None:
+        """The same of an idle mission; its robot's idle period has had its mission then."""
+        def work(c: Any) -> Execution | None:
+            self._robots.note_idle(c, execution.robot_id or 0, execution.queue_floor)
+            return self._executions.add_once(c, execution)
+        added = self._db.write(work)
+        if added:
+            self._announce(added)
+        return added
+
+    def note_idle(self, robot_id: int, queue_id: int | None) -> None:
+        """The queue item of the last idle mission; None: there was none in this idle period."""
+        self._db.write(lambda c: self._robots.note_idle(c, robot_id, queue_id))
 
     def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
         """Note what holds a waiting execution; writes only when that is something new."""
@@ -150,14 +158,10 @@ class Ledger:
         """Ended with a reason, whose code gives the state."""
         return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
 
-    def release_unsent(self, intents: Sequence[Execution]) -> None:
-        """Intents of which nothing was sent wait again, or end where they were revoked."""
-        moves: list[Move] = []
-        for intent in intents:
-            moves.append(self.not_tried(intent))
-            if reason := self.revocation_reason(intent):
-                moves.append(self.ended(intent, reason, (State.WAITING,)))
-        self.make(moves)
+    def reopen(self, execution: Execution, queue_id: int) -> Execution | None:
+        """The robot has it after all, or another item than was thought: it is followed (again) to its end."""
+        return self._change(execution, (execution.state,), state=State.QUEUED, queue_id=queue_id, reason=None, ended_at=None, duration_s=None,
+                            submitted_at=execution.submitted_at or self._clock.now())
 
     def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
         """Note that the operator has cancelled these (None: undo that); the robot's answer decides."""
@@ -178,10 +182,11 @@ class Ledger:
             return
         surplus = self._executions.surplus(self._db.read(), limit)
         while any(surplus):
-            surplus = self._db.write(lambda c, surplus=surplus: self._executions.drop_oldest(c, surplus))  # type: ignore[misc]
-            if any(surplus) and not has_time():
+            left = self._db.write(lambda c, surplus=surplus: self._executions.drop_oldest(c, surplus))  # type: ignore[misc]
+            if any(left) and (left == surplus or not has_time()):
                 self.grew = True
                 return
+            surplus = left
 
     # ------------------------------------------------------------------ inside
     def alarm_for(self, ended: Execution) -> None:

@@ -5,30 +5,32 @@ import logging
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime
-from itertools import takewhile
+from datetime import datetime, timedelta
+from itertools import islice, takewhile
 from typing import NamedTuple
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository
+from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
-from app.services.dispatch.dispatcher import Ready
 from app.services.dispatch.ledger import Ledger
+from app.services.dispatch.messages import Readiness
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
 from app.services.live.gaps import Downtime, Gap
+from app.services.planning.first_due import first_due
 from app.services.planning.recurrence import next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 log = logging.getLogger(__name__)
 
-AT_ONCE = 500                # schedules per transaction, so that a burst never holds the writer for long
+LATELY = timedelta(minutes=1)   # what fell due earlier is written after what falls due now
+AT_ONCE = 100                # schedules, and rows, per transaction, so that neither a burst nor a long absence holds the writer for long
 
 
 @dataclass
@@ -40,6 +42,7 @@ class DueBatch:
     missed: int = 0
     late_starts: int = 0
     intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
+    is_behind: bool = False                               # what fell due long ago is still to be written
 
     def note(self, added: Iterable[Execution]) -> None:
         """These are in the ledger now."""
@@ -56,13 +59,12 @@ class DueBatch:
 class Planner:
     def __init__(self, db: Database, *, schedules: ScheduleRepository, executions: ExecutionRepository, robots: RobotRepository,
                  missions: MissionRepository, settings: SettingsRepository, clock: Clock, downtime: Downtime, alarms: Alarms,
-                 ledger: Ledger, changes: Changes, hold_late_starts: bool, ready: Callable[[int], Ready | None],
-                 hand_over: Callable[[Execution], None]) -> None:
+                 ledger: Ledger, changes: Changes, hold_late_starts: bool) -> None:
         self._db, self._schedules, self._executions = db, schedules, executions
         self._robots, self._missions, self._settings = robots, missions, settings
         self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
-        self._ready, self._hand_over = ready, hand_over   # of the robots' workers
         self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
+        self._missed = 0                                  # not told yet
 
     def next_due(self) -> datetime | None:
         return self._schedules.next_due(self._db.read())
@@ -72,21 +74,24 @@ class Planner:
         due = self.next_due()
         return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
 
-    def insert_due(self) -> DueBatch:
-        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing prevents it: its worker waits for
-        the instant. Costs one index lookup when nothing is due."""
+    def insert_due(self, ready: Callable[[int], Readiness | None], hand_over: Callable[[Sequence[Execution]], None]) -> DueBatch:
+        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing prevents it: ``hand_over`` gives its
+        worker the intents, to be sent at their instants. Costs one index lookup when nothing is due."""
         batch = DueBatch()
         due = self.next_due()
         is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
-        while is_more:
-            is_more = self._db.write(lambda c: self._take_due(c, batch))
-            for intent in rules.in_dispatch_order(batch.intents):       # before listeners are notified and read
-                self._hand_over(intent)
+        while is_more and not batch.is_behind:
+            is_more = self._db.write(lambda c: self._take_due(c, batch, ready))
+            if batch.intents:                                       # before listeners are notified and read
+                hand_over(rules.in_dispatch_order(batch.intents))
             batch.intents.clear()
+        batch.is_behind &= is_more
         if batch.missed or batch.skipped:
             self._ledger.grew = True
-        if batch.missed:
-            self._alarms.raise_("executions_missed", "plan", count=batch.missed)
+        self._missed += batch.missed
+        if self._missed and not batch.is_behind:
+            self._alarms.raise_("executions_missed", "plan", count=self._missed)
+            self._missed = 0
         for execution in batch.skipped:
             if execution.reason and execution.reason.code is not ReasonCode.HOLD:        # a paused schedule needs no alarm
                 self._ledger.alarm_for(execution)
@@ -96,26 +101,55 @@ class Planner:
             self._changes.publish(Topic.SCHEDULES)
         return batch
 
-    def _take_due(self, c: sqlite3.Connection, batch: DueBatch) -> bool:
+    def _take_due(self, c: sqlite3.Connection, batch: DueBatch, ready: Callable[[int], Readiness | None]) -> bool:
         """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
         more of it."""
         now = self._clock.now()
-        schedules = self._schedules.due(c, now + rules.INTENT_LEAD, AT_ONCE)
-        context = self._load_context(c, schedules, now)
+        schedules = self._schedules.due(c, now + rules.INTENT_LEAD, now - LATELY, AT_ONCE)
+        context = self._load_context(c, schedules, now, ready)
         rows: list[Execution] = []
-        following: dict[int, datetime | None] = {}
+        progress: list[Progress] = []
         for schedule in schedules:
             if taken := self._take(schedule, context, batch):
                 rows += taken.rows
-                following[schedule.id] = taken.following
+                progress.append(taken.progress)
+                if len(rows) >= AT_ONCE:
+                    break
         added = self._executions.add_each_once(c, rows)
-        self._schedules.advance_all(c, following)
+        self._schedules.advance_all(c, progress)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
         batch.note(added)
-        return len(schedules) == AT_ONCE and schedules[-1].id in following
+        batch.is_behind = any(each.next_at is not None and each.next_at <= now for each in progress)
+        return batch.is_behind or len(rows) >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
-    def _load_context(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime) -> PlanningContext:
+    def plan_anew(self) -> None:
+        """The clock has been set back: instants that are to come again are planned again, unless something was started for them. What was
+        missed or skipped then is taken out of the ledger."""
+        def work(c: sqlite3.Connection) -> bool:
+            now, settings = self._clock.now(), self._settings.load(c)
+            calendar, ahead = working_calendar(c, settings), self._schedules.planned_beyond(c, now)
+            for schedule in ahead:
+                self._executions.drop_unsent_after(c, schedule.id, now)
+                through = max(now, schedule.started_through or now)
+                known = replace(schedule, planned_through=through)
+                next_at = first_due(known, settings, now, calendar, self._schedules.skipped(c, schedule.id))
+                self._schedules.set_plan(c, schedule.id, next_at, through)
+            return bool(ahead)
+        if self._db.write(work):
+            log.warning("The clock was set back: what had been planned beyond it is planned anew")
+            self._changes.publish(Topic.SCHEDULES)
+            self._changes.publish(Topic.EXECUTIONS)
+
+    def list_late_starts(self, since: datetime) -> None:
+        """After an absence that began then, everything that would start late is listed for some seconds first, where there is a window."""
+        if self._hold_late_starts:
+            now = self._clock.now()
+            self._db.write(lambda c: self._executions.hold_late(c, since, now, now + rules.LATE_START_HOLD))
+            self._changes.publish(Topic.EXECUTIONS)
+
+    def _load_context(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime,
+                      ready: Callable[[int], Readiness | None]) -> PlanningContext:
         """All that the rows of these schedules depend on. Few statements for however many of them: each releases the interpreter, and
         has to wait until it gets it back."""
         settings = self._settings.load(c)
@@ -124,29 +158,35 @@ class Planner:
         return PlanningContext(
             now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids),
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap))
+            self._executions.open_of_schedules(c, no_overlap), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
         and something prevents a start, which only then can be judged."""
         robot, mission = context.robots.get(schedule.robot_id), context.missions.get(schedule.mission_id)
         if robot is None or mission is None:               # foreign keys prevent that
-            return _Taken([], None)
+            return _Taken([], Progress(schedule.id, None, None, None))
         make = _RowMaker(schedule, robot, mission, context)
-        (*earlier, latest), following = _instants(schedule, context.now, context.calendar)
-        row = self._row(latest, make)
-        if latest > context.now and row.state is not State.SUBMITTING:
-            return None
+        earlier, following = _instants(schedule, context.now, context.calendar)
+        through, started, rows = earlier[-1], None, []
+        if following is None or following > context.now:
+            *earlier, latest = earlier
+            row = self._row(latest, make)
+            if latest > context.now and row.state is not State.SUBMITTING:
+                return None
+            if row.state in (State.WAITING, State.SUBMITTING):
+                started = latest
+            if row.state is State.WAITING:
+                context.waited_for.add(robot.id)
+            batch.missed += row.state is State.MISSED
+            batch.late_starts += row.wait is Wait.LATE_START
+            rows = [row]
         limit = context.settings.history_limit
         newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
-        rows = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant))
-                for instant in newest]
-        batch.missed += sum(not schedule.is_paused(instant) for instant in earlier) + (row.state is State.MISSED)
-        batch.late_starts += row.wait is Wait.LATE_START
+        batch.missed += sum(not schedule.is_paused(instant) for instant in earlier)
         batch.touched.add(robot.id)
-        if row.state is State.WAITING:
-            context.waited_for.add(robot.id)
-        return _Taken([*rows, row], following)
+        gone = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant)) for instant in newest]
+        return _Taken([*gone, *rows], Progress(schedule.id, following, through, started))
 
     def _row(self, instant: datetime, make: _RowMaker) -> Execution:
         """With the intent of its first attempt where the robot is ready for it: the row that a POST needs before it is then on disk with
@@ -162,18 +202,18 @@ class Planner:
             return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
         if self._hold_late_starts and self._downtime.at(instant) is not None:
             return make.waiting(instant, late=True)
-        ready = None if make.robot.id in context.waited_for else self._ready(make.robot.id)     # what waits may have to go first
+        ready = None if make.robot.id in context.waited_for else context.ready(make.robot.id)     # what waits may have to go first
         return make.waiting(instant) if ready is None else make.submitting(instant, ready)
 
 
 class _Taken(NamedTuple):
-    """What became of a schedule: rows to be written, and when it is due next."""
+    """What became of a schedule."""
     rows: list[Execution]
-    following: datetime | None
+    progress: Progress
 
 
 def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> tuple[list[datetime], datetime | None]:
-    """What fell due since the schedule was planned last, oldest first, at least one; and what comes next."""
+    """What fell due since the schedule was planned last, oldest first, at least one and at most ``AT_ONCE``; and what comes next."""
     first = schedule.next_at
     if first is None:
         raise ValueError(f"schedule {schedule.id} is not due")
@@ -181,8 +221,8 @@ def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> t
     if following is None or following > now:                   # as always, unless the app was off or the clock was set
         return [first], following
     after = (occurrence.instant for occurrence in occurrences(schedule, first, calendar))
-    due = [first, *takewhile(lambda instant: instant <= now, after)]
-    return due, next_occurrence(schedule, max(now, due[-1]), calendar)
+    due = [first, *islice(takewhile(lambda instant: instant <= now, after), AT_ONCE - 1)]
+    return due, next_occurrence(schedule, due[-1], calendar)
 
 
 @dataclass(frozen=True)
@@ -196,6 +236,7 @@ class PlanningContext:
     missions: Mapping[int, Mission]
     waited_for: set[int]                         # robots for which something waits
     open_of_schedule: Mapping[int, datetime]     # by schedules that don't overlap: when what still runs was planned
+    ready: Callable[[int], Readiness | None]     # robots to which something can go out at once
 
 
 @dataclass(frozen=True)
@@ -211,7 +252,7 @@ class _RowMaker:
         row = rules.scheduled(self.schedule, self.robot, self.mission, context.settings, context.install_id, planned_at, context.now)
         return replace(row, wait=Wait.LATE_START, hold_until=context.now + rules.LATE_START_HOLD) if late else row
 
-    def submitting(self, planned_at: datetime, ready: Ready) -> Execution:
+    def submitting(self, planned_at: datetime, ready: Readiness) -> Execution:
         row = self.waiting(planned_at)
         if not rules.battery_allows(ready.battery, row.minimum_battery_percent):
             return row

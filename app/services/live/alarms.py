@@ -36,6 +36,10 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
     "duplicate_running": (Priority.HIGH, "A second copy of {mission} is running on {robot} (queue item {queue_id})"),
     "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
+    "late_cancelled": (Priority.MEDIUM, "{mission} reached {robot} too late (queue item {queue_id}) and was cancelled"),
+    "adopted_unproven": (Priority.MEDIUM, "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not known yet "
+                                          "whether this robot returns what marks an item as ours"),
+    "item_unreadable": (Priority.MEDIUM, "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}"),
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
@@ -43,7 +47,7 @@ KEPT = 1000                  # past alarms
 SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
 LONGEST_NOTE = 200           # characters
 EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
-                    "duplicate_running", "unknown_outcome"})
+                    "duplicate_running", "unknown_outcome", "late_cancelled", "adopted_unproven", "item_unreadable"})
 
 
 class _Known(dict[str, Any]):

@@ -23,7 +23,7 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, RobotError
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.poll_loop import PollLoop
+from app.services.dispatch.engine import Engine
 
 log = logging.getLogger(__name__)
 
@@ -31,10 +31,10 @@ ClientFactory = Callable[[Robot], RobotClient]
 
 
 class Operator:
-    def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, loop: PollLoop,
+    def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, engine: Engine,
                  settings: Callable[[], Settings], make_client: ClientFactory) -> None:
         self._db, self._robots, self._missions = db, robots, missions
-        self._ledger, self._clock, self._loop, self._settings, self._make_client = ledger, clock, loop, settings, make_client
+        self._ledger, self._clock, self._engine, self._settings, self._make_client = ledger, clock, engine, settings, make_client
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
@@ -47,7 +47,6 @@ class Operator:
         execution = self._ledger.add(row) or self._ledger.by_token(token)
         if execution is None:
             raise LookupError(token)
-        self._loop.kick(robot_id)
         return execution
 
     def cancel_execution(self, execution_id: int) -> Execution | None:
@@ -68,7 +67,7 @@ class Operator:
         self._ledger.ask_cancel(ours, ReasonCode.USER_CANCELLED)
         with self._client(robot_id) as client:
             client.cancel(queue_id)
-        self._loop.kick(robot_id, poll=True)
+        self._engine.poll(robot_id)
 
     def clear_queue(self, robot_id: int) -> None:
         """Everything pending or executing on the robot goes, and what waits here to be sent there."""
@@ -85,7 +84,7 @@ class Operator:
         for execution in ours:
             if execution.state is State.WAITING:
                 self._ledger.end(execution, Reason(ReasonCode.QUEUE_CLEARED))
-        self._loop.kick(robot_id, poll=True)
+        self._engine.poll(robot_id)
 
     # ------------------------------------------------------------------ the robot
     def pause(self, robot_id: int) -> None:
@@ -98,17 +97,17 @@ class Operator:
         """Clears resettable errors. Never moves the robot: it stays in Pause until Resume."""
         with self._client(robot_id) as client:
             client.clear_error()
-        self._loop.kick(robot_id, poll=True)
+        self._engine.poll(robot_id)
 
     def answer_prompt(self, robot_id: int, guid: str, answer: str) -> None:
         with self._client(robot_id) as client:
             client.answer_prompt(guid, answer)
-        self._loop.kick(robot_id, poll=True)
+        self._engine.poll(robot_id)
 
     def _set_state(self, robot_id: int, state: RobotState) -> None:
         with self._client(robot_id) as client:
             client.set_state(state)
-        self._loop.kick(robot_id, poll=True)
+        self._engine.poll(robot_id)
 
     # ------------------------------------------------------------------ the integrator
     def test_connection(self, address: str, username: str, password: str | None, *, robot_id: int | None = None,

@@ -163,7 +163,7 @@ from app.container import Container
 from pathlib import Path
 container = Container(Database.open(Path(sys.argv[1]) / "data" / "a.db", durable=False))
 container.first_start()
-container.scheduler.tick()
+container.engine.start()
 container.calendar().day_status(container.clock.now().date())
 container.plan.next(5)
 print("holidays" in sys.modules)

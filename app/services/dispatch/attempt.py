@@ -1,0 +1,45 @@
+"""A start on its way to its robot: what its worker knows of it besides its row."""
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from app.domain.models import Execution
+from app.services.dispatch.ledger import Move
+
+
+class Phase(Enum):
+    HELD = auto()            # its intent is on disk, its instant is still to come
+    BACKOFF = auto()         # it waits, and is looked at again at ``wake_at``
+    IN_DOUBT = auto()        # its request may have reached the robot, or may still reach it
+    ACCEPTED = auto()        # the robot has it; that is to be written
+
+
+@dataclass(slots=True)
+class Attempt:
+    """``wake_at`` and ``in_doubt_since`` on the monotonic clock, so that no step of the wall clock moves them."""
+    phase: Phase
+    wake_at: float
+    row: Execution | None = None                 # HELD: the intent
+    plan_version: int = 0                        # HELD: of the plan that the intent was written from
+    in_doubt_since: float = math.inf
+    accepted: Move | None = None
+
+
+class Attempts(dict[int, Attempt]):
+    """Those of one robot, by the id of their execution. A row that says ``submitting`` and is not here belongs to a process that is gone."""
+
+    def of(self, phase: Phase) -> Iterator[tuple[int, Attempt]]:
+        return ((key, attempt) for key, attempt in self.items() if attempt.phase is phase)
+
+    def next_at(self) -> float:
+        return min((attempt.wake_at for attempt in self.values()), default=math.inf)
+
+    def next_held_at(self) -> float:
+        return min((attempt.wake_at for _key, attempt in self.of(Phase.HELD)), default=math.inf)
+
+    def is_asleep(self, execution_id: int, mono: float) -> bool:
+        attempt = self.get(execution_id)
+        return attempt is not None and attempt.wake_at > mono

@@ -1,0 +1,196 @@
+"""Whether the tablet's clock can be right, judged at every round: at the start, after every jump, and against the robots' clocks.
+
+While it is in doubt nothing is sent and nothing is written as missed. A robot whose time agrees ends the doubt, or the operator does; when no
+robot can be asked, the time since the last run has to be plausible.
+"""
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.domain.clock import Clock
+from app.domain.message import Message, message
+from app.services.dispatch.observation import ClockReading
+from app.services.dispatch.timing import FIRST_DOUBT, REPORTED_STEP
+from app.services.live.alarms import Alarms
+from app.services.live.gaps import HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
+from app.services.live.holds import Holds
+
+log = logging.getLogger(__name__)
+
+TOLERANCE = 600.0                       # s by which a robot's clock may differ and still agree
+BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
+CONFIRMED = "confirmed_clock_offsets"   # name of the setting: what the robots' clocks differed by when a person said that this one is right
+UNPROVEN = message("it is being compared with the robots' clocks")
+
+Readings = Mapping[int, ClockReading]   # by robot
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """``absent_since``: the app was off, asleep or in doubt until now. ``went_back``: instants that have been handled may come again."""
+    is_trusted: bool
+    absent_since: datetime | None = None
+    went_back: bool = False
+
+
+@dataclass
+class _Doubt:
+    since: datetime
+    since_mono: float
+    is_told: bool = False
+
+
+class ClockGuard:
+    def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime) -> None:
+        self._db, self._settings, self._clock = db, settings, clock
+        self._holds, self._alarms, self._downtime = holds, alarms, downtime
+        self._last: tuple[datetime, float] | None = None         # wall and monotonic time of the last round
+        self._last_heartbeat: datetime | None = None             # of the previous run, or of this one
+        self._beat_at = -1e9
+        self._doubt: _Doubt | None = None
+        self._absent_since: datetime | None = None
+        self._went_back = False
+        self._is_confirmed = False
+
+    def start(self) -> None:
+        """Find out for how long the app was off. Called once, before the first round."""
+        self._last_heartbeat = self._settings.heartbeat(self._db.read())
+        now = self._clock.now()
+        if self._last_heartbeat is not None and now - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
+            self._away(self._last_heartbeat, now)
+        self._begin_doubt(now)
+
+    def judge(self, readings: Readings, can_ask: bool) -> Judgement:
+        """One round. ``can_ask``: there are robots that may tell the time."""
+        now, mono = self._clock.now(), self._clock.monotonic()
+        self._notice_step(now, mono)
+        self._last = (now, mono)
+        problem = self._problem(readings, can_ask, now, mono)
+        if self._doubt is None:
+            self._beat(now, mono)
+            absent_since, self._absent_since = self._absent_since, None
+            went_back, self._went_back = self._went_back, False
+            return Judgement(True, absent_since, went_back)
+        if problem is not None:
+            self._holds.distrust_clock(problem)
+            if problem is not UNPROVEN and not self._doubt.is_told:
+                self._doubt.is_told = True
+                self._alarms.raise_("clock_implausible", "clock", problem=problem)
+        return Judgement(False)
+
+    def confirm(self, readings: Readings) -> None:
+        """A person says that this clock is right, whatever the robots' clocks say now."""
+        offsets = {str(key): reading.offset for key, reading in readings.items()}
+        self._db.write(lambda c: self._settings.put(c, CONFIRMED, offsets))
+        self._is_confirmed = True
+
+    @property
+    def is_in_doubt(self) -> bool:
+        return self._doubt is not None
+
+    def stop(self) -> None:
+        if self._doubt is None:
+            now = self._clock.now()
+            self._db.write(lambda c: self._settings.set_heartbeat(c, now))
+
+    # ------------------------------------------------------------------ inside
+    def _begin_doubt(self, now: datetime) -> None:
+        self._doubt = _Doubt(now, self._clock.monotonic())
+        self._holds.distrust_clock(UNPROVEN)
+
+    def _end_doubt(self, now: datetime) -> None:
+        doubt, self._doubt = self._doubt, None
+        if doubt is not None and doubt.is_told:
+            self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
+            self._absent_since = self._absent_since or min(doubt.since, now)
+        self._went_back = True                     # perhaps before this run
+        self._holds.distrust_clock(None)
+        self._alarms.clear("clock_implausible", "clock")
+
+    def _problem(self, readings: Readings, can_ask: bool, now: datetime, mono: float) -> Message | None:
+        """None ends the doubt."""
+        since = self._doubt.since_mono if self._doubt else -1.0
+        agree, differ = self._votes({key: reading for key, reading in readings.items() if reading.read_at >= since})
+        if self._doubt is None:
+            if len(differ) >= 2 and len(differ) > agree:
+                self._begin_doubt(now)
+                return _difference(differ)
+            return None
+        if self._is_confirmed or agree and agree >= len(differ):
+            self._is_confirmed = False
+            self._end_doubt(now)
+            return None
+        if differ:
+            return _difference(differ)
+        if can_ask and mono - since < FIRST_DOUBT:
+            return UNPROVEN
+        then = self._last_heartbeat
+        if then is not None and now < then - BACKWARDS:
+            return message("it shows {now} UTC, but the app already ran on {then} UTC", now=f"{now:%Y-%m-%d %H:%M}", then=f"{then:%Y-%m-%d %H:%M}")
+        self._end_doubt(now)
+        return None
+
+    def _votes(self, readings: Readings) -> tuple[int, list[float]]:
+        """How many robots' clocks agree, and by how many seconds the others differ. One whose clock differs as it did when a person said that
+        the tablet's is right agrees."""
+        differ, agree = [], 0
+        confirmed: Mapping[str, float] | None = None
+        for key, reading in readings.items():
+            offset = reading.offset
+            if abs(offset) > TOLERANCE:
+                if confirmed is None:
+                    confirmed = self._settings.get(self._db.read(), CONFIRMED, {})
+                offset -= confirmed.get(str(key), 0.0)
+            if abs(offset) <= TOLERANCE:
+                agree += 1
+            else:
+                differ.append(reading.offset)
+        return agree, differ
+
+    def _notice_step(self, now: datetime, mono: float) -> None:
+        """The wall clock ran differently from the monotonic one: the tablet slept (forward) or its clock was set."""
+        if self._last is None:
+            return
+        step = (now - self._last[0]).total_seconds() - (mono - self._last[1])
+        if abs(step) < REPORTED_STEP:
+            return
+        log.warning("The wall clock moved by %+.0f s against the monotonic one (asleep, or the clock was set)", step)
+        if step < 0:
+            self._went_back = True
+        if step >= NOTEWORTHY.total_seconds():
+            self._away(self._last[0], now)
+        else:
+            self._alarms.raise_("clock_stepped", "clock", seconds=round(step))
+        if step > self._shortest_doubtful() and self._doubt is None:
+            self._begin_doubt(now)
+        elif self._doubt is not None:                       # what was read before says nothing any more
+            self._doubt.since_mono = mono
+
+    def _shortest_doubtful(self) -> float:
+        """s; a jump ahead beyond a start window would make starts late that a wrong clock only pretends to be."""
+        return 60.0 * self._settings.load(self._db.read()).start_window_minutes
+
+    def _away(self, start: datetime, end: datetime) -> None:
+        self._downtime.add(Gap(start, end))
+        if end - start >= NOTEWORTHY:
+            self._absent_since = start if self._absent_since is None else min(self._absent_since, start)
+            log.warning("The app was off or asleep from %s to %s UTC", f"{start:%Y-%m-%d %H:%M:%S}", f"{end:%Y-%m-%d %H:%M:%S}")
+            zone = self._settings.load(self._db.read()).timezone
+            self._alarms.raise_("app_was_off", "app", start=start.isoformat(), end=end.isoformat(), timezone=zone)
+
+    def _beat(self, now: datetime, mono: float) -> None:
+        if mono - self._beat_at >= HEARTBEAT_EVERY:
+            self._beat_at = mono
+            self._db.write(lambda c: self._settings.set_heartbeat(c, now))
+
+
+def _difference(differ: list[float]) -> Message:
+    minutes = round(sorted(differ)[len(differ) // 2] / 60)
+    if minutes > 0:
+        return message("most robots' clocks are {minutes} min ahead of it", minutes=minutes)
+    return message("most robots' clocks are {minutes} min behind it", minutes=-minutes)

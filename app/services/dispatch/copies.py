@@ -1,0 +1,131 @@
+"""Items that our requests put on a robot's queue: which one is an execution's, and what becomes of a second one or of one that came too late.
+
+The token in ``description`` is the proof. A robot that does not give descriptions back is judged by mission, user and number; while it is not
+known yet whether it does, an item that may be ours is taken for ours: rather that than sent twice.
+"""
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+from app.domain.models import Execution, ReasonCode, State
+from app.domain.robot import QueueItem
+from app.mir.client import RobotClient
+from app.mir.errors import RobotError
+from app.services.dispatch.observation import Observation
+from app.services.dispatch.shared import Shared
+from app.services.dispatch.timing import WATCHED_FOR
+
+log = logging.getLogger(__name__)
+
+MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT)      # nobody wanted it not to run
+
+
+def looks_like_token(description: str) -> bool:
+    return len(description) == 36 and description.count("-") == 4
+
+
+class Copies:
+    """Of one robot. Raises RobotError where it can't be asked."""
+
+    def __init__(self, client: RobotClient, shared: Shared, observation: Observation) -> None:
+        self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
+        self._tokens_come_back: bool | None = None       # None: not known, or not read yet
+        self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
+
+    # ------------------------------------------------------------------ which one is ours
+    def of(self, row: Execution) -> list[QueueItem]:
+        """What the attempts of this row put on the robot, oldest first."""
+        newer = sorted(self._client.items_after(row.queue_floor or 0), key=lambda item: item.id)
+        found = [item for item in newer if item.description == row.token]
+        if found or not newer or self._do_tokens_come_back():
+            return found
+        candidates = [item for item in newer if self._may_be_of(row, item)][:1]
+        if candidates and self._tokens_come_back is None:
+            self._tell("adopted_unproven", row, candidates[0])
+        return candidates
+
+    def _do_tokens_come_back(self) -> bool | None:
+        if self._tokens_come_back is None:
+            self._tokens_come_back = self._s.robots.gives_tokens_back(self._s.db.read(), self._seen.robot.id)
+        return self._tokens_come_back
+
+    def learn(self, row: Execution, item: QueueItem) -> None:
+        """An item that is certainly ours shows whether this robot, with its present software, returns a description as it was sent."""
+        comes_back = item.description == row.token
+        if comes_back != self._do_tokens_come_back():
+            self._tokens_come_back = comes_back
+            self._s.db.write(lambda c: self._s.robots.note_tokens_come_back(c, self._seen.robot.id, comes_back))
+
+    def _may_be_of(self, row: Execution, item: QueueItem) -> bool:
+        """Without tokens: the same mission, put there since by the same user, claimed by no other execution."""
+        return (item.mission_id == row.mission_guid and not looks_like_token(item.description)
+                and item.created_by_name in ("", self._seen.user_name or item.created_by_name)
+                and not self._ledger.is_claimed(self._seen.robot.id, item.id))
+
+    def is_ours(self, row: Execution, item: QueueItem) -> bool:
+        """Whether the item under our number is the one we put there; after a reset of the robot's database it may be somebody else's."""
+        if looks_like_token(item.description):
+            return item.description == row.token
+        return item.mission_id in (None, "", row.mission_guid)
+
+    # ------------------------------------------------------------------ one too many
+    def watch_for(self, row: Execution) -> None:
+        """Its request was given up and may arrive all the same: the robot's queue is searched for it for a while."""
+        self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
+
+    def heal(self, open_items: Sequence[QueueItem]) -> None:
+        """Set right what the robot has more than once, or although its row has ended."""
+        items = {item.id: item for item in open_items if looks_like_token(item.description)}
+        self._watched = {token: value for token, value in self._watched.items() if value[1] > self._s.clock.monotonic()}
+        if self._watched:
+            newer = self._client.items_after(min(floor for floor, _until in self._watched.values()))
+            items |= {item.id: item for item in newer if item.description in self._watched}
+        for item in sorted(items.values(), key=lambda item: item.id):
+            row = self._ledger.by_token(item.description)
+            if row is not None and row.queue_id != item.id and row.robot_id == self._seen.robot.id:
+                self._set_right(row, item)
+
+    def _set_right(self, row: Execution, item: QueueItem) -> None:
+        if row.state in (State.SUBMITTING, State.WAITING):
+            return                                           # still being looked for
+        if row.queue_id is None:
+            self._came_late(row, item)
+        elif item.id < row.queue_id and row.state.is_open:   # the earlier one is ours
+            later = row.queue_id
+            if self._ledger.reopen(row, item.id):
+                self._cancel_pending(later, row)
+        else:
+            self.cancel_copy(item, row)
+
+    def _came_late(self, row: Execution, item: QueueItem) -> None:
+        """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled; else the row is put right."""
+        is_wanted = row.reason is not None and row.reason.code in MAY_COME_TRUE
+        is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
+        if is_wanted and not is_too_late:
+            self._ledger.reopen(row, item.id)
+        elif item.is_open:
+            self.cancel(item.id)
+            self._tell("late_cancelled", row, item)
+
+    def cancel_copy(self, item: QueueItem, row: Execution) -> None:
+        """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised."""
+        if item.is_pending:
+            self.cancel(item.id)
+            self._tell("duplicate_healed", row, item)
+        elif item.is_open:
+            self._tell("duplicate_running", row, item)
+
+    def _cancel_pending(self, queue_id: int, row: Execution) -> None:
+        self.cancel_copy(self._client.queue_item(queue_id), row)
+
+    def cancel(self, queue_id: int) -> None:
+        """What can't be cancelled now is met again at the next poll."""
+        try:
+            self._client.cancel(queue_id)
+        except RobotError as error:
+            log.warning("Item %d of %r could not be cancelled yet: %s", queue_id, self._seen.robot.name, error.text)
+
+    def _tell(self, code: str, row: Execution, item: QueueItem) -> None:
+        self._s.alarms.raise_(code, f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._seen.robot.id, mission=row.mission,
+                              queue_id=item.id)

@@ -1,0 +1,334 @@
+"""What happens once a second, or when something falls due: due starts, turns of polls, housekeeping, chores.
+
+No thread of its own and no request to a robot: the runner calls ``advance`` on the scheduler's thread, the simulation calls it directly, and
+``Mailboxes`` bring what it says to the robots' workers. With a window, Kivy's Clock asks for a cycle every poll interval; headless, or when
+the window has not asked for two intervals, the engine does so itself.
+"""
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections.abc import Callable, Sequence
+from datetime import datetime, timedelta
+from itertools import groupby
+from operator import attrgetter
+from typing import Protocol
+
+from app.database.connection import DatabaseError
+from app.domain.clock import Clock
+from app.domain.message import message_of
+from app.domain.models import Execution, Robot
+from app.services.dispatch import messages
+from app.services.dispatch.clock_guard import ClockGuard, Judgement, Readings
+from app.services.dispatch.ledger import Ledger
+from app.services.dispatch.planner import Planner
+from app.services.dispatch.timing import (
+    AFTER_A_FAILURE,
+    CHORES_EVERY,
+    CYCLE_TAKES,
+    FIRST_POLL_WITHIN,
+    INTENT_EVERY,
+    INTENT_LEAD,
+    LONGEST_WAIT,
+    PREFETCH_LEAD,
+    PREFETCH_TOGETHER,
+    TURN_EVERY,
+)
+from app.services.dispatch.worker import RobotWorker
+from app.services.live.alarms import Alarms
+from app.services.live.changes import Changes, Topic
+
+log = logging.getLogger(__name__)
+
+POLLED_AT_ONCE = 2          # robots in a turn at least
+PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
+TIDY_EVERY = 0.5            # s
+TIDIES_WITHIN = 60.0        # s that housekeeping gives way to what falls due
+MIN_IDLE = 0.02             # s until the next start; with less, housekeeping waits
+
+
+class Mailboxes(Protocol):
+    """How workers are reached. What is posted to one arrives in that order."""
+
+    def open(self, worker: RobotWorker) -> None: ...
+
+    def close(self, robot_id: int) -> None:
+        """Its worker is not needed any more; it releases what it holds."""
+
+    def post(self, robot_id: int, message: messages.Message) -> None:
+        """A worker is not told of a change of the ledger that it has just made itself."""
+
+
+class Engine:
+    def __init__(self, *, planner: Planner, guard: ClockGuard, ledger: Ledger, clock: Clock, alarms: Alarms, changes: Changes,
+                 robots: Callable[[], list[Robot]], make_worker: Callable[[Robot], RobotWorker], poll_interval: Callable[[], float],
+                 probe: Callable[[], object]) -> None:
+        self._planner, self._guard, self._ledger, self._clock = planner, guard, ledger, clock
+        self._alarms, self._robots, self._make_worker = alarms, robots, make_worker
+        self._poll_interval, self._probe = poll_interval, probe       # ``probe`` writes something; it raises while nothing can be written
+        self._mailboxes: Mailboxes
+        self._wake: Callable[[], None] = lambda: None
+        self._workers: dict[int, RobotWorker] = {}
+        self._watched: int | None = None
+        self._lock = threading.Lock()             # for what other threads ask: workers, whose turn it is
+        self._advancing: int | None = None        # the thread that is in ``advance``
+        self.plan_version = 1                     # counts changes that may take a start back
+        self._robots_version = 1                  # counts changes of the robots
+        self._matched_version = 0                 # of the robots that have their workers
+        self._match_again_at = math.inf           # a worker could not be made
+        self._first_at = clock.monotonic()
+        self._cycle_at = self._turn_at = -math.inf
+        self._to_poll: list[int] = []             # robots of this cycle whose turn has not come yet
+        self._in_turn = POLLED_AT_ONCE
+        self._window_drives = False
+        self._announced_until: datetime | None = None        # of what is due soon
+        self._chores: dict[str, Callable[[], None]] = {}
+        self._failing: set[str] = set()           # chores that failed the last time
+        self._chores_at = self._pruned_at = self._looked_at = self._tidied_at = -math.inf
+        self._unsubscribe = changes.subscribe(self._on_change)
+
+    # ------------------------------------------------------------------ life
+    def attach(self, mailboxes: Mailboxes, wake: Callable[[], None]) -> None:
+        """``wake``: asks for ``advance`` now."""
+        self._mailboxes, self._wake = mailboxes, wake
+
+    def add_chore(self, name: str, chore: Callable[[], None]) -> None:
+        """Something small to do every second or when something falls due, not more often than ten times a second."""
+        self._chores[name] = chore
+
+    def start(self) -> None:
+        """Once, before the first ``advance``. Raises DatabaseUnavailable."""
+        self._guard.start()
+
+    def stop(self) -> None:
+        self._unsubscribe()
+        self._guard.stop()
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether every robot has answered (or failed to answer) its first poll."""
+        with self._lock:
+            return self._matched_version == self._robots_version and all(worker.polled for worker in self._workers.values())
+
+    @property
+    def seconds_to_cycle(self) -> float:
+        """Until every robot is polled again, when nobody else asks for it."""
+        return self._cycle_at + self._poll_interval() * (2 if self._window_drives else 1) - self._clock.monotonic()
+
+    # ------------------------------------------------------------------ asked by others, on any thread
+    def request_cycle(self, by_window: bool = False) -> None:
+        """Poll every robot now; many in short turns, so that neither the window nor what falls due has to wait."""
+        self._window_drives |= by_window
+        self._cycle_at = self._clock.monotonic()
+        with self._lock:
+            self._to_poll += self._workers.keys() - set(self._to_poll)
+            self._in_turn = max(POLLED_AT_ONCE, math.ceil(len(self._to_poll) * TURN_EVERY / CYCLE_TAKES))
+        self._poll_some()
+        if self._to_poll:
+            self._wake()
+
+    def poll(self, robot_id: int) -> None:
+        """Something was done on this robot."""
+        self._mailboxes.post(robot_id, messages.Poll())
+
+    def watch(self, robot_id: int | None) -> None:
+        """The robot on screen has its status read every 2 s."""
+        with self._lock:
+            before, self._watched = self._watched, robot_id
+        if before is not None and before != robot_id:
+            self._mailboxes.post(before, messages.Watched(False))
+        if robot_id is not None:
+            self._mailboxes.post(robot_id, messages.Watched(True))
+
+    def confirm_clock(self) -> None:
+        """A person says that the tablet's clock is right, whatever the robots' clocks say."""
+        self._guard.confirm(self._readings())
+        self._wake()
+
+    def _on_change(self, topic: Topic, about: int | None) -> None:
+        if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._advancing == threading.get_ident():
+            return                            # the round itself knows what is to be sent, and reads the plan after it
+        if topic is Topic.ROBOTS:
+            self._robots_version += 1
+        if topic in (Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS) or (topic is Topic.EXECUTIONS and about is None):
+            self.plan_version += 1
+        if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS):
+            with self._lock:
+                told = list(self._workers) if about is None else [about]
+            for robot_id in told:
+                self._mailboxes.post(robot_id, messages.LedgerChanged())
+        if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
+            self._wake()
+
+    # ------------------------------------------------------------------ a round
+    def advance(self) -> float:
+        """One round. Returns the seconds until the next one is wanted. Raises DatabaseError, after which the next round tries again."""
+        self._advancing = threading.get_ident()
+        try:
+            return self._round()
+        finally:
+            self._advancing = None
+
+    def _round(self) -> float:
+        mono = self._clock.monotonic()
+        if self._matched_version != self._robots_version or mono >= self._match_again_at:
+            self._match_workers()
+        if not self.is_ready and mono - self._first_at < FIRST_POLL_WITHIN:
+            return 0.02
+        if self._alarms.is_database_failing:
+            self._probe()                     # raises as long as it does
+            for robot_id in list(self._workers):
+                self._mailboxes.post(robot_id, messages.Recover())
+            self._alarms.database_works()
+        judgement = self._judge_clock()
+        is_behind = judgement.is_trusted and self._start_what_is_due()
+        self._do_chores()
+        self._take_turns()
+        if judgement.is_trusted:
+            self._tidy()
+        return 0.0 if is_behind else self._seconds_to_next(TURN_EVERY if self._to_poll else LONGEST_WAIT)
+
+    def _judge_clock(self) -> Judgement:
+        was_in_doubt = self._guard.is_in_doubt
+        can_ask = any(worker.robot.enabled and worker.seen.gives_time for worker in self._workers.values())
+        judgement = self._guard.judge(self._readings(), can_ask)
+        if self._guard.is_in_doubt and not was_in_doubt:
+            self.request_cycle(self._window_drives)          # the robots' clocks decide
+            for robot_id in list(self._workers):
+                self._mailboxes.post(robot_id, messages.TimeLost())
+        if judgement.absent_since is not None:
+            self._planner.list_late_starts(judgement.absent_since)
+            for robot_id in list(self._workers):
+                self._mailboxes.post(robot_id, messages.TimeLost())
+        if judgement.went_back:
+            self._planner.plan_anew()
+        return judgement
+
+    def _readings(self) -> Readings:
+        with self._lock:
+            return {key: worker.seen.clock for key, worker in self._workers.items() if worker.seen.clock is not None}
+
+    def _start_what_is_due(self) -> bool:
+        """Returns whether what fell due long ago is still to be written."""
+        batch = self._planner.insert_due(self._readiness, self._hand_over_at(self.plan_version))
+        for robot_id in batch.robot_ids:
+            self._mailboxes.post(robot_id, messages.LedgerChanged())
+        for robot_id in self._due_soon():
+            self._mailboxes.post(robot_id, messages.Prefetch())
+        return batch.is_behind
+
+    def _readiness(self, robot_id: int) -> messages.Readiness | None:
+        worker = self._workers.get(robot_id)
+        return worker.readiness() if worker else None
+
+    def _hand_over_at(self, plan_version: int) -> Callable[[Sequence[Execution]], None]:
+        """``plan_version`` of before the intents were written."""
+        def hand_over(intents: Sequence[Execution]) -> None:
+            for robot_id, group in groupby(sorted(intents, key=attrgetter("robot_id")), attrgetter("robot_id")):
+                self._mailboxes.post(robot_id, messages.Start(tuple(group), plan_version))
+        return hand_over
+
+    def _due_soon(self) -> set[int]:
+        """Robots with something due in a moment, announced once for each instant."""
+        now, announced = self._clock.now(), self._announced_until
+        until = now + timedelta(seconds=PREFETCH_LEAD)
+        if announced is not None and now <= announced <= until and (until - announced).total_seconds() < PREFETCH_TOGETHER:
+            return set()
+        self._announced_until = until
+        return self._planner.robots_due(announced if announced is not None and now < announced < until else now, until)
+
+    def _seconds_to_next(self, longest: float) -> float:
+        due = self._planner.next_due()
+        if due is None or self._guard.is_in_doubt:
+            return longest
+        left = (due - self._clock.now()).total_seconds()
+        return min(max(left, 0.0), max(left - INTENT_LEAD, INTENT_EVERY), longest)
+
+    # ------------------------------------------------------------------ robots and their turns
+    def _match_workers(self) -> None:
+        """One worker for each robot as it is configured now. One that can't be made is tried again, and holds up no other."""
+        version = self._robots_version            # another change meanwhile asks for another round
+        self._match_again_at = math.inf
+        wanted = {robot.id: robot for robot in self._robots()}
+        for key in list(self._workers):
+            if key not in wanted or _connection_of(self._workers[key].robot) != _connection_of(wanted[key]):
+                with self._lock:
+                    del self._workers[key]
+                self._mailboxes.close(key)
+        for key, robot in wanted.items():
+            if key not in self._workers:
+                self._open(robot)
+            elif self._workers[key].robot != robot:
+                self._mailboxes.post(key, messages.RobotEdited(robot))
+        self._matched_version = version
+
+    def _open(self, robot: Robot) -> None:
+        try:
+            worker = self._make_worker(robot)
+        except DatabaseError:
+            raise
+        except Exception as error:
+            log.exception("Robot %r can't be asked", robot.name)
+            self._alarms.raise_("unreachable", f"robot:{robot.id}", robot=robot.name, problem=message_of(error))
+            self._match_again_at = self._clock.monotonic() + AFTER_A_FAILURE
+            return
+        with self._lock:
+            self._workers[robot.id] = worker
+        self._mailboxes.open(worker)
+        if robot.id == self._watched:
+            self._mailboxes.post(robot.id, messages.Watched(True))
+
+    def _take_turns(self) -> None:
+        if self.seconds_to_cycle <= 0:
+            self.request_cycle()
+        elif self._to_poll and self._clock.monotonic() >= self._turn_at:
+            self._poll_some()
+
+    def _poll_some(self) -> None:
+        self._turn_at = self._clock.monotonic() + TURN_EVERY
+        with self._lock:
+            turn, self._to_poll = self._to_poll[:self._in_turn], self._to_poll[self._in_turn:]
+        for robot_id in turn:
+            self._mailboxes.post(robot_id, messages.Poll())
+
+    # ------------------------------------------------------------------ what can wait
+    def _do_chores(self) -> None:
+        """One that fails is tried again and holds up no other."""
+        mono = self._clock.monotonic()
+        if mono - self._chores_at < CHORES_EVERY:
+            return
+        self._chores_at = mono
+        for name, chore in self._chores.items():
+            try:
+                chore()
+                self._failing.discard(name)
+            except DatabaseError:
+                raise
+            except Exception:
+                if name not in self._failing:
+                    log.exception("%s failed and is tried again", name)
+                self._failing.add(name)
+
+    def _tidy(self) -> None:
+        """Hold history and alarms to their limits, once what fell due is on its way. Gives way while more is due in a moment, but no longer
+        than a minute without a piece of it."""
+        mono = self._clock.monotonic()
+        if mono - self._pruned_at >= PRUNE_EVERY:
+            self._pruned_at = mono
+            self._ledger.grew = True             # the limit may be lower now
+            self._alarms.prune()
+        if not self._ledger.grew or mono - self._looked_at < TIDY_EVERY:
+            return
+        self._looked_at = mono
+        if self._has_time() or mono - self._tidied_at >= TIDIES_WITHIN:
+            self._tidied_at = mono
+            self._ledger.prune(self._has_time)
+
+    def _has_time(self) -> bool:
+        return self._seconds_to_next(LONGEST_WAIT) > MIN_IDLE
+
+
+def _connection_of(robot: Robot) -> tuple[object, ...]:
+    """What a worker's connection is made of; when it changes, the worker is made anew."""
+    return robot.address, robot.token, robot.certificate_sha256

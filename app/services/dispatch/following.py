@@ -1,0 +1,125 @@
+"""Follows what was accepted to its end, by queue id and never by the robot's state; each row by itself."""
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+from app.domain.message import message_of
+from app.domain.models import Execution, Reason, ReasonCode, State
+from app.domain.robot import QueueItem, QueueState
+from app.mir.client import RobotClient
+from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
+from app.services.dispatch.copies import Copies
+from app.services.dispatch.ledger import WITH_THE_ROBOT, Move, seconds_between
+from app.services.dispatch.observation import Observation
+from app.services.dispatch.shared import Shared
+from app.services.dispatch.timing import GONE_FOR
+
+log = logging.getLogger(__name__)
+
+USER_REQUEST = "aborted - user request"       # the message of a cancellation in the robot's language en_US
+MANY = 3                     # open executions that are asked for in one request instead of one each
+
+
+class Following:
+    """One robot's accepted executions. Raises RobotError when the robot can't be asked: rows stay open. ``give_way`` is called between two
+    requests, so that what falls due meanwhile need not wait for all of them."""
+
+    def __init__(self, client: RobotClient, shared: Shared, observation: Observation, copies: Copies, give_way: Callable[[], None]) -> None:
+        self._client, self._s, self._ledger = client, shared, shared.ledger
+        self._seen, self._copies, self._give_way = observation, copies, give_way
+        self._missing_since: dict[int, float] = {}    # queue ids that the robot does not seem to have (any more), on the monotonic clock
+        self._unreadable: set[int] = set()            # queue ids about which an alarm was raised
+
+    def follow(self, open_ids: set[int] | None = None) -> None:
+        """Ask for every queued or executing item by its id; for many together, where the robot can be asked so. What that brought is
+        written together. ``open_ids`` are those of the robot's list of open items, where it was read a moment ago."""
+        accepted = [(row, row.queue_id) for row in self._ledger.open_for(self._seen.robot.id, WITH_THE_ROBOT) if row.queue_id is not None]
+        items = self._items_from(min(queue_id for _row, queue_id in accepted)) if len(accepted) >= MANY else {}
+        moves: list[Move] = []
+        try:
+            for row, queue_id in accepted:
+                moves += self._follow(row, queue_id, items.get(queue_id), open_ids)
+        finally:
+            self._ledger.make(moves)
+        ids = {queue_id for _row, queue_id in accepted}
+        self._missing_since = {key: since for key, since in self._missing_since.items() if key in ids}
+        self._unreadable &= ids
+
+    def _items_from(self, lowest: int) -> dict[int, QueueItem]:
+        try:
+            return {item.id: item for item in self._client.items_after(lowest - 1)}
+        except (Unreadable, RobotFault):                  # too many at once, or one of them can't be read: one by one then
+            return {}
+
+    def _follow(self, row: Execution, queue_id: int, item: QueueItem | None, open_ids: set[int] | None) -> list[Move]:
+        if item is None:
+            self._give_way()
+            try:
+                item = self._client.queue_item(queue_id)
+            except Rejected as error:
+                if error.status in (404, 410):
+                    return self._gone(row, queue_id)
+                return self._not_readable(row, queue_id, error, open_ids)
+            except (Unreadable, RobotFault) as error:
+                return self._not_readable(row, queue_id, error, open_ids)
+        if not self._copies.is_ours(row, item):
+            return [self._vanished(row, queue_id)]
+        self._copies.learn(row, item)
+        if row.cancel_code and item.is_open:
+            self._copies.cancel(queue_id)                 # the first request may have been lost
+        return self._moves(row, item, open_ids)
+
+    def _vanished(self, row: Execution, queue_id: int) -> Move:
+        return self._ledger.ended(row, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
+
+    def _gone(self, row: Execution, queue_id: int) -> list[Move]:
+        return [self._vanished(row, queue_id)] if self._has_been_missing(queue_id) else []
+
+    def _has_been_missing(self, queue_id: int) -> bool:
+        """A robot that boots may not know its queue yet: it has to say so again after a while."""
+        mono = self._s.clock.monotonic()
+        return mono - self._missing_since.setdefault(queue_id, mono) >= GONE_FOR
+
+    def _is_over(self, queue_id: int, open_ids: set[int] | None) -> bool:
+        return open_ids is not None and queue_id not in open_ids and self._has_been_missing(queue_id)
+
+    def _not_readable(self, row: Execution, queue_id: int, error: RobotError, open_ids: set[int] | None) -> list[Move]:
+        """One item that can't be read holds up no other: it is told once, asked for again and again, and given up when it is over."""
+        if self._is_over(queue_id, open_ids):
+            self._s.alarms.raise_("unknown_outcome", f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._seen.robot.id,
+                                  mission=row.mission, problem=message_of(error))
+            return [self._ledger.ended(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": message_of(error)}))]
+        if queue_id not in self._unreadable:
+            self._unreadable.add(queue_id)
+            self._s.alarms.raise_("item_unreadable", f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._seen.robot.id,
+                                  mission=row.mission, queue_id=queue_id, problem=message_of(error))
+        return []
+
+    def _moves(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Move]:
+        """What brings the execution to the state of its queue item."""
+        delay = seconds_between(item.ordered, item.started)
+        duration = seconds_between(item.started, item.finished)
+        if item.state is QueueState.DONE:
+            return [self._ledger.completed(row, duration, delay)]
+        moves = []
+        if item.state is not QueueState.PENDING and row.state is State.QUEUED and item.started is not None:
+            moves.append(self._ledger.started(row, delay))
+        is_unknown = item.state is QueueState.UNKNOWN
+        if not is_unknown:
+            self._missing_since.pop(item.id, None)
+        if item.state is QueueState.ABORTED or (is_unknown and (item.finished is not None or self._is_over(item.id, open_ids))):
+            moves.append(self._ledger.ended(row, why_aborted(row, item), duration_s=duration))
+        return moves
+
+
+def why_aborted(row: Execution, item: QueueItem) -> Reason:
+    """Cancelled by a person, or failed with the robot's message; where its final word is unknown, with that word."""
+    message = (item.message or "").strip()
+    if row.cancel_code:
+        return Reason(row.cancel_code)
+    if message.lower().startswith(USER_REQUEST):
+        return Reason(ReasonCode.USER_CANCELLED)
+    if item.state is QueueState.UNKNOWN:
+        message = f"{item.state_text}: {message}" if message else item.state_text
+    return Reason(ReasonCode.ROBOT_ABORTED, {"message": message})

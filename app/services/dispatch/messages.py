@@ -1,0 +1,62 @@
+"""What passes between the engine and a robot's worker. What the worker is told reaches it in the order in which it was sent."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from app.domain.models import Execution, Robot
+
+
+@dataclass(frozen=True)
+class Readiness:
+    """What a worker says of a robot to which something can go out at once: read a moment ago."""
+    battery: float | None
+    queue_floor: int
+
+
+@dataclass(frozen=True)
+class Poll:
+    """Read everything."""
+
+
+@dataclass(frozen=True)
+class Prefetch:
+    """Something falls due in about a second: read the status ahead, so that then only the POST remains."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Intents that are on disk, to be sent at their instants; from now on the worker owns these rows. ``plan_version`` was read before they
+    were written."""
+    intents: Sequence[Execution]
+    plan_version: int
+
+
+@dataclass(frozen=True)
+class LedgerChanged:
+    """Something may wait, or may have been taken back."""
+
+
+@dataclass(frozen=True)
+class RobotEdited:
+    """Its name, its idle rule, or whether it is switched on."""
+    robot: Robot
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Whether it is on screen."""
+    is_watched: bool
+
+
+@dataclass(frozen=True)
+class Recover:
+    """The database failed and works again: what was written last is not known."""
+
+
+@dataclass(frozen=True)
+class TimeLost:
+    """The tablet slept, or its clock was set: what the robot did meanwhile was not seen."""
+
+
+Message = Poll | Prefetch | Start | LedgerChanged | RobotEdited | Watched | Recover | TimeLost

@@ -1,0 +1,202 @@
+"""What one robot is seen to be: its connection, its status, its queue's highest id; the alarms and the history that follow from it."""
+from __future__ import annotations
+
+import logging
+import math
+import sqlite3
+from dataclasses import dataclass
+from zoneinfo import ZoneInfo
+
+from app.domain.activity import SpanRecorder, activity_of
+from app.domain.message import Message, message, message_of, render
+from app.domain.models import Connection, Robot
+from app.domain.robot import RobotState, RobotStatus
+from app.mir.client import RobotClient
+from app.mir.errors import AnotherRobot, NotAMir, RobotError, TimedOut, Unauthorized, Unreadable
+from app.services.dispatch.shared import Shared
+from app.services.dispatch.timing import LIVE_EVERY, SAVE_SPANS_EVERY, SLOW_ANSWER, STATUS_IS_FRESH
+from app.services.live.snapshots import STALE_POLLS
+
+log = logging.getLogger(__name__)
+
+PRUNE_EVERY = 200               # writes of what it is seen doing, between dropping what is too old
+
+
+@dataclass(frozen=True)
+class ClockReading:
+    """The robot's clock minus the tablet's in seconds, and when that was read on the monotonic clock."""
+    offset: float
+    read_at: float
+
+
+class Observation:
+    def __init__(self, robot: Robot, client: RobotClient, shared: Shared) -> None:
+        self.robot, self._client, self._s = robot, client, shared
+        self.clock: ClockReading | None = None
+        self.gives_time = True                   # as far as is known; robots behind some proxies don't
+        self.highest: int | None = None          # queue id seen
+        self.user_name = ""                      # who we are to the robot, once it has been asked
+        self.failures = 0                        # since the last answer
+        self.was_lost = False                    # did not answer, since somebody set this back
+        self._status: RobotStatus | None = None
+        self._error: RobotError | None = None
+        self._read_at = -math.inf
+        self._identified = False
+        self._refused = False                    # answers, but not to this user; /status alone answers anybody
+        self._evaluated: set[str] = set()        # codes judged since the start
+        self._alarmed: set[str] = set()          # codes of this robot's alarms that are active
+        self._spans = SpanRecorder()
+        self._spans_saved_at = shared.clock.monotonic()
+        self._writes_to_prune = 0                # writes of spans until the next pruning
+
+    # ------------------------------------------------------------------ reading
+    def read_status(self) -> RobotStatus:
+        """Ask for the status; snapshot and alarms follow. Raises RobotError, AnotherRobot when another machine answers."""
+        self._read_at = -math.inf
+        try:
+            status = self._client.status()
+            expected, found = self.robot.serial_number, status.serial_number
+            if expected and found and found != expected:
+                raise AnotherRobot(address=self._client.address.netloc, expected=expected, found=found)
+        except RobotError as error:
+            self._status, self._error = None, error
+            self._note_failure(error)
+            raise
+        finally:
+            self._read_at = self._s.clock.monotonic()
+        self._status, self._error = status, None
+        self._note_answer(status)
+        return status
+
+    def identify(self) -> None:
+        """Once per start: does the password hold (``/status`` answers without one), and which machine is it?"""
+        if self._identified:
+            return
+        identity = self._client.identify()
+        found = {"serial_number": identity.serial_number, "model": identity.model, "software": identity.software}
+        if any(value and value != getattr(self.robot, name) for name, value in found.items()):
+            changes = {name: value for name, value in found.items() if value}
+            self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot.id, **changes))
+            self.robot = self._s.robots.get(self._s.db.read(), self.robot.id) or self.robot
+        self._identified, self._refused = True, False
+        self.user_name = identity.user_name
+        self._set_alarm("unauthorized", False)
+        self._change_connection(Connection.CONNECTED, "")
+
+    def recent_status(self, longest_age: float = STATUS_IS_FRESH) -> tuple[RobotStatus | None, RobotError | None]:
+        """One read serves all that fall due together: reachability, serial number and battery are judged on it. ``longest_age`` in s."""
+        if self._age > longest_age:
+            try:
+                self.read_status()
+            except RobotError as error:
+                return None, error
+        return self._status, self._error
+
+    @property
+    def _age(self) -> float:
+        return self._s.clock.monotonic() - self._read_at
+
+    @property
+    def fresh_status(self) -> RobotStatus | None:
+        """What was read a moment ago; None when that is too long ago, or nothing answered. Changes nothing: any thread may ask."""
+        return self._status if self._age <= STATUS_IS_FRESH else None
+
+    def distrust(self) -> None:
+        """A request went wrong: the next start reads the robot first."""
+        self._read_at = -math.inf
+
+    def is_off(self) -> None:
+        """Switched off in Settings."""
+        self._s.snapshots.update(self.robot.id, connection=Connection.DISABLED, queue=(), status=None)
+
+    # ------------------------------------------------------------------ what a reading means
+    def _note_answer(self, status: RobotStatus) -> None:
+        now = self._s.clock.now()
+        self.failures = 0
+        connection = Connection.SLOW if status.elapsed_s > SLOW_ANSWER else Connection.CONNECTED
+        problem: Message = ""
+        if self._refused:
+            connection, problem = Connection.UNAUTHORIZED, self._s.snapshots.get(self.robot.id).problem
+        self.gives_time = status.date is not None
+        if status.date is not None:
+            self.clock = ClockReading((status.date - now).total_seconds(), self._s.clock.monotonic())
+        self._observe(activity_of(status))
+        self._change_connection(connection, problem, status=status, read_at=now)
+        trouble: Message = "; ".join(error.description for error in status.errors) or status.mission_text or message("an error")
+        self._set_alarm("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
+        self._set_alarm("robot_error", status.state is RobotState.ERROR, problem=trouble)
+
+    def note_failure(self, error: RobotError) -> None:
+        """Of a request other than for the status."""
+        if self.failures == 0:
+            self._note_failure(error)
+
+    def _note_failure(self, error: RobotError) -> None:
+        self.failures += 1
+        self.was_lost = True
+        self._observe("offline")
+        match error:
+            case AnotherRobot():
+                self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=error.params["found"])
+                connection = Connection.WRONG_ROBOT
+            case Unauthorized():
+                self._identified, self._refused = False, True
+                self._set_alarm("unauthorized", True)
+                connection = Connection.UNAUTHORIZED
+            case NotAMir() | Unreadable():
+                connection = Connection.NOT_A_ROBOT
+            case TimedOut() if self.failures == 1:
+                connection = Connection.SLOW          # one slow answer is slow, not unreachable
+            case _:
+                connection = Connection.UNREACHABLE
+        problem = message_of(error)
+        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and self.failures == 2:
+            self._set_alarm("unreachable" if connection is Connection.UNREACHABLE else "not_a_robot", True, problem=problem)
+        self._change_connection(connection, problem)
+
+    def _change_connection(self, connection: Connection, problem: Message, **values: object) -> None:
+        before = self._s.snapshots.get(self.robot.id)
+        if before.connection is not connection:
+            values["since"] = self._s.clock.now()
+            level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
+            log.log(level, "%s: %s%s", self.robot.name, connection, f" ({render(problem)})" if problem else "")
+        if connection is Connection.CONNECTED:
+            for code in ("unreachable", "not_a_robot", "wrong_robot"):
+                self._set_alarm(code, False)
+        self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
+
+    def _set_alarm(self, code: str, on: bool, **details: object) -> None:
+        """Raise or clear the alarm of a condition when it changes (and clear, once after a start, what an earlier run left active)."""
+        key = f"robot:{self.robot.id}"
+        if on and code not in self._alarmed:
+            self._alarmed.add(code)
+            self._s.alarms.raise_(code, key, robot=self.robot.name, **details)
+        elif not on and (code in self._alarmed or code not in self._evaluated):
+            self._alarmed.discard(code)
+            self._s.alarms.clear(code, key)
+        self._evaluated.add(code)
+
+    # ------------------------------------------------------------------ what it is seen doing
+    def _observe(self, activity: str) -> None:
+        """Records what the robot does; a gap longer than 3 polls leaves a hole."""
+        longest_gap = STALE_POLLS * max(self._s.settings().poll_interval_seconds, LIVE_EVERY)
+        self._spans.saw(activity, self._s.clock.now(), self._s.clock.monotonic(), longest_gap)
+
+    def save(self, *, at_once: bool = False) -> None:
+        """At most once a poll, when the robot does something else, and otherwise once a minute."""
+        mono = self._s.clock.monotonic()
+        if not (at_once or self._spans.has_changed or mono - self._spans_saved_at >= SAVE_SPANS_EVERY):
+            return
+        spans = self._spans.take()
+        self._spans_saved_at = mono
+        if not spans:
+            return
+        prunes = self._writes_to_prune == 0
+        self._writes_to_prune = PRUNE_EVERY if prunes else self._writes_to_prune - 1
+
+        def work(c: sqlite3.Connection) -> None:
+            self._s.activities.save(c, self.robot.id, spans)
+            if prunes:
+                self._s.activities.prune(c, self.robot.id, self._s.clock.now(), ZoneInfo(self._s.settings().timezone))
+
+        self._s.db.write(work)

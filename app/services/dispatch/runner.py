@@ -1,0 +1,153 @@
+"""The threads: one for the engine, one for each robot's worker. They only wait, and hand on what was posted; what they call is tested without
+them."""
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import threading
+from collections.abc import Callable
+
+from app.database.connection import DatabaseDamaged, DatabaseError, DatabaseUnavailable
+from app.domain.clock import Clock
+from app.services.dispatch import messages
+from app.services.dispatch.engine import Engine
+from app.services.dispatch.timing import AFTER_A_FAILURE, LONGEST_WAIT, STOP_WITHIN
+from app.services.dispatch.worker import RobotWorker
+from app.services.live.alarms import Alarms
+
+log = logging.getLogger(__name__)
+
+
+class _WorkerThread:
+    def __init__(self, worker: RobotWorker, database_failed: Callable[[DatabaseError], None]) -> None:
+        self.worker, self._database_failed = worker, database_failed
+        self._wake = threading.Condition()
+        self._inbox: list[messages.Message] = []
+        self._is_stopping = False
+        self.thread = threading.Thread(target=self._run, name=f"worker-{worker.robot.name}", daemon=True)
+        self.thread.start()
+
+    def post(self, message: messages.Message) -> None:
+        with self._wake:
+            self._inbox.append(message)
+            self._wake.notify()
+
+    def stop(self) -> None:
+        with self._wake:
+            self._is_stopping = True
+            self._wake.notify()
+
+    def _run(self) -> None:
+        while True:
+            with self._wake:
+                if self._is_stopping:
+                    break
+                inbox, self._inbox = self._inbox, []
+            try:
+                for message in inbox:
+                    self.worker.handle(message)
+                wait = self.worker.advance()
+            except DatabaseError as error:            # no durable intent, no POST
+                if not self._is_stopping:
+                    self._database_failed(error)
+                wait = self._start_over()
+            except Exception:                # an error with one robot must not end its worker, nor affect others
+                log.exception("The worker of %r met an unexpected error and goes on", self.worker.robot.name)
+                wait = self._start_over()
+            with self._wake:
+                if not (self._is_stopping or self._inbox):
+                    self._wake.wait(None if math.isinf(wait) else wait)
+        untaken = [intent for message in self._inbox if isinstance(message, messages.Start) for intent in message.intents]
+        with contextlib.suppress(DatabaseUnavailable):        # a request outlived the stop: at most a minute of observed time is lost
+            self.worker.close(untaken)
+
+    def _start_over(self) -> float:
+        """The next round finds in the ledger what this one left undone. Returns the seconds until then."""
+        self.worker.handle(messages.Recover())
+        return AFTER_A_FAILURE
+
+
+class Runner:
+    """Gives the engine and its workers their threads. ``damage`` is set when the database turns out to be damaged: then nothing is sent any
+    more, and ``on_damage`` is called on some thread."""
+
+    def __init__(self, engine: Engine, clock: Clock, alarms: Alarms) -> None:
+        self._engine, self._clock, self._alarms = engine, clock, alarms
+        self._threads: dict[int, _WorkerThread] = {}
+        self._lock = threading.Lock()
+        self._wake = threading.Condition()
+        self._is_woken = self._is_stopping = False
+        self._thread: threading.Thread | None = None
+        self.damage: DatabaseDamaged | None = None
+        self.on_damage: Callable[[DatabaseDamaged], None] = lambda damage: None
+        engine.attach(self, self.wake)
+
+    def start(self) -> None:
+        self._engine.start()
+        self._thread = threading.Thread(target=self._run, name="scheduler", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop all threads; a request under way is abandoned to its time-out, its execution is looked for at the next start."""
+        with self._wake:
+            self._is_stopping = True
+            self._wake.notify()
+        deadline = self._clock.monotonic() + STOP_WITHIN
+        with self._lock:
+            workers = list(self._threads.values())
+        for worker in workers:
+            worker.stop()
+        for thread in [self._thread, *(worker.thread for worker in workers)]:
+            if thread:
+                thread.join(max(0.0, deadline - self._clock.monotonic()))
+
+    def wake(self) -> None:
+        with self._wake:
+            self._is_woken = True
+            self._wake.notify()
+
+    # ------------------------------------------------------------------ mailboxes
+    def open(self, worker: RobotWorker) -> None:
+        with self._lock:
+            self._threads[worker.robot.id] = _WorkerThread(worker, self._database_failed)
+
+    def close(self, robot_id: int) -> None:
+        with self._lock:
+            closed = self._threads.pop(robot_id)
+        closed.stop()
+
+    def post(self, robot_id: int, message: messages.Message) -> None:
+        with self._lock:
+            worker = self._threads.get(robot_id)
+        if worker and not (isinstance(message, messages.LedgerChanged) and threading.current_thread() is worker.thread):
+            worker.post(message)
+
+    # ------------------------------------------------------------------ the scheduler's thread
+    def _run(self) -> None:
+        while not self._is_stopping:
+            try:
+                wait = self._engine.advance()
+            except DatabaseError as error:
+                self._database_failed(error)
+                wait = LONGEST_WAIT
+            except Exception:                # the scheduler must not stop for anything
+                log.exception("The scheduler met an unexpected error and goes on")
+                wait = LONGEST_WAIT
+            with self._wake:
+                if not (self._is_woken or self._is_stopping):
+                    self._wake.wait(wait)
+                self._is_woken = False
+        with contextlib.suppress(DatabaseError):
+            self._engine.stop()
+
+    def _database_failed(self, error: DatabaseError) -> None:
+        self._alarms.database_fails(error.message)
+        if isinstance(error, DatabaseDamaged) and self.damage is None:
+            self.damage = error
+            self._is_stopping = True
+            with self._lock:
+                workers = list(self._threads.values())
+            for worker in workers:
+                worker.stop()
+            self.on_damage(error)

@@ -1,0 +1,40 @@
+"""What every robot's worker shares with the others."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+
+from app.database.activities import ActivityRepository
+from app.database.connection import Database
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.domain.clock import Clock
+from app.domain.models import Settings
+from app.services.dispatch.ledger import Ledger
+from app.services.live.alarms import Alarms
+from app.services.live.gaps import Downtime
+from app.services.live.holds import Holds
+from app.services.live.snapshots import Snapshots
+from app.services.planning.working_days import WorkingCalendar
+
+
+@dataclass(frozen=True)
+class Shared:
+    """``plan_version`` grows with every change that may take a start back."""
+    db: Database
+    clock: Clock
+    ledger: Ledger
+    holds: Holds
+    alarms: Alarms
+    downtime: Downtime
+    snapshots: Snapshots
+    robots: RobotRepository
+    missions: MissionRepository
+    schedules: ScheduleRepository
+    settings: Callable[[], Settings]
+    calendar: Callable[[], WorkingCalendar]
+    restored_at: datetime | None           # who goes back to a backup opens everything anew
+    plan_version: Callable[[], int] = lambda: 0
+    activities: ActivityRepository = field(default_factory=ActivityRepository)

@@ -1,0 +1,340 @@
+"""The one way on which starts reach a robot's queue, each exactly once (docs/reliability.md).
+
+The robot's POST has no idempotency key and links drop answers, so the intent is on disk before the POST, and an unknown outcome is never
+retried: the robot's queue is asked first. Before every attempt, and at the end of every wait, it is asked whether the start has been taken
+back. Used by the robot's worker only.
+"""
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Iterable, Sequence
+from datetime import timedelta
+
+from app.database.executions import Unsent
+from app.domain import rules
+from app.domain.message import Message, message, message_of
+from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.robot import QueueItem
+from app.mir.client import RobotClient
+from app.mir.errors import AnotherRobot, Delivery, Rejected, RobotError, Unauthorized
+from app.services.dispatch.attempt import Attempt, Attempts, Phase
+from app.services.dispatch.copies import Copies
+from app.services.dispatch.observation import Observation
+from app.services.dispatch.shared import Shared
+from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
+
+log = logging.getLogger(__name__)
+
+SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched after a restore, for submissions that the backup does not know
+
+
+class Submission:
+    """``is_still_idle`` judges an idle mission anew."""
+
+    def __init__(self, client: RobotClient, shared: Shared, observation: Observation, copies: Copies,
+                 is_still_idle: Callable[[Execution], bool]) -> None:
+        self._client, self._s, self._ledger, self._clock = client, shared, shared.ledger, shared.clock
+        self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
+        self._attempts = Attempts()
+
+    # ------------------------------------------------------------------ what the worker asks for
+    def recover(self) -> None:
+        """Rows that say submitting and are in nobody's hands: the process that had them is gone, or the database failed in between. Each is
+        looked for on the robot as if its request had just left."""
+        for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
+            if row.id not in self._attempts:
+                self._doubt(row)
+
+    def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
+        """Send each at its instant, however the wall clock is set meanwhile."""
+        wall, mono = self._clock.now(), self._clock.monotonic()
+        for intent in intents:
+            ahead = min(max(0.0, (intent.planned_at - wall).total_seconds()), INTENT_LEAD)
+            self._attempts[intent.id] = Attempt(Phase.HELD, mono + ahead, intent, plan_version)
+
+    def send_due(self) -> bool:
+        """Those held whose instant has come, in dispatch order. Returns whether one of them has to be judged like any that waits."""
+        mono = self._clock.monotonic()
+        due = rules.in_dispatch_order(attempt.row for _key, attempt in self._attempts.of(Phase.HELD) if attempt.row and attempt.wake_at <= mono)
+        is_released = False
+        for intent in due:
+            is_changed = self._attempts[intent.id].plan_version != self._s.plan_version()
+            if self._can_send() and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent)):
+                self._post(intent)
+            else:
+                is_released = True
+                self._release([intent])
+        return is_released
+
+    def run(self, only: int | None = None) -> None:
+        """Do what can be done now for everything that no robot has yet; ``only`` this one execution."""
+        self.note()
+        unsent = [each for each in self._ledger.unsent_of(self._robot_id) if only in (None, each.id)]
+        self._forget_all_but({each.id for each in unsent})
+        unreachable: list[Execution] = []
+        for row in rules.in_dispatch_order(self._ledger.unsent([each.id for each in unsent if self._is_awake(each)])):
+            if row.state is State.SUBMITTING:
+                self._reconcile(row)
+            elif self._is_to_be_tried(row):
+                if self._seen.recent_status()[0] is None:
+                    unreachable.append(row)
+                else:
+                    self._try(row)
+        if unreachable:
+            self._read_failed(unreachable, self._seen.recent_status()[1])
+        self.note()
+
+    def note(self) -> None:
+        """Write what the robot has accepted. It may wait: were it lost, the robot would be asked."""
+        accepted = {key: attempt.accepted for key, attempt in self._attempts.of(Phase.ACCEPTED) if attempt.accepted}
+        if not accepted:
+            return
+        rows = self._ledger.make(list(accepted.values()), patient=True)
+        for key in accepted:
+            del self._attempts[key]
+        for row in rows:
+            if row.cancel_code and row.queue_id is not None:          # cancelled while it was on its way
+                self._copies.cancel(row.queue_id)
+            if row.trigger is Trigger.IDLE and row.queue_id is not None:
+                self._ledger.note_idle(self._robot_id, row.queue_id)
+
+    def close(self, untaken: Sequence[Execution] = ()) -> None:
+        """What is held, and what was meant to be, waits again."""
+        self.note()
+        self._release([*(attempt.row for _key, attempt in self._attempts.of(Phase.HELD) if attempt.row), *untaken])
+
+    @property
+    def next_at(self) -> float:
+        return self._attempts.next_at()
+
+    @property
+    def next_held_at(self) -> float:
+        return self._attempts.next_held_at()
+
+    @property
+    def may_be_with_the_robot(self) -> bool:
+        return any(attempt.phase in (Phase.IN_DOUBT, Phase.ACCEPTED) for attempt in self._attempts.values())
+
+    # ------------------------------------------------------------------ waiting
+    @property
+    def _robot_id(self) -> int:
+        return self._seen.robot.id
+
+    def _can_send(self) -> bool:
+        return self._seen.robot.enabled and self._seen.fresh_status is not None and self._s.holds.active(self._robot_id) is None
+
+    def _taken_back(self, row: Execution) -> Reason | None:
+        """Why it must not be sent (again). ``row`` was read a moment ago."""
+        if row.cancel_code:
+            return Reason(row.cancel_code)
+        if row.revoked:
+            return row.revoked
+        if not self._seen.robot.enabled:
+            return Reason(ReasonCode.ROBOT_REMOVED, {"robot": row.robot})
+        return None
+
+    def _is_taken_back(self, intent: Execution) -> bool:
+        row = self._ledger.get(intent.id)
+        return row is None or row.state is not State.SUBMITTING or self._taken_back(row) is not None
+
+    def _release(self, intents: Sequence[Execution]) -> None:
+        """Intents of which nothing was sent wait again, or end where they were taken back."""
+        for waiting in self._ledger.make([self._ledger.not_tried(intent) for intent in intents]):
+            if reason := self._taken_back(waiting):
+                self._ledger.end(waiting, reason)
+        for intent in intents:
+            self._attempts.pop(intent.id, None)
+
+    def _forget_all_but(self, unsent: set[int]) -> None:
+        for key in [key for key, attempt in self._attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
+            del self._attempts[key]
+
+    def _is_awake(self, unsent: Unsent) -> bool:
+        """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
+        attempt = self._attempts.get(unsent.id)
+        if unsent.state is State.SUBMITTING:
+            return attempt is not None and attempt.phase is Phase.IN_DOUBT and attempt.wake_at <= self._clock.monotonic()
+        return (attempt is None or attempt.wake_at <= self._clock.monotonic() or unsent.is_cancelled
+                or self._clock.now() >= unsent.closes_at or self._s.holds.active(self._robot_id) is not None)
+
+    def _later(self, row: Execution, seconds: float) -> None:
+        """Look at it again then, or when its window closes."""
+        until_closed = max(0.0, (row.closes_at - self._clock.now()).total_seconds())
+        self._attempts[row.id] = Attempt(Phase.BACKOFF, self._clock.monotonic() + min(seconds, until_closed))
+
+    def _is_to_be_tried(self, row: Execution) -> bool:
+        """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting."""
+        now = self._clock.now()
+        if reason := self._taken_back(row):
+            self._ledger.end(row, reason)
+        elif now >= row.closes_at:
+            self._ledger.end(row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at)))
+        elif hold := self._s.holds.active(self._robot_id):
+            self._ledger.waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
+            self._later(row, RECHECK)
+        elif timedelta() < (early := row.planned_at - now) <= rules.INTENT_LEAD:     # released by a worker that was closed
+            self._later(row, early.total_seconds())
+        elif not self._is_listed_first(row):
+            return not self._attempts.is_asleep(row.id, self._clock.monotonic())
+        return False
+
+    def _is_listed_first(self, row: Execution) -> bool:
+        """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first seen."""
+        if row.hold_until is None or row.wait is not Wait.LATE_START:
+            return False
+        if row.id not in self._attempts:
+            left = (row.hold_until - self._clock.now()).total_seconds()
+            self._later(row, min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds()))
+        return self._attempts.is_asleep(row.id, self._clock.monotonic())
+
+    # ------------------------------------------------------------------ an attempt
+    def _try(self, row: Execution) -> None:
+        """Send it, if the battery allows that and the robot's queue can be read. The status was read a moment ago."""
+        status = self._seen.recent_status()[0]
+        battery, minimum = status.battery_percentage if status else None, row.minimum_battery_percent
+        if not rules.battery_allows(battery, minimum):
+            self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
+            self._later(row, RECHECK)
+            return
+        if row.trigger is Trigger.IDLE and row.attempts and not self._is_still_idle(row):
+            self._ledger.end(row, Reason(ReasonCode.RETRY_LIMIT, {"attempts": row.attempts, "problem": row.wait_details.get("problem", "")}))
+            self._ledger.note_idle(self._robot_id, None)          # it may begin anew
+            return
+        try:
+            floor = self._seen.highest
+            if floor is None:
+                floor = self._client.highest_queue_id() or 0
+            already_there = self._already_there(row, floor)
+        except RobotError as problem:
+            self._read_failed([row], problem)
+            return
+        if self._clock.now() >= row.closes_at:
+            self._attempts.pop(row.id, None)          # the reads took too long; ended by the next call
+            return
+        if intent := self._ledger.begin_attempt(row, floor):
+            if already_there:
+                self._found(intent, already_there)
+            else:
+                self._post(intent)
+
+    def _already_there(self, row: Execution, floor: int) -> list[QueueItem]:
+        """What an earlier attempt may have put there. A restored backup may not know that there was one; the token is the same."""
+        if self._s.restored_at is None or row.planned_at > self._s.restored_at:
+            return self._copies.of(row) if row.attempts and row.queue_floor is not None else []
+        newest = self._client.items_after(max(0, floor - SEARCHED_AFTER_RESTORE))
+        return sorted((item for item in newest if item.description == row.token), key=lambda item: item.id)
+
+    def _read_failed(self, rows: list[Execution], error: RobotError | None) -> None:
+        """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""
+        match error:
+            case AnotherRobot():
+                self._end_all(rows, Reason(ReasonCode.WRONG_ROBOT, {name: error.params[name] for name in ("expected", "found")}))
+            case Unauthorized():
+                self._end_all(rows, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message}))
+            case _:
+                self._failed(rows, "" if error is None else message_of(error))
+
+    def _end_all(self, rows: list[Execution], reason: Reason) -> None:
+        self._ledger.make([self._ledger.ended(row, reason, (row.state,)) for row in rows])
+
+    def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:
+        """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: taken back, or tried too often."""
+        settings, ends = self._s.settings(), []
+        for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem) for row in rows]):
+            if reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
+                ends.append(self._ledger.ended(waiting, reason, (State.WAITING,)))
+            else:
+                self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
+        self._ledger.make(ends)
+
+    def _post(self, intent: Execution) -> None:
+        """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen way
+        leaves it in doubt."""
+        self._doubt(intent)
+        try:
+            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.schedule or intent.mission,
+                                            priority=intent.priority, parameters=dict(intent.parameters),
+                                            is_wanted=lambda: self._clock.now() < intent.closes_at)
+        except RobotError as error:
+            self._seen.distrust()
+            if error.delivery is Delivery.NOT_SENT:
+                self._failed([intent], error.message)
+            elif error.delivery is Delivery.REFUSED:
+                self._ledger.end(intent, self._refusal(intent, error))
+                self._attempts.pop(intent.id, None)
+            else:
+                log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
+        else:
+            self._accepted(intent, queue_id)
+
+    def _accepted(self, intent: Execution, queue_id: int) -> None:
+        self._attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, queue_id))
+
+    def _refusal(self, intent: Execution, error: RobotError) -> Reason:
+        """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it."""
+        if isinstance(error, Unauthorized):
+            return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
+        if isinstance(error, Rejected) and error.status in (400, 404):
+            try:
+                self._client.mission(intent.mission_guid)
+            except Rejected as answer:
+                if answer.status in (404, 410):
+                    return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
+            except RobotError as unheard:
+                log.info("Whether %r has mission %s could not be asked: %s", self._seen.robot.name, intent.mission_guid, unheard.text)
+        return Reason(ReasonCode.REFUSED, {"problem": error.message})
+
+    # ------------------------------------------------------------------ in doubt
+    def _doubt(self, row: Execution) -> None:
+        mono = self._clock.monotonic()
+        self._attempts[row.id] = Attempt(Phase.IN_DOUBT, mono + RECONCILE_EVERY, row, in_doubt_since=mono)
+
+    def _reconcile(self, row: Execution) -> None:
+        """Look for it on the robot. It is sent again only when it is certainly not there and no request can still arrive."""
+        attempt, settings = self._attempts[row.id], self._s.settings()
+        quiet_left = settings.unknown_outcome_quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
+        is_closed = self._clock.now() >= row.closes_at
+        try:
+            self._seen.read_status()                   # never read another machine's queue as this one's
+            if found := self._copies.of(row):
+                self._found(row, found)
+                return
+            if quiet_left <= 0 and row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
+                self._give_up(row, message("its queue was reset"))
+                return
+        except RobotError as error:
+            if quiet_left <= 0 and is_closed:
+                self._give_up(row, message_of(error))
+            else:
+                attempt.wake_at = self._clock.monotonic() + min(rules.back_off(2, settings), RECONCILE_EVERY * 2)
+            return
+        if quiet_left > 0:
+            attempt.wake_at = self._clock.monotonic() + min(RECONCILE_EVERY, quiet_left)
+        else:
+            self._absent(row, is_closed)
+
+    def _found(self, row: Execution, items: list[QueueItem]) -> None:
+        first, *later = items
+        self._accepted(row, first.id)
+        self.note()
+        for item in later:
+            self._copies.cancel_copy(item, row)
+
+    def _absent(self, row: Execution, is_closed: bool) -> None:
+        """Not on the robot, and no request can still arrive: as if the attempt had failed."""
+        problem = message("the robot did not receive it")
+        self._attempts.pop(row.id, None)
+        if is_closed and not self._taken_back(row) and row.attempts <= self._s.settings().retry_limit:
+            self._ledger.end(row, Reason(ReasonCode.WINDOW_CLOSED, {"attempts": row.attempts, "until": row.closes_at.isoformat(),
+                                                                    "problem": problem}))
+        else:
+            self._failed([row], problem, waited=True)        # the quiet time was wait enough
+        self._copies.watch_for(row)
+
+    def _give_up(self, row: Execution, problem: Message) -> None:
+        self._s.alarms.raise_("unknown_outcome", f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._robot_id,
+                              mission=row.mission, problem=problem)
+        self._ledger.end(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
+        self._attempts.pop(row.id, None)
+        self._copies.watch_for(row)

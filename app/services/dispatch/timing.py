@@ -1,0 +1,40 @@
+"""Every time that dispatch lives by, in seconds, and what has to hold between them."""
+from __future__ import annotations
+
+from app.domain.rules import INTENT_LEAD as _INTENT_LEAD
+
+# The engine
+LONGEST_WAIT = 1.0           # between two rounds: bounds what a clock step or a sleep can delay
+INTENT_LEAD = _INTENT_LEAD.total_seconds()       # before its instant a start is on disk
+INTENT_EVERY = 0.025         # between looks for what falls due in a moment: some of it shares a transaction
+PREFETCH_LEAD = 1.2          # a robot is read so long before something is due
+PREFETCH_TOGETHER = 0.5      # robots with instants this close together are told at once
+PREFETCH_SPREAD = 0.4        # over which their reads are spread
+FIRST_POLL_WITHIN = 5.0      # until "ready", whatever the robots do
+CYCLE_TAKES = 2.0            # within which every robot has its turn
+TURN_EVERY = 0.08            # between turns
+CHORES_EVERY = 0.1           # at least between chores
+AFTER_A_FAILURE = 5.0        # before a worker that met an error, or could not be made, goes on
+STOP_WITHIN = 4.0            # a stop has to end within 5 s; a request under way is left to its time-out
+
+# A robot's worker
+STATUS_IS_FRESH = 2.0        # for which one status serves everything that falls due
+ROUND_TAKES = 0.04           # what is due sooner goes first
+PUT_OFF_AT_MOST = 0.5        # that everything else gives way to what is due
+RECHECK = 2.0                # between looks at what a start waits for (battery, hold)
+RECONCILE_EVERY = 2.0        # between reads of a queue in which a request may still appear
+GONE_FOR = 10.0              # that a queue item has to be missing: a robot that boots answers 404 too
+WATCHED_FOR = 600.0          # that a robot is searched for a request that was given up
+LIVE_EVERY = 2.0             # between reads of a robot on screen, or with something of ours
+SLOW_ANSWER = 2.0            # from here on an answer is shown as slow
+SAVE_SPANS_EVERY = 60.0      # between writes of what a robot is seen doing
+
+# The clock
+FIRST_DOUBT = 30.0           # that the first start, or one after a jump, waits for a robot's time when no robot answers
+REPORTED_STEP = 5.0          # from here on a step of the clock raises an alarm
+
+assert PREFETCH_LEAD > LONGEST_WAIT, "or some instants are never announced"
+assert PREFETCH_LEAD - PREFETCH_SPREAD > INTENT_LEAD, "the robot is read before the start is written"
+assert PREFETCH_LEAD < STATUS_IS_FRESH, "what was read ahead still holds at the instant"
+assert INTENT_EVERY < INTENT_LEAD, "or a start is written at its instant only"
+assert ROUND_TAKES < INTENT_LEAD, "a start that is held keeps its robot's worker free for it"
