@@ -103,6 +103,17 @@ class ExecutionRepository:
                         (*values.values(), execution_id, *expected)).fetchone()
         return row and execution_of(row)
 
+    def change_owned(self, c: sqlite3.Connection, execution: Execution, expected: Sequence[State], **columns: Any) -> Execution | None:
+        """The same of a row that only the caller changes, but for the wishes of people: these alone are read again."""
+        values = _stored(columns)
+        assignments = ", ".join(f"{name} = ?" for name in values)
+        row = c.execute(f"UPDATE executions SET {assignments} WHERE id = ? AND state IN ({placeholders(expected)}) RETURNING cancel_code, revoked",
+                        (*values.values(), execution.id, *expected)).fetchone()
+        if row is None:
+            return None
+        wishes = {"cancel_code": row[0] and ReasonCode(row[0]), "revoked": _text_to_reason(row[1])}
+        return replace(execution, **{**wishes, **columns})
+
     def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None, robot_id: int | None = None,
                   ids: Sequence[int] | None = None) -> list[int]:
         """What has not reached its robot yet, of a schedule or of a robot, or of these alone, is not sent any more: what waits ends, what is

@@ -100,7 +100,7 @@ def app(spec: Spec, directory: Path) -> Planned:
         return {job.name: r.schedules.add(c, replace(later, name=job.name, robot_id=robots[job.robot].id)).id for job in spec.jobs}
 
     ids = container.db.write(furnish)
-    container.loop.start()
+    container.runner.start()
     begin = max(begin, time.time() + 10.0)
     due = {job.name: begin + job.offset for job in spec.jobs}
 
@@ -109,7 +109,7 @@ def app(spec: Spec, directory: Path) -> Planned:
             r.schedules.advance(c, ids[name], datetime.fromtimestamp(instant, UTC))
 
     container.db.write(plan)
-    container.loop.wake()
+    container.runner.wake()
 
     def dropped() -> int:
         c = container.db.read()

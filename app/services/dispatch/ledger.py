@@ -119,7 +119,7 @@ class Ledger:
         if not moves:
             return []
         made = self._db.write(
-            lambda c: [self._executions.change(c, move.execution.id, move.expected, **move.columns) for move in moves], patient)
+            lambda c: [self._made(c, move) for move in moves], patient)
         changed = [row for row in made if row]
         for row in changed:
             log.info("%s", describe(row))
@@ -129,6 +129,11 @@ class Ledger:
         for robot_id in {row.robot_id for row in changed}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         return changed
+
+    def _made(self, c: Any, move: Move) -> Execution | None:
+        if State.WAITING in move.expected:               # which edits change too
+            return self._executions.change(c, move.execution.id, move.expected, **move.columns)
+        return self._executions.change_owned(c, move.execution, move.expected, **move.columns)
 
     def accepted(self, execution: Execution, queue_id: int) -> Move:
         """The robot has it since now. If this were never written, the robot would be asked."""
