@@ -7,9 +7,11 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Callable
+import sqlite3
+from collections.abc import Callable, Iterable
 from datetime import datetime
 from pathlib import Path
+from typing import Any, cast
 
 from app.container import Container
 from app.database.connection import Database
@@ -35,7 +37,6 @@ class Site:
     def __init__(self, directory: Path, *, robots: int = 1, now: datetime | None = None, network: Network | None = None,
                  with_window: bool = False, timezone: str = "UTC", robot_speed: float = 1.0) -> None:
         self.clock = VirtualClock(now) if now else VirtualClock()
-        self._began = self.clock.monotonic()
         self.network = network or Network()
         self.network.site = self
         self.directory, self._with_window = directory, with_window
@@ -57,7 +58,7 @@ class Site:
 
     def seconds(self) -> float:
         """True time since the beginning, which is the robots' simulated time."""
-        return self.clock.monotonic() - self._began
+        return self.clock.elapsed()
 
     # ------------------------------------------------------------------ the tablet
     def switch_on(self) -> None:
@@ -208,3 +209,79 @@ class Site:
         c = self.container.db.read()
         rows = [self.container.repositories.executions.get(c, row[0]) for row in c.execute("SELECT id FROM executions ORDER BY id")]
         return [row for row in rows if not states or row.state in states]
+
+    # ------------------------------------------------------------------ the world
+    def others_go_on(self, robot: str, seconds: float) -> None:
+        """An answer of that robot takes so long, a good one. Meanwhile its worker waits and everybody else goes on."""
+        end, key = self.clock.monotonic() + seconds, self._key_of(robot)
+        waiting = _Waiting(self._workers[key]) if key in self._workers else None
+        if waiting is not None:
+            self._workers[key] = cast(RobotWorker, waiting)
+        try:
+            self.run(seconds)
+        finally:
+            if waiting is not None:
+                self._workers[key] = waiting.worker
+                self._take_up(key, waiting)
+        self._go_to(end)
+
+    def _take_up(self, key: int, waiting: _Waiting) -> None:
+        """What its worker was asked for while it waited."""
+        self._intents.setdefault(key, []).extend(waiting.intents)
+        for wanted, those in ((waiting.poll, self._polls), (waiting.soon, self._soon), (waiting.changed, self._changed)):
+            if wanted:
+                those.add(key)
+        if waiting.poll or waiting.soon or waiting.changed or waiting.intents:
+            self._due[key] = self.clock.monotonic()
+
+    def _key_of(self, name: str) -> int:
+        return next((robot.id for robot in self.container.catalogue.robots() if robot.address == f"http://{name.lower()}"), 0)
+
+    def suspend(self, seconds: float) -> None:
+        """The tablet sleeps. Robots go on; nothing of the app does, and its monotonic clock stands still."""
+        self.clock.suspend(seconds)
+        for machine in self.machines.values():
+            machine.catch_up()
+
+    def power_cut(self, seconds: float) -> None:
+        """The tablet is off for so long, without warning; then the app starts again."""
+        self.switch_off(cleanly=False)
+        self.clock.advance(seconds)
+        self.switch_on()
+
+    def stranger_queues(self, mission: str = "Deliver", robot: str = "R1", *, description: str = "", user: str = "admin") -> int:
+        """Somebody else puts a mission on a robot; returns the number of its item."""
+        machine = self.machines[robot]
+        machine.catch_up()
+        person = next(row for row in machine.site.table("/users") if row["username"] == user)
+        return machine.order(GUIDS[mission], person, description=description).id
+
+    def make_read_only(self) -> Callable[[], None]:
+        """From now on nothing can be written to the disk. Returns what mends it."""
+        writing: list[sqlite3.Connection] = []
+        self.container.db.write(writing.append)
+        writing[0].execute("PRAGMA query_only = ON")
+        return lambda: writing[0].execute("PRAGMA query_only = OFF").close()
+
+    def fill_disk(self) -> Callable[[], None]:
+        """The database can't grow by another page. Returns what makes room again."""
+        writing: list[sqlite3.Connection] = []
+        self.container.db.write(writing.append)
+        writing[0].execute(f"PRAGMA max_page_count = {writing[0].execute('PRAGMA page_count').fetchone()[0]}")
+        return lambda: writing[0].execute("PRAGMA max_page_count = 1073741823").close()
+
+
+class _Waiting:
+    """Takes the place of a worker that waits for an answer, and keeps what it is asked for."""
+
+    def __init__(self, worker: RobotWorker) -> None:
+        self.worker, self.poll, self.soon, self.changed = worker, False, False, False
+        self.intents: list[Execution] = []
+
+    def step(self, poll: bool, due_soon: bool = False, intents: Iterable[Execution] = (), changed: bool = True) -> float:
+        self.poll, self.soon, self.changed = self.poll or poll, self.soon or due_soon, self.changed or changed
+        self.intents.extend(intents)
+        return math.inf
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.worker, name)
