@@ -1,4 +1,4 @@
-"""A clock that tests move by hand; wall and monotonic time can part, as on a tablet whose clock is set or that sleeps."""
+"""A clock that tests move by hand; wall, monotonic and true time can part, as on a tablet whose clock is set or that sleeps."""
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
@@ -6,13 +6,17 @@ from datetime import UTC, datetime, timedelta
 
 class VirtualClock:
     def __init__(self, now: datetime = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)) -> None:      # a Monday
-        self._now, self._mono = now, 1000.0
+        self._now, self._mono, self._true = now, 1000.0, 0.0
 
     def now(self) -> datetime:
         return self._now
 
     def monotonic(self) -> float:
         return self._mono
+
+    def elapsed(self) -> float:
+        """Seconds that have truly passed since the clock was made: robots live by them."""
+        return self._true
 
     def sleep(self, seconds: float) -> None:
         self.advance(seconds)
@@ -21,7 +25,13 @@ class VirtualClock:
         """Time passes."""
         self._now += timedelta(seconds=seconds)
         self._mono += seconds
+        self._true += seconds
 
     def step(self, seconds: float) -> None:
-        """The wall clock is set, or the tablet slept: monotonic time does not know."""
+        """The wall clock is set: neither monotonic nor true time knows."""
         self._now += timedelta(seconds=seconds)
+
+    def suspend(self, seconds: float) -> None:
+        """The tablet sleeps: wall and true time go on, the monotonic clock stands still."""
+        self._now += timedelta(seconds=seconds)
+        self._true += seconds

@@ -1,16 +1,19 @@
 """The network between the app and simulated robots: it drops and delays requests and answers, determined by a seed.
 
-``Network`` decides what happens to each request; ``SimulatedTransport`` takes the place of HTTP and calls a simulated robot's request
-handler directly, so that a request takes microseconds of real time and moves only the virtual clock.
+``Network`` decides what happens to each request and keeps a diary of the submissions that left; ``SimulatedTransport`` takes the place of
+HTTP and calls a simulated robot's request handler directly, so that a request takes microseconds of real time and moves only the virtual
+clock. What robots may do to a reader (items that can't be read, short lists, lost descriptions, other words) is declared on
+``Network`` too.
 """
 from __future__ import annotations
 
 import json as json_module
 import random
-import re
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from datetime import timedelta
+from email.utils import format_datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from tests.support.site import Site
 
 LATENCY = 0.02           # s
-DESCRIPTION = re.compile(rb'"description":\s*"[^"]*"')
+QUEUE = "/mission_queue"
 
 
 class Fate(StrEnum):
@@ -40,9 +43,35 @@ class Fate(StrEnum):
     ERROR_AFTER = "error_after"      # handled, then 5xx
     PAGE = "page"                    # handled, then a web page instead of the answer
     CUT = "cut"                      # handled, then half of the answer
+    SLOW = "slow"                    # handled, a good answer after ``seconds``, within the time-outs
+    NOT_FOUND = "not_found"          # 404, not handled: a robot whose interface has only just come up
+    ASLEEP = "asleep"                # connected, then the tablet sleeps for ``seconds``; the request leaves when it wakes
 
 
-HARMFUL = tuple(fate for fate in Fate if fate is not Fate.FINE)
+HARMFUL = tuple(fate for fate in Fate if fate not in (Fate.FINE, Fate.SLOW, Fate.NOT_FOUND, Fate.ASLEEP))
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What the next request of a kind meets. ``*``: any method, path or robot. ``seconds``: of a slow answer, of the tablet's sleep, or
+    until a late request is handled, counted from when it was sent; None: drawn by the seed."""
+    method: str
+    path: str
+    fate: Fate
+    seconds: float | None = None
+    robot: str = "*"
+
+    def fits(self, robot: str, method: str, path: str) -> bool:
+        return all(wanted in ("*", given) for wanted, given in ((self.robot, robot), (self.method, method), (self.path, path)))
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A POST to a robot's queue that left the tablet. ``at`` is true time in seconds since the site began."""
+    at: float
+    robot: str
+    mission_id: str
+    token: str
 
 
 @dataclass
@@ -56,31 +85,59 @@ class Network:
     site: Site | None = None
     counts: Counter[str] = field(default_factory=Counter)
     down: set[str] = field(default_factory=set)
-    planned: list[tuple[str, str, Fate]] = field(default_factory=list)     # (method, path, fate): the next such request
+    planned: list[Planned] = field(default_factory=list)
     interrupt: Callable[[str], None] = lambda where: None                  # the simulation crashes the app here
-    forgets_descriptions: bool = False                                     # robots that don't give back what they were sent
+    submissions: list[Submission] = field(default_factory=list)            # every POST to a queue that left, arrived or not
+    # what robots are like
+    forgets_descriptions: bool = False                                     # they don't give back what they were sent
+    short_lists: int | None = None      # no search, and a list is always the oldest so many items, whatever page is asked for
+    unreadable: set[tuple[str, int]] = field(default_factory=set)          # (robot, queue id): asked for, that item answers 500
+    shown: dict[tuple[str, int], dict[str, Any]] = field(default_factory=dict)     # fields of an item as the robot gives them
+    words: dict[str, str] = field(default_factory=dict)                    # its own words for states of items
 
     def __post_init__(self) -> None:
         self.rng = random.Random(self.seed)
 
-    def next(self, method: str, path: str, fate: Fate) -> None:
-        """The next request of this kind meets this fate."""
-        self.planned.append((method, path, fate))
+    def next(self, method: str, path: str, fate: Fate, seconds: float | None = None, *, robot: str = "*", count: int = 1) -> None:
+        """The next ``count`` requests of this kind meet this fate."""
+        self.planned += [Planned(method, path, fate, seconds, robot)] * count
 
-    def fate_of(self, robot: str, method: str, path: str) -> Fate:
+    def fate_of(self, robot: str, method: str, path: str) -> Planned:
         for entry in self.planned:
-            if entry[:2] == (method, path):
+            if entry.fits(robot, method, path):
                 self.planned.remove(entry)
-                return self._counted(entry[2])
+                return self._counted(entry)
         if robot in self.down:
-            return self._counted(Fate.REFUSED)
+            return self._counted(Planned(method, path, Fate.REFUSED))
         if self.rate and self.only(method, path) and self.rng.random() < self.rate:
-            return self._counted(self.rng.choice(self.fates))
-        return Fate.FINE
+            return self._counted(Planned(method, path, self.rng.choice(self.fates)))
+        return Planned(method, path, Fate.FINE)
 
-    def _counted(self, fate: Fate) -> Fate:
-        self.counts[fate] += 1
-        return fate
+    def _counted(self, planned: Planned) -> Planned:
+        self.counts[planned.fate] += 1
+        return planned
+
+    def posts(self, robot: str = "*") -> list[Submission]:
+        """The submissions to one robot, or to all."""
+        return [one for one in self.submissions if robot in ("*", one.robot)]
+
+    # ------------------------------------------------------------------ what robots give back
+    def as_given(self, robot: str, path: str, body: bytes) -> bytes:
+        """An answer as these robots give it."""
+        if not body or not path.startswith(QUEUE) or not (self.forgets_descriptions or self.shown or self.words):
+            return body
+        answer = json_module.loads(body)
+        found = [self._item(robot, entry) for entry in answer] if isinstance(answer, list) else self._item(robot, answer)
+        return json_module.dumps(found).encode()
+
+    def _item(self, robot: str, item: Any) -> Any:
+        if not isinstance(item, dict):
+            return item
+        own = {"state": self.words.get(item.get("state", ""), item.get("state"))} if "state" in item else {}
+        if self.forgets_descriptions and "description" in item:
+            own["description"] = ""
+        own |= {name: value for name, value in self.shown.get((robot, item.get("id", 0)), {}).items() if name in item}
+        return item | own
 
 
 class SimulatedTransport:
@@ -92,29 +149,34 @@ class SimulatedTransport:
              is_wanted: Callable[[], bool] | None = None) -> Response:
         network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
         network.interrupt(f"before {method} {path}")
-        fate = network.fate_of(self._name, method, path)
+        planned = network.fate_of(self._name, method, path)
+        fate = planned.fate
         self._clock.advance(LATENCY)
-        if is_wanted is not None and fate is not Fate.REFUSED and not is_wanted():
+        if fate is Fate.REFUSED:
+            raise Unreachable(code="refused", address=self._name)
+        if fate is Fate.ASLEEP:
+            self._clock.suspend(planned.seconds or 0.0)
+        if is_wanted is not None and not is_wanted():
             raise NotWanted(address=self._name)
+        if (method, path) == ("POST", QUEUE):
+            network.submissions.append(Submission(self._clock.elapsed(), self._name, json["mission_id"], json.get("description", "")))
 
         def handle() -> Response:
-            target = f"/api/v2.0.0{path}" + (f"?{urlencode(query)}" if query else "")
-            answer = api.handle(self._machine, Request.of(method, target, self._headers, body))
-            body_back = DESCRIPTION.sub(rb'"description":""', answer.body) if network.forgets_descriptions else answer.body
-            return Response(answer.status, body_back, answer.headers)
+            return self._handle(method, path, query or {}, body)
         match fate:
-            case Fate.REFUSED:
-                raise Unreachable(code="refused", address=self._name)
             case Fate.LOST:
                 self._clock.advance(timeout.read)
                 raise TimedOut(address=self._name, seconds=timeout.read)
             case Fate.LATE:
                 assert network.site is not None
-                network.site.at(timeout.read + network.rng.uniform(0, network.latest), handle)
+                late = timeout.read + network.rng.uniform(0, network.latest) if planned.seconds is None else planned.seconds
+                network.site.at(late, handle)
                 self._clock.advance(timeout.read)
                 raise TimedOut(address=self._name, seconds=timeout.read)
             case Fate.ERROR_BEFORE:
                 return Response(500, b'{"error_code": "internal", "error_human": "no"}', {})
+            case Fate.NOT_FOUND:
+                return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', {})
         answer = handle()
         network.interrupt(f"after {method} {path}")
         match fate:
@@ -127,7 +189,29 @@ class SimulatedTransport:
                 return Response(200, b"<html><body>Sign in to the guest network</body></html>", {"Content-Type": "text/html"})
             case Fate.CUT:
                 raise ConnectionLost(address=self._name)
+            case Fate.SLOW:
+                assert network.site is not None
+                network.site.others_go_on(self._name, planned.seconds or 0.0)
         return answer
+
+    def _handle(self, method: str, path: str, query: Mapping[str, str], body: bytes) -> Response:
+        """What the robot answers now."""
+        network, machine = self._network, self._machine
+        if path.startswith(f"{QUEUE}/") and method == "GET" and (self._name, int(path.rsplit("/", 1)[1])) in network.unreadable:
+            return Response(500, b'{"error_code": "internal", "error_human": "Internal server error"}', self._date())
+        if network.short_lists is not None and path == f"{QUEUE}/search":
+            return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', self._date())
+        if network.short_lists is not None and (method, path) == ("GET", QUEUE):
+            asked = {name: value for name, value in query.items() if name == "whitelist"}
+            query = {**asked, "sort_by": "id", "limit": str(network.short_lists)}
+        target = f"/api/v2.0.0{path}" + (f"?{urlencode(query)}" if query else "")
+        answer = api.handle(machine, Request.of(method, target, self._headers, body))
+        return Response(answer.status, network.as_given(self._name, path, answer.body), {**answer.headers, **self._date()})
+
+    def _date(self) -> dict[str, str]:
+        """The header that tells the robot's clock: true time and that clock's error, however fast the robot is simulated."""
+        clock, elapsed = self._machine.clock, self._clock.elapsed()
+        return {"Date": format_datetime(clock.start + timedelta(seconds=elapsed + clock.error(elapsed)), usegmt=True)}
 
     def close(self) -> None:
         """Nothing is held."""

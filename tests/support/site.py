@@ -7,6 +7,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+import sqlite3
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -36,7 +37,6 @@ class Site:
     def __init__(self, directory: Path, *, robots: int = 1, now: datetime | None = None, network: Network | None = None,
                  with_window: bool = False, timezone: str = "UTC", robot_speed: float = 1.0) -> None:
         self.clock = VirtualClock(now) if now else VirtualClock()
-        self._began = self.clock.monotonic()
         self.network = network or Network()
         self.network.site = self
         self.directory, self._with_window = directory, with_window
@@ -58,7 +58,7 @@ class Site:
 
     def seconds(self) -> float:
         """True time since the beginning, which is the robots' simulated time."""
-        return self.clock.monotonic() - self._began
+        return self.clock.elapsed()
 
     # ------------------------------------------------------------------ the tablet
     def switch_on(self) -> None:
@@ -71,6 +71,7 @@ class Site:
         self._due: dict[int, float] = {}           # when each worker is to go on
         self._next_round = self.clock.monotonic()
         self._acting: int | None = None            # the worker that is going on
+        self._blocked: set[int] = set()            # workers that wait for an answer
         self.engine.attach(self, self._wake)
         self.switched_on()
         self.engine.start()
@@ -129,7 +130,8 @@ class Site:
         """Let time pass."""
         end = self.clock.monotonic() + seconds
         while True:
-            instant = min(self._next_round, *self._due.values(), self._later[0][0] if self._later else math.inf, math.inf)
+            due = (at for key, at in self._due.items() if key not in self._blocked)
+            instant = min(self._next_round, min(due, default=math.inf), self._later[0][0] if self._later else math.inf)
             if instant > end:
                 break
             self._go_to(instant)
@@ -154,7 +156,7 @@ class Site:
             self._next_round = math.inf
             self._next_round = min(self._next_round, self.clock.monotonic() + self._until_next_round(self.engine.advance()))
         for key in sorted(self._due, key=self._due.__getitem__):
-            if self._due.get(key, math.inf) <= self.clock.monotonic():
+            if key not in self._blocked and self._due.get(key, math.inf) <= self.clock.monotonic():
                 self._go_on(key)
 
     def _until_next_round(self, wanted: float) -> float:
@@ -189,3 +191,60 @@ class Site:
         c = self.container.db.read()
         rows = [self.container.repositories.executions.get(c, row[0]) for row in c.execute("SELECT id FROM executions ORDER BY id")]
         return [row for row in rows if not states or row.state in states]
+
+    # ------------------------------------------------------------------ the world
+    tablet = "the tablet"         # which machine the app runs on
+
+    def others_go_on(self, robot: str, seconds: float) -> None:
+        """An answer of that robot takes so long, a good one. Meanwhile its worker waits and everybody else goes on."""
+        acting, key = self._acting, self._key_of(robot)
+        self._blocked.add(key)
+        try:
+            self.run(seconds)
+        finally:
+            self._blocked.discard(key)
+            self._acting = acting
+
+    def _key_of(self, name: str) -> int:
+        return next((robot.id for robot in self.container.catalogue.robots() if robot.address == f"http://{name.lower()}"), 0)
+
+    def suspend(self, seconds: float) -> None:
+        """The tablet sleeps. Robots go on; nothing of the app does, and its monotonic clock stands still."""
+        self.clock.suspend(seconds)
+        for machine in self.machines.values():
+            machine.catch_up()
+
+    def power_cut(self, seconds: float) -> None:
+        """The tablet is off for so long, without warning; then the app starts again."""
+        self.switch_off(cleanly=False)
+        self.clock.advance(seconds)
+        self.switch_on()
+
+    def stranger_queues(self, mission: str = "Deliver", robot: str = "R1", *, description: str = "", user: str = "admin") -> int:
+        """Somebody else puts a mission on a robot; returns the number of its item."""
+        machine = self.machines[robot]
+        machine.catch_up()
+        person = next(row for row in machine.site.table("/users") if row["username"] == user)
+        return machine.order(GUIDS[mission], person, description=description).id
+
+    def make_read_only(self) -> Callable[[], None]:
+        """From now on nothing can be written to the disk. Returns what mends it."""
+        writing: list[sqlite3.Connection] = []
+        self.container.db.write(writing.append)
+        writing[0].execute("PRAGMA query_only = ON")
+        return lambda: writing[0].execute("PRAGMA query_only = OFF").close()
+
+    def fill_disk(self) -> Callable[[], None]:
+        """The database can't grow by another page. Returns what makes room again."""
+        writing: list[sqlite3.Connection] = []
+        self.container.db.write(writing.append)
+        writing[0].execute(f"PRAGMA max_page_count = {writing[0].execute('PRAGMA page_count').fetchone()[0]}")
+        return lambda: writing[0].execute("PRAGMA max_page_count = 1073741823").close()
+
+    def another_tablet(self, directory: Path) -> Site:
+        """A second tablet on the same network, with its own data directory. One clock serves both; each lives while it is ``run``."""
+        other = Site.__new__(Site)
+        other.__dict__.update(self.__dict__, tablet=f"{self.tablet}, another one")
+        other.directory, other._later, other._order = directory, [], itertools.count()
+        other.switch_on()
+        return other

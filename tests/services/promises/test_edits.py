@@ -1,0 +1,155 @@
+"""What waits follows the edit of its schedule, and an undo brings it back (D6)."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import datetime
+
+import pytest
+
+from app.domain.models import ReasonCode, State
+from tests.support.seen import items, outcomes, sent_at
+
+D6 = pytest.mark.xfail(strict=True, reason="D6")
+TEN_PAST = datetime.fromisoformat("2026-11-23T06:10")
+
+
+@pytest.fixture
+def waiting(site, plan):
+    """Makes a schedule of 06:05 that waits since then for a battery of 30 %, which has 12 %."""
+    def make(recurrence=None):
+        site.machines["R1"].set_battery(12.0)
+        schedule = plan("2026-11-23T06:05", recurrence, minimum_battery_percent=30)
+        site.run(360)
+        assert [row.state for row in site.executions()] == [State.WAITING]
+        return schedule
+    return make
+
+
+def keep_instant(site, schedule, **changes):
+    site.container.catalogue.save_schedule(replace(schedule, **changes))
+
+
+@D6
+@pytest.mark.parametrize("recurrence", [None, "FREQ=DAILY"])
+def test_a_minimum_that_is_lowered_lets_what_waits_for_it_go(site, waiting, recurrence):
+    """An edit that keeps instant and robot changes the waiting start in place."""
+    keep_instant(site, waiting(recurrence), minimum_battery_percent=5)
+    site.run(300)
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+    assert len(items(site)) == 1
+
+
+@D6
+@pytest.mark.parametrize("recurrence", [None, "FREQ=DAILY"])
+def test_what_waits_goes_on_waiting_when_its_schedule_is_renamed(site, waiting, recurrence):
+    """It waits under the new name, and runs when the robot is charged."""
+    keep_instant(site, waiting(recurrence), name="New name")
+    site.run(60)
+    assert [(row.state, row.schedule) for row in site.executions()] == [(State.WAITING, "New name")]
+    site.machines["R1"].set_battery(80.0)
+    site.run(300)
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
+@D6
+def test_what_waits_runs_the_mission_that_its_schedule_has_now(site, waiting):
+    """A start that has not been sent is sent as it is planned now: mission, parameters, priority."""
+    home = site.add_mission("Home")
+    keep_instant(site, waiting(), mission_id=home.id, priority=3)
+    site.machines["R1"].set_battery(80.0)
+    site.run(300)
+    assert [(item.mission_id, item.priority) for item in items(site)] == [(home.guid, 3)]
+    assert [(row.state, row.mission) for row in site.executions()] == [(State.COMPLETED, "Home")]
+
+
+@D6
+def test_a_longer_window_keeps_what_waits_for_longer(site, waiting):
+    """The window of a waiting start is its schedule's."""
+    keep_instant(site, waiting(), start_window_minutes=60)
+    site.run(1200)
+    site.machines["R1"].set_battery(80.0)
+    site.run(300)
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
+def _schedule(site, schedule):
+    site.container.catalogue.restore(site.container.catalogue.remove_schedule(schedule.id))
+
+
+def _mission(site, schedule):
+    site.container.catalogue.restore(site.container.catalogue.remove_mission(schedule.mission_id))
+
+
+def _robot(site, schedule):
+    site.container.catalogue.restore(site.container.catalogue.remove_robot(schedule.robot_id))
+
+
+def _off_and_on(site, schedule):
+    site.container.catalogue.set_schedule_enabled(schedule.id, False)
+    site.run(30)
+    site.container.catalogue.set_schedule_enabled(schedule.id, True)
+
+
+def _robot_off_and_on(site, schedule):
+    site.container.catalogue.set_robot_enabled(schedule.robot_id, False)
+    site.run(30)
+    site.container.catalogue.set_robot_enabled(schedule.robot_id, True)
+
+
+def _pause_and_resume(site, schedule):
+    site.container.pausing.pause(schedule.id, datetime.fromisoformat("2026-11-25T06:00+00:00"))
+    site.run(30)
+    site.container.pausing.resume(schedule.id)
+
+
+@D6
+@pytest.mark.parametrize("there_and_back", [_schedule, _mission, _robot, _off_and_on])
+def test_undo_brings_back_what_was_waiting(site, waiting, there_and_back):
+    """A row that an edit ended, without ever being sent, is open again for the same instant, within its window."""
+    there_and_back(site, waiting())
+    site.run(60)
+    assert [row.state for row in site.executions()] == [State.WAITING]
+    site.machines["R1"].set_battery(80.0)
+    site.run(300)
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+    assert len(items(site)) == 1
+
+
+@pytest.mark.parametrize("there_and_back", [_robot_off_and_on, _pause_and_resume])
+def test_what_a_person_has_stopped_stays_stopped(site, waiting, there_and_back):
+    """A robot that is switched on again and a pause that ends start with what comes next: what they ended stays so."""
+    there_and_back(site, waiting())
+    site.machines["R1"].set_battery(80.0)
+    site.run(300)
+    assert [row.state.is_open for row in site.executions()] == [False]
+    assert items(site) == []
+
+
+def test_undo_after_the_window_brings_nothing_back(site, waiting):
+    """A start whose window has closed meanwhile is over."""
+    removed = site.container.catalogue.remove_schedule(waiting().id)
+    site.machines["R1"].set_battery(80.0)
+    site.run(1200)
+    site.container.catalogue.restore(removed)
+    site.run(300)
+    assert items(site) == []
+    assert [row.state for row in site.executions()] == [State.CANCELLED]
+
+
+def test_what_was_sent_is_not_opened_again_by_an_undo(site, plan):
+    """A start that ran once does not run again because its schedule was deleted and brought back."""
+    schedule = plan("2026-11-23T06:05")
+    site.run(480)
+    _schedule(site, schedule)
+    site.run(300)
+    assert sent_at(site) == [300]
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
+def test_an_edit_that_moves_the_instant_ends_what_waits_and_runs_at_the_new_one(site, waiting):
+    """The old instant ends with its reason, the new one is another start."""
+    keep_instant(site, waiting(), start=TEN_PAST)
+    site.machines["R1"].set_battery(80.0)
+    site.run(600)
+    assert outcomes(site) == [(State.CANCELLED, ReasonCode.SCHEDULE_CHANGED, 0), (State.COMPLETED, None, 1)]
+    assert sent_at(site) == [600]

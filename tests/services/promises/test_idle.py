@@ -1,0 +1,105 @@
+"""Idle automation starts what its robot's idle period, as it was really seen, still allows at that moment (D14)."""
+from __future__ import annotations
+
+import pytest
+
+from tests.support.network import Fate
+from tests.support.seen import robot_of, sent_at, states
+
+D14 = pytest.mark.xfail(strict=True, reason="D14")
+
+
+@pytest.fixture
+def resting(site):
+    """R1 goes home after 5 minutes of rest; read every two minutes."""
+    home = site.add_mission("Home")
+    site.container.catalogue.change_settings(poll_interval_seconds=120)
+    site.container.catalogue.save_idle_rule(robot_of(site).id, home.id, after_minutes=5)
+    return site
+
+
+def stranger_works(site, seconds):
+    site.at(seconds, lambda: site.stranger_queues("Deliver"))
+
+
+@D14
+@pytest.mark.parametrize("fate", [Fate.LOST, Fate.ERROR_BEFORE])
+def test_an_idle_start_whose_outcome_is_unknown_is_not_tried_again_once_somebody_works(resting, fate):
+    """In the quiet time a person gives the robot something to do: its rest is over, and so is the idle start."""
+    site = resting
+    site.network.next("POST", "/mission_queue", fate)
+    site.run_until(lambda: bool(sent_at(site)), within=900)
+    [first] = sent_at(site)
+    stranger_works(site, 60)
+    site.run(180)
+    assert sent_at(site) == [first]
+    assert [row.state.is_open for row in site.executions()] == [False]
+
+
+@D14
+def test_an_idle_start_that_waits_for_its_next_try_is_judged_again(resting):
+    """The robot refused the connection; when it accepts again somebody is using it."""
+    site = resting
+    site.network.next("POST", "/mission_queue", Fate.REFUSED, count=4)
+    site.run_until(lambda: bool(site.network.counts[Fate.REFUSED]), within=900)
+    site.stranger_queues("Deliver")
+    site.run(60)
+    assert sent_at(site) == []
+    assert states(site) == ["Executing"]
+
+
+@D14
+def test_an_idle_start_that_waits_for_its_next_try_gives_way_to_a_hold_of_its_rule(resting):
+    """Idle automation that is switched off meanwhile starts nothing."""
+    site = resting
+    site.network.next("POST", "/mission_queue", Fate.REFUSED, count=4)
+    site.run_until(lambda: bool(site.network.counts[Fate.REFUSED]), within=900)
+    robot = robot_of(site)
+    site.container.catalogue.save_idle_rule(robot.id, robot.idle.mission_id, after_minutes=5, enabled=False)
+    site.run(120)
+    assert sent_at(site) == []
+
+
+@D14
+def test_what_a_robot_did_between_two_polls_ends_its_rest(resting):
+    """A stranger's mission that began and ended unseen shows in the queue's numbers: the rest counts from when it was over."""
+    site = resting
+    stranger_works(site, 125)
+    site.run(240)
+    assert states(site) == ["Done"]
+    site.run(270)
+    assert sent_at(site) == []
+    site.run(390)
+    assert len(sent_at(site)) == 1
+
+
+@D14
+def test_time_asleep_is_no_time_of_rest_that_was_seen(resting):
+    """After the tablet slept the rest counts from zero: nobody knows what the robot did."""
+    site = resting
+    site.run(250)
+    site.suspend(7200.0)
+    site.run(280)
+    assert sent_at(site) == []
+    site.run(400)
+    assert len(sent_at(site)) == 1
+
+
+@D14
+def test_work_during_a_sleep_of_the_tablet_ends_the_rest(resting):
+    """The robot worked while the tablet slept."""
+    site = resting
+    site.run(130)
+    site.stranger_queues("Deliver")
+    site.suspend(7200.0)
+    site.run(280)
+    assert sent_at(site) == []
+
+
+def test_an_idle_start_that_nothing_has_overtaken_is_tried_again(resting):
+    """The robot still rests after the quiet time, so it is sent home then, once."""
+    site = resting
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(1200)
+    assert len(sent_at(site)) == 2
+    assert states(site) == ["Done"]

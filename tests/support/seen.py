@@ -1,0 +1,49 @@
+"""What a person or the world can see of a site: the robots' own histories, the rows, the alarms."""
+from __future__ import annotations
+
+from app.domain.models import Execution, Reason, ReasonCode, Robot, State
+from mir_sim.mission_queue import QueueItem
+from tests.support.site import Site
+
+
+def items(site: Site, robot: str = "R1") -> list[QueueItem]:
+    """A robot's own history, as it is now."""
+    site.machines[robot].catch_up()
+    return list(site.machines[robot].queue)
+
+
+def states(site: Site, robot: str = "R1") -> list[str]:
+    return [str(item.state) for item in items(site, robot)]
+
+
+def ours(site: Site, robot: str = "R1") -> list[QueueItem]:
+    """Items with a token of a row."""
+    tokens = {row.token for row in site.executions()}
+    return [item for item in items(site, robot) if item.description in tokens]
+
+
+def outcome(row: Execution) -> tuple[State, ReasonCode | None, int]:
+    """State, reason and attempts."""
+    return row.state, row.reason and row.reason.code, row.attempts
+
+
+def outcomes(site: Site) -> list[tuple[State, ReasonCode | None, int]]:
+    return [outcome(row) for row in site.executions()]
+
+
+def reason(row: Execution) -> Reason:
+    assert row.reason is not None, row
+    return row.reason
+
+
+def alarms(site: Site) -> list[str]:
+    return [alarm.code for alarm in site.container.alarms.open()]
+
+
+def robot_of(site: Site, name: str = "R1") -> Robot:
+    return next(robot for robot in site.container.catalogue.robots() if robot.name == name)
+
+
+def sent_at(site: Site, robot: str = "*") -> list[int]:
+    """When submissions left, in whole seconds of true time since the site began."""
+    return [round(post.at) for post in site.network.posts(robot)]
