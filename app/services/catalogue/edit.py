@@ -324,7 +324,8 @@ class Edit:
     def _change_waiting(self, schedule: Schedule, robot: Robot, mission: Mission) -> None:
         """What waits runs as it is defined now."""
         for row in self._executions.unsent_of_schedule(self.c, schedule.id):
-            made = rules.scheduled(schedule, robot, mission, self.settings, "", row.planned_at, row.created_at)
+            install_id = self._settings.install_id(self.c)
+            made = rules.scheduled(schedule, robot, mission, self.settings, install_id, row.planned_at, row.created_at)
             self._executions.change(self.c, row.id, (State.WAITING,), schedule=made.schedule, mission=made.mission,
                                     mission_guid=made.mission_guid, parameters=made.parameters, priority=made.priority,
                                     minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at)

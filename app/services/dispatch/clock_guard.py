@@ -42,6 +42,7 @@ class Judgement:
 class _Doubt:
     since: datetime
     since_mono: float
+    jump_s: float = 0.0                 # that the clock has moved ahead while the app ran
     is_told: bool = False
 
 
@@ -55,7 +56,7 @@ class ClockGuard:
         self._doubt: _Doubt | None = None
         self._absent_since: datetime | None = None
         self._went_back = False
-        self._is_confirmed = False
+        self._is_proven = False                                  # by a robot or a person; else one robot's word counts
 
     def start(self) -> None:
         """Find out for how long the app was off. Called once, before the first round."""
@@ -83,12 +84,6 @@ class ClockGuard:
                 self._alarms.raise_("clock_implausible", "clock", problem=problem)
         return Judgement(False)
 
-    def confirm(self, readings: Readings) -> None:
-        """A person says that this clock is right, whatever the robots' clocks say now."""
-        offsets = {str(key): reading.offset for key, reading in readings.items()}
-        self._db.write(lambda c: self._settings.put(c, CONFIRMED, offsets))
-        self._is_confirmed = True
-
     @property
     def is_in_doubt(self) -> bool:
         return self._doubt is not None
@@ -99,8 +94,8 @@ class ClockGuard:
             self._db.write(lambda c: self._settings.set_heartbeat(c, now))
 
     # ------------------------------------------------------------------ inside
-    def _begin_doubt(self, now: datetime) -> None:
-        self._doubt = _Doubt(now, self._clock.monotonic())
+    def _begin_doubt(self, now: datetime, jump_s: float = 0.0) -> None:
+        self._doubt = _Doubt(now, self._clock.monotonic(), jump_s)
         self._holds.distrust_clock(UNPROVEN)
 
     def _end_doubt(self, now: datetime) -> None:
@@ -108,6 +103,8 @@ class ClockGuard:
         if doubt is not None and doubt.is_told:
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
             self._absent_since = self._absent_since or min(doubt.since, now)
+        if doubt is not None and doubt.jump_s and now - doubt.since >= NOTEWORTHY:       # it was right to jump: the tablet slept
+            self._away(doubt.since, now)
         self._went_back = True                     # perhaps before this run
         self._holds.distrust_clock(None)
         self._alarms.clear("clock_implausible", "clock")
@@ -116,23 +113,33 @@ class ClockGuard:
         """None ends the doubt."""
         since = self._doubt.since_mono if self._doubt else -1.0
         agree, differ = self._votes({key: reading for key, reading in readings.items() if reading.read_at >= since})
+        self._is_proven |= agree > 0
         if self._doubt is None:
-            if len(differ) >= 2 and len(differ) > agree:
+            if len(differ) >= (2 if self._is_proven else 1) and len(differ) > agree:
                 self._begin_doubt(now)
                 return _difference(differ)
             return None
-        if self._is_confirmed or agree and agree >= len(differ):
-            self._is_confirmed = False
-            self._end_doubt(now)
-            return None
-        if differ:
+        if self._holds.take_clock_confirmation():
+            offsets = {str(key): reading.offset for key, reading in readings.items() if reading.read_at >= since}
+            self._db.write(lambda c: self._settings.put(c, CONFIRMED, offsets))
+            self._is_proven = True
+        elif differ and agree < len(differ):
             return _difference(differ)
-        if can_ask and mono - since < FIRST_DOUBT:
-            return UNPROVEN
-        then = self._last_heartbeat
-        if then is not None and now < then - BACKWARDS:
-            return message("it shows {now} UTC, but the app already ran on {then} UTC", now=f"{now:%Y-%m-%d %H:%M}", then=f"{then:%Y-%m-%d %H:%M}")
+        elif not agree and (problem := self._unproven(can_ask, now, mono)):
+            return problem
         self._end_doubt(now)
+        return None
+
+    def _unproven(self, can_ask: bool, now: datetime, mono: float) -> Message | None:
+        """No robot has told its time yet."""
+        doubt, then = self._doubt, self._last_heartbeat
+        if doubt is not None and can_ask and mono - doubt.since_mono < FIRST_DOUBT:
+            return UNPROVEN
+        if doubt is not None and can_ask and doubt.jump_s:
+            return message("it jumped ahead by {minutes} min, and no robot can be asked", minutes=round(doubt.jump_s / 60))
+        if then is not None and now < then - BACKWARDS:
+            return message("it shows {now} UTC, but the app already ran on {then} UTC",
+                           now=f"{now:%Y-%m-%d %H:%M}", then=f"{then:%Y-%m-%d %H:%M}")
         return None
 
     def _votes(self, readings: Readings) -> tuple[int, list[float]]:
@@ -162,14 +169,14 @@ class ClockGuard:
         log.warning("The wall clock moved by %+.0f s against the monotonic one (asleep, or the clock was set)", step)
         if step < 0:
             self._went_back = True
-        if step >= NOTEWORTHY.total_seconds():
+        if self._doubt is not None:                         # what was read before says nothing any more
+            self._doubt.since_mono = mono
+        elif step > self._shortest_doubtful():
+            self._begin_doubt(self._last[0], step)
+        elif step >= NOTEWORTHY.total_seconds():
             self._away(self._last[0], now)
         else:
             self._alarms.raise_("clock_stepped", "clock", seconds=round(step))
-        if step > self._shortest_doubtful() and self._doubt is None:
-            self._begin_doubt(now)
-        elif self._doubt is not None:                       # what was read before says nothing any more
-            self._doubt.since_mono = mono
 
     def _shortest_doubtful(self) -> float:
         """s; a jump ahead beyond a start window would make starts late that a wrong clock only pretends to be."""

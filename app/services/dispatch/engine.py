@@ -27,6 +27,7 @@ from app.services.dispatch.timing import (
     AFTER_A_FAILURE,
     CHORES_EVERY,
     CYCLE_TAKES,
+    DOUBT_POLLS_EVERY,
     FIRST_POLL_WITHIN,
     INTENT_EVERY,
     INTENT_LEAD,
@@ -114,7 +115,8 @@ class Engine:
     @property
     def seconds_to_cycle(self) -> float:
         """Until every robot is polled again, when nobody else asks for it."""
-        return self._cycle_at + self._poll_interval() * (2 if self._window_drives else 1) - self._clock.monotonic()
+        every = self._poll_interval() * (2 if self._window_drives else 1)
+        return self._cycle_at + (min(every, DOUBT_POLLS_EVERY) if self._guard.is_in_doubt else every) - self._clock.monotonic()
 
     # ------------------------------------------------------------------ asked by others, on any thread
     def request_cycle(self, by_window: bool = False) -> None:
@@ -141,11 +143,6 @@ class Engine:
         if robot_id is not None:
             self._mailboxes.post(robot_id, messages.Watched(True))
 
-    def confirm_clock(self) -> None:
-        """A person says that the tablet's clock is right, whatever the robots' clocks say."""
-        self._guard.confirm(self._readings())
-        self._wake()
-
     def _on_change(self, topic: Topic, about: int | None) -> None:
         if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._advancing == threading.get_ident():
             return                            # the round itself knows what is to be sent, and reads the plan after it
@@ -158,7 +155,7 @@ class Engine:
                 told = list(self._workers) if about is None else [about]
             for robot_id in told:
                 self._mailboxes.post(robot_id, messages.LedgerChanged())
-        if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS):
+        if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS):
             self._wake()
 
     # ------------------------------------------------------------------ a round

@@ -82,7 +82,11 @@ class Following:
         return mono - self._missing_since.setdefault(queue_id, mono) >= GONE_FOR
 
     def _is_over(self, queue_id: int, open_ids: set[int] | None) -> bool:
-        return open_ids is not None and queue_id not in open_ids and self._has_been_missing(queue_id)
+        """Whether the robot neither lists it among the open ones nor runs it now."""
+        status = self._seen.fresh_status
+        if open_ids is None or queue_id in open_ids or status is None or status.mission_queue_id == queue_id:
+            return False
+        return self._has_been_missing(queue_id)
 
     def _not_readable(self, row: Execution, queue_id: int, error: RobotError, open_ids: set[int] | None) -> list[Move]:
         """One item that can't be read holds up no other: it is told once, asked for again and again, and given up when it is over."""
@@ -118,8 +122,8 @@ def why_aborted(row: Execution, item: QueueItem) -> Reason:
     message = (item.message or "").strip()
     if row.cancel_code:
         return Reason(row.cancel_code)
-    if message.lower().startswith(USER_REQUEST):
-        return Reason(ReasonCode.USER_CANCELLED)
     if item.state is QueueState.UNKNOWN:
         message = f"{item.state_text}: {message}" if message else item.state_text
+    elif message.lower().startswith(USER_REQUEST):
+        return Reason(ReasonCode.USER_CANCELLED)
     return Reason(ReasonCode.ROBOT_ABORTED, {"message": message})

@@ -37,6 +37,7 @@ class Submission:
         self._client, self._s, self._ledger, self._clock = client, shared, shared.ledger, shared.clock
         self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
         self._attempts = Attempts()
+        self._listed_until: dict[int, float] = {}        # late starts that are listed first, on the monotonic clock
 
     # ------------------------------------------------------------------ what the worker asks for
     def recover(self) -> None:
@@ -149,6 +150,7 @@ class Submission:
     def _forget_all_but(self, unsent: set[int]) -> None:
         for key in [key for key, attempt in self._attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
             del self._attempts[key]
+        self._listed_until = {key: until for key, until in self._listed_until.items() if key in unsent}
 
     def _is_awake(self, unsent: Unsent) -> bool:
         """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
@@ -183,10 +185,11 @@ class Submission:
         """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first seen."""
         if row.hold_until is None or row.wait is not Wait.LATE_START:
             return False
-        if row.id not in self._attempts:
-            left = (row.hold_until - self._clock.now()).total_seconds()
-            self._later(row, min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds()))
-        return self._attempts.is_asleep(row.id, self._clock.monotonic())
+        mono, left = self._clock.monotonic(), (row.hold_until - self._clock.now()).total_seconds()
+        until = self._listed_until.setdefault(row.id, mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds()))
+        if until > mono:
+            self._later(row, until - mono)
+        return until > mono
 
     # ------------------------------------------------------------------ an attempt
     def _try(self, row: Execution) -> None:
@@ -197,11 +200,12 @@ class Submission:
             self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
             self._later(row, RECHECK)
             return
-        if row.trigger is Trigger.IDLE and row.attempts and not self._is_still_idle(row):
-            self._ledger.end(row, Reason(ReasonCode.RETRY_LIMIT, {"attempts": row.attempts, "problem": row.wait_details.get("problem", "")}))
-            self._ledger.note_idle(self._robot_id, None)          # it may begin anew
-            return
         try:
+            if row.trigger is Trigger.IDLE and row.attempts and not self._is_still_idle(row):
+                details = {"attempts": row.attempts, "problem": row.wait_details.get("problem", "")}
+                self._ledger.end(row, Reason(ReasonCode.RETRY_LIMIT, details))
+                self._ledger.note_idle(self._robot_id, None)      # it may begin anew
+                return
             floor = self._seen.highest
             if floor is None:
                 floor = self._client.highest_queue_id() or 0

@@ -236,7 +236,8 @@ class RobotWorker:
     def _start_idle_mission(self) -> None:
         rule = self.robot.idle
         db, robot_id = self._s.db.read(), self.robot.id
-        if (rule is None or not self._idle_mission_is_due(self._s.robots.idle_queue_id(db, robot_id))
+        idle_seconds = self._idle.seconds(self._clock.monotonic())
+        if (rule is None or not self._idle_mission_is_due(self._s.robots.idle_queue_id(db, robot_id), idle_seconds)
                 or self._s.ledger.has_open_idle(robot_id)):
             return
         if mission := self._s.missions.get(db, rule.mission_id):
@@ -246,14 +247,15 @@ class RobotWorker:
             self._ledger_changed = True
 
     def _is_still_idle(self, row: Execution) -> bool:
-        """An idle mission that could not be sent at once is judged anew."""
-        return self.seen.highest == row.queue_floor and self._idle_mission_is_due(None)
+        """An idle mission that could not be sent at once is judged anew: nothing else may have run. Raises RobotError."""
+        self.seen.highest = self._client.highest_queue_id() or 0
+        return self.seen.highest == row.queue_floor and self._idle_mission_is_due(None, math.inf)
 
-    def _idle_mission_is_due(self, last_queue_id: int | None) -> bool:
+    def _idle_mission_is_due(self, last_queue_id: int | None, idle_seconds: float) -> bool:
         """``last_queue_id``: of the last idle mission; ids above it have ended its idle period."""
         rule, status, highest = self.robot.idle, self._s.snapshots.get(self.robot.id).status, self.seen.highest
         if rule is None or status is None or highest is None or self._s.holds.active(self.robot.id):
             return False
-        situation = IdleSituation(self._idle.seconds(self._clock.monotonic()), status, highest, last_queue_id,
+        situation = IdleSituation(idle_seconds, status, highest, last_queue_id,
                                   self._s.schedules.next_due(self._s.db.read(), self.robot.id))
         return idle_mission_is_due(rule, situation, self._s.settings(), self._s.calendar(), self._clock.now())

@@ -41,6 +41,7 @@ class Holds:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
         self._lock = threading.Lock()
         self._clock_problem: Message | None = None
+        self._is_clock_confirmed = False
         self._stored: list[StoredHold] = []
         self.reload()
 
@@ -93,6 +94,18 @@ class Holds:
                 return
             self._clock_problem = problem
         self._changes.publish(Topic.HOLDS)
+
+    def confirm_clock(self) -> None:
+        """A person says that the tablet's clock is right, whatever robots say."""
+        with self._lock:
+            self._clock_problem, self._is_clock_confirmed = None, True
+        self._changes.publish(Topic.HOLDS)
+
+    def take_clock_confirmation(self) -> bool:
+        """Whether a person has said so since this was asked last."""
+        with self._lock:
+            confirmed, self._is_clock_confirmed = self._is_clock_confirmed, False
+        return confirmed
 
     def _reloaded(self) -> None:
         self.reload()
