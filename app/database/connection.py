@@ -159,7 +159,9 @@ def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str
     try:
         _configured(connection)
         _check_identity(connection, path, len(migrations))
-        connection.execute("PRAGMA journal_mode = WAL")
+        if (mode := connection.execute("PRAGMA journal_mode = WAL").fetchone()[0]) != "wal":
+            raise DatabaseUnavailable("{path} is in a place that can't keep a write-ahead log (journal mode {mode}): choose another data "
+                                      "directory, on a disk of this machine", path=path, mode=mode)
         connection.execute(f"PRAGMA synchronous = {'FULL' if durable else 'OFF'}")
         connection.execute("PRAGMA wal_autocheckpoint = 0")   # the writer does it
         problem = connection.execute("PRAGMA quick_check(1)").fetchone()[0]

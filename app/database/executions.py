@@ -370,5 +370,6 @@ def execution_of(row: sqlite3.Row) -> Execution:
         hold_until=to_optional_instant(row["hold_until"]), planned_at=to_instant(row["planned_at"]), closes_at=to_instant(row["closes_at"]),
         created_at=to_instant(row["created_at"]), attempts=row["attempts"], queue_floor=row["queue_floor"], queue_id=row["queue_id"],
         cancel_code=ReasonCode(row["cancel_code"]) if row["cancel_code"] else None, revoked=_text_to_reason(row["revoked"]),
+        robot_address=row["robot_address"], robot_serial=row["robot_serial"],
         submitted_at=to_optional_instant(row["submitted_at"]), started_at=to_optional_instant(row["started_at"]),
         ended_at=to_optional_instant(row["ended_at"]), duration_s=row["duration_s"], robot_delay_s=row["robot_delay_s"])

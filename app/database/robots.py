@@ -4,6 +4,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Collection
 from dataclasses import replace
+from typing import NamedTuple
 
 from app.database.values import placeholders
 from app.domain.models import IdleRule, Robot
@@ -12,6 +13,12 @@ _COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabl
 _SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled
              FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id"""
 _IDENTITY = ("serial_number", "model", "software")
+
+
+class Accepted(NamedTuple):
+    """A queue item of ours, and the token that was sent as its description."""
+    queue_id: int
+    token: str
 
 
 class RobotRepository:
@@ -49,19 +56,17 @@ class RobotRepository:
         """Store what the machine reports of itself: serial_number, model, software."""
         if unknown := found.keys() - set(_IDENTITY):
             raise ValueError(f"not part of a robot's identity: {sorted(unknown)}")
-        if "software" in found:              # another one may treat descriptions otherwise
-            c.execute("UPDATE robots SET gives_tokens_back = NULL WHERE id = ? AND software <> ?", (robot_id, found["software"]))
         for name, value in found.items():
             c.execute(f"UPDATE robots SET {name} = ? WHERE id = ?", (value, robot_id))
 
     # ------------------------------------------------------------------ what dispatch has to know of it
-    def gives_tokens_back(self, c: sqlite3.Connection, robot_id: int) -> bool | None:
-        """Whether it returns a description as it was sent; None: not known yet."""
-        row = c.execute("SELECT gives_tokens_back FROM robots WHERE id = ?", (robot_id,)).fetchone()
-        return None if row is None or row[0] is None else bool(row[0])
+    def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Accepted | None:
+        """The newest item that it took from us; None: none yet."""
+        row = c.execute("SELECT last_queue_id, last_token FROM robots WHERE id = ?", (robot_id,)).fetchone()
+        return None if row is None or row[0] is None else Accepted(*row)
 
-    def note_tokens_come_back(self, c: sqlite3.Connection, robot_id: int, comes_back: bool) -> None:
-        c.execute("UPDATE robots SET gives_tokens_back = ? WHERE id = ?", (comes_back, robot_id))
+    def note_accepted(self, c: sqlite3.Connection, robot_id: int, accepted: Accepted) -> None:
+        c.execute("UPDATE robots SET last_queue_id = ?, last_token = ? WHERE id = ?", (*accepted, robot_id))
 
     def idle_queue_id(self, c: sqlite3.Connection, robot_id: int) -> int | None:
         """The queue item of its last idle mission, or the highest id known when that was triggered; None: it may run."""

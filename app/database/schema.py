@@ -252,10 +252,15 @@ CREATE TABLE skips (                          -- starts that a person left out i
 ) STRICT, WITHOUT ROWID;
 INSERT INTO skips SELECT schedule_id, planned_at FROM executions JOIN schedules ON schedules.id = schedule_id
     WHERE state = 'skipped' AND reason_code = 'hold' AND attempts = 0 AND planned_at > executions.ended_at;
-ALTER TABLE robots ADD COLUMN gives_tokens_back INTEGER;     -- whether it returns a description as it was sent; NULL: not known
+ALTER TABLE robots ADD COLUMN last_queue_id INTEGER;         -- the newest item that it took from us, and what was sent as its description
+ALTER TABLE robots ADD COLUMN last_token TEXT;
+UPDATE robots SET (last_queue_id, last_token) = (SELECT queue_id, token FROM executions WHERE robot_id = robots.id AND queue_id IS NOT NULL
+                                                 ORDER BY id DESC LIMIT 1);
 ALTER TABLE robots ADD COLUMN idle_queue_id INTEGER;         -- of the last idle mission; ids above it have ended its idle period
 UPDATE robots SET idle_queue_id = (SELECT max(coalesce(queue_id, 0), coalesce(queue_floor, 0)) FROM executions
                                    WHERE robot_id = robots.id AND trigger = 'idle' ORDER BY id DESC LIMIT 1);
+ALTER TABLE executions ADD COLUMN robot_address TEXT;        -- where it was accepted, and by which machine
+ALTER TABLE executions ADD COLUMN robot_serial TEXT;
 ALTER TABLE executions ADD COLUMN revoked TEXT;              -- JSON: why it must not be sent (again), though what is on the robot goes on
 DROP INDEX executions_idle;
 """

@@ -17,6 +17,7 @@ from app.mir.errors import Refusal, Unreadable
 PAGE = 200                  # items asked for at once
 MOST_ITEMS = 5000           # read in one call
 MOST_SINGLE_READS = 100     # asked for one by one in one call, where the robot's lists are short
+MISSING_IN_A_ROW = 5        # numbers: items may have been deleted
 NOT_OFFERED = (400, 404, 405, 410, 501)      # how a robot may answer a feature that it doesn't have
 
 Ask = Callable[[str, str, Mapping[str, str], Any], list[parse.Object]]
@@ -29,6 +30,7 @@ class QueueReader:
     def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem]) -> None:
         self._ask, self._read_item = ask, read_item
         self._has_search = True              # until the robot says otherwise
+        self._does_sort = True               # the same: the newest of its list come first
 
     def open_items(self) -> list[QueueItem]:
         states = [QueueState.PENDING.value, QueueState.EXECUTING.value]
@@ -36,7 +38,24 @@ class QueueReader:
         return [item for item in items if item.is_open]
 
     def items_after(self, floor: int) -> list[QueueItem]:
-        return self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor)
+        found = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor)
+        return found if self._has_search or self._does_sort else self._one_by_one(floor)
+
+    def _one_by_one(self, floor: int) -> list[QueueItem]:
+        """Where a list proves nothing (it may be of the oldest), numbers do: those above the floor, until some in a row are not there."""
+        items: list[QueueItem] = []
+        missing = 0
+        for number in range(floor + 1, floor + 1 + MOST_SINGLE_READS):
+            try:
+                items.append(self._read_item(number))
+                missing = 0
+            except Refusal as error:
+                if error.status not in (404, 410):
+                    raise
+                missing += 1
+                if missing == MISSING_IN_A_ROW:
+                    return items
+        raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
 
     def highest_id(self) -> int | None:
         newest = self.ids({"sort_by": "id,desc", "limit": "2"})
@@ -71,6 +90,7 @@ class QueueReader:
             yield from found
             is_last = len(page) != PAGE or not fresh              # a full page of the size asked for may have a next one
             is_sorted = list(page) == sorted(page, reverse=True)
+            self._does_sort = is_sorted
             if is_last or (is_sorted and not found):
                 return
             seen |= page.keys()

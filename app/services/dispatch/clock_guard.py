@@ -71,6 +71,7 @@ class ClockGuard:
         now, mono = self._clock.now(), self._clock.monotonic()
         self._notice_step(now, mono)
         self._last = (now, mono)
+        self._holds.clock_was_judged(now, mono)
         problem = self._problem(readings, can_ask, now, mono)
         if self._doubt is None:
             self._beat(now, mono)

@@ -9,9 +9,9 @@ import logging
 from collections.abc import Sequence
 
 from app.domain.models import Execution, ReasonCode, State
-from app.domain.robot import QueueItem
+from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
-from app.mir.errors import RobotError
+from app.mir.errors import Rejected, RobotError
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import WATCHED_FOR
@@ -30,7 +30,6 @@ class Copies:
 
     def __init__(self, client: RobotClient, shared: Shared, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
-        self._tokens_come_back: bool | None = None       # None: not known, or not read yet
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
 
     # ------------------------------------------------------------------ which one is ours
@@ -38,24 +37,27 @@ class Copies:
         """What the attempts of this row put on the robot, oldest first."""
         newer = sorted(self._client.items_after(row.queue_floor or 0), key=lambda item: item.id)
         found = [item for item in newer if item.description == row.token]
-        if found or not newer or self._do_tokens_come_back():
+        if found or not newer:
             return found
         candidates = [item for item in newer if self._may_be_of(row, item)][:1]
-        if candidates and self._tokens_come_back is None:
+        do_tokens_come_back = self._do_tokens_come_back() if candidates else None
+        if do_tokens_come_back:
+            return []
+        if candidates and do_tokens_come_back is None:
             self._tell("adopted_unproven", row, candidates[0])
         return candidates
 
     def _do_tokens_come_back(self) -> bool | None:
-        if self._tokens_come_back is None:
-            self._tokens_come_back = self._s.robots.gives_tokens_back(self._s.db.read(), self._seen.robot.id)
-        return self._tokens_come_back
-
-    def learn(self, row: Execution, item: QueueItem) -> None:
-        """An item that is certainly ours shows whether this robot, with its present software, returns a description as it was sent."""
-        comes_back = item.description == row.token
-        if comes_back != self._do_tokens_come_back():
-            self._tokens_come_back = comes_back
-            self._s.db.write(lambda c: self._s.robots.note_tokens_come_back(c, self._seen.robot.id, comes_back))
+        """Whether this robot, as it is now, returns a description as it was sent: judged by the newest item that is certainly ours. None: it
+        has none."""
+        last = self._s.robots.last_accepted(self._s.db.read(), self._seen.robot.id)
+        if last is None:
+            return None
+        try:
+            item = self._client.queue_item(last.queue_id)
+        except Rejected:                          # deleted, or its number is another item's now
+            return None
+        return item.description == last.token
 
     def _may_be_of(self, row: Execution, item: QueueItem) -> bool:
         """Without tokens: the same mission, put there since by the same user, claimed by no other execution."""
@@ -102,7 +104,7 @@ class Copies:
         """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled; else the row is put right."""
         is_wanted = row.reason is not None and row.reason.code in MAY_COME_TRUE
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
-        if is_wanted and not is_too_late:
+        if is_wanted and not is_too_late and (item.is_open or item.state is QueueState.DONE):
             self._ledger.reopen(row, item.id)
         elif item.is_open:
             self.cancel(item.id)

@@ -4,7 +4,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from app.domain.message import message_of
+from app.domain.message import message, message_of
 from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
@@ -46,6 +46,16 @@ class Following:
         self._missing_since = {key: since for key, since in self._missing_since.items() if key in ids}
         self._unreadable &= ids
 
+    def give_up_moved(self, serial_number: str | None) -> None:
+        """Another machine answers, and the address was changed since these were accepted: what became of them can't be asked any more."""
+        robot, problem = self._seen.robot, message("the robot's address was changed meanwhile, and another machine answers there")
+        moved = [row for row in self._ledger.open_for(robot.id, WITH_THE_ROBOT)
+                 if row.robot_address not in (None, robot.address) and serial_number and row.robot_serial not in (None, serial_number)]
+        for row in moved:
+            self._s.alarms.raise_("unknown_outcome", f"execution:{row.id}", robot=robot.name, robot_id=robot.id, mission=row.mission,
+                                  problem=problem)
+        self._ledger.make([self._ledger.ended(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem})) for row in moved])
+
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
             return {item.id: item for item in self._client.items_after(lowest - 1)}
@@ -65,7 +75,6 @@ class Following:
                 return self._not_readable(row, queue_id, error, open_ids)
         if not self._copies.is_ours(row, item):
             return [self._vanished(row, queue_id)]
-        self._copies.learn(row, item)
         if row.cancel_code and item.is_open:
             self._copies.cancel(queue_id)                 # the first request may have been lost
         return self._moves(row, item, open_ids)
@@ -119,11 +128,11 @@ class Following:
 
 def why_aborted(row: Execution, item: QueueItem) -> Reason:
     """Cancelled by a person, or failed with the robot's message; where its final word is unknown, with that word."""
-    message = (item.message or "").strip()
+    words = (item.message or "").strip()
     if row.cancel_code:
         return Reason(row.cancel_code)
     if item.state is QueueState.UNKNOWN:
-        message = f"{item.state_text}: {message}" if message else item.state_text
-    elif message.lower().startswith(USER_REQUEST):
+        words = f"{item.state_text}: {words}" if words else item.state_text
+    elif words.lower().startswith(USER_REQUEST):
         return Reason(ReasonCode.USER_CANCELLED)
-    return Reason(ReasonCode.ROBOT_ABORTED, {"message": message})
+    return Reason(ReasonCode.ROBOT_ABORTED, {"message": words})

@@ -13,11 +13,11 @@ from typing import Any
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository, Unsent
-from app.database.robots import RobotRepository
+from app.database.robots import Accepted, RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.message import Message
-from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.reasons import sentence, to_store
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
@@ -133,11 +133,15 @@ class Ledger:
     def _made(self, c: Any, move: Move) -> Execution | None:
         if State.WAITING in move.expected:               # which edits change too
             return self._executions.change(c, move.execution.id, move.expected, **move.columns)
-        return self._executions.change_owned(c, move.execution, move.expected, **move.columns)
+        made = self._executions.change_owned(c, move.execution, move.expected, **move.columns)
+        if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
+            self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
+        return made
 
-    def accepted(self, execution: Execution, queue_id: int) -> Move:
+    def accepted(self, execution: Execution, robot: Robot, queue_id: int) -> Move:
         """The robot has it since now. If this were never written, the robot would be asked."""
-        return Move(execution, (State.SUBMITTING,), {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": self._clock.now()})
+        return Move(execution, (State.SUBMITTING,), {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": self._clock.now(),
+                                                     "robot_address": robot.address, "robot_serial": robot.serial_number})
 
     def not_tried(self, intent: Execution) -> Move:
         """An intent whose POST was not even begun."""

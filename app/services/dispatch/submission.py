@@ -268,12 +268,13 @@ class Submission:
                 self._ledger.end(intent, self._refusal(intent, error))
                 self._attempts.pop(intent.id, None)
             else:
+                self._doubt(intent)              # the quiet time begins now
                 log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
         else:
             self._accepted(intent, queue_id)
 
     def _accepted(self, intent: Execution, queue_id: int) -> None:
-        self._attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, queue_id))
+        self._attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
 
     def _refusal(self, intent: Execution, error: RobotError) -> Reason:
         """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it."""

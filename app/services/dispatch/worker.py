@@ -17,7 +17,7 @@ from app.domain import rules
 from app.domain.models import Execution, Robot, Trigger
 from app.domain.robot import RobotStatus
 from app.mir.client import RobotClient
-from app.mir.errors import RobotError
+from app.mir.errors import AnotherRobot, RobotError
 from app.services.dispatch import messages
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.following import Following
@@ -88,9 +88,9 @@ class RobotWorker:
         status, floor = self.seen.fresh_status, self.seen.highest
         if not self.polled or status is None or floor is None or not self.robot.enabled or self._must_recover:
             return None
-        if self._s.restored_at is not None or self._s.holds.active(self.robot.id):
+        if self._s.holds.active(self.robot.id):
             return None
-        return messages.Readiness(status.battery_percentage, floor)
+        return messages.Readiness(status.battery_percentage, floor, self._s.restored_at)
 
     # ------------------------------------------------------------------ the steps
     def advance(self) -> float:
@@ -194,8 +194,11 @@ class RobotWorker:
                 status = self.seen.read_status()
                 self._give_way()
                 self.seen.identify()
+                self._following.give_up_moved(status.serial_number)
                 open_ids = self._read_queue(status, full) if full or self._watched else None
                 self._following.follow(open_ids)
+            except AnotherRobot as error:
+                self._following.give_up_moved(error.params["found"])
             except RobotError as error:
                 self.seen.note_failure(error)
         pause = min(LIVE_EVERY * 2 ** min(self.seen.failures, 5), max(LIVE_EVERY, self._s.settings().poll_interval_seconds))

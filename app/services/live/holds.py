@@ -8,6 +8,7 @@ from datetime import datetime
 
 from app.database.connection import Database
 from app.database.holds import HoldRepository, StoredHold
+from app.domain.activity import CLOCK_STEP_S
 from app.domain.clock import Clock
 from app.domain.message import Message, render
 from app.domain.models import InvalidInput
@@ -42,6 +43,7 @@ class Holds:
         self._lock = threading.Lock()
         self._clock_problem: Message | None = None
         self._is_clock_confirmed = False
+        self._judged_at: tuple[datetime, float] | None = None
         self._stored: list[StoredHold] = []
         self.reload()
 
@@ -52,10 +54,12 @@ class Holds:
 
     def active(self, robot_id: int | None = None) -> Hold | None:
         """The hold that applies to this robot now (None: the one of all robots)."""
-        now = self._clock.now()
+        now, mono = self._clock.now(), self._clock.monotonic()
         with self._lock:
             if self._clock_problem is not None:
                 return Hold(render(self._clock_problem), clock=True)
+            if self._judged_at is not None and abs((now - self._judged_at[0]).total_seconds() - (mono - self._judged_at[1])) > CLOCK_STEP_S:
+                return Hold(clock=True)                  # it has moved, or the tablet slept, and that has not been judged yet
             stored = self._stored
         return next((hold for hold in map(_hold, stored) if hold.robot_id in (None, robot_id) and not hold.is_over(now)), None)
 
@@ -94,6 +98,10 @@ class Holds:
                 return
             self._clock_problem = problem
         self._changes.publish(Topic.HOLDS)
+
+    def clock_was_judged(self, now: datetime, mono: float) -> None:
+        """At that time, wall and monotonic."""
+        self._judged_at = (now, mono)
 
     def confirm_clock(self) -> None:
         """A person says that the tablet's clock is right, whatever robots say."""

@@ -21,7 +21,7 @@ from app.domain.robot import Identity, MissionInfo, RobotState
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.mir.errors import AnotherRobot, RobotError
+from app.mir.errors import AnotherRobot, Delivery, RobotError
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.engine import Engine
 
@@ -50,7 +50,8 @@ class Operator:
         return execution
 
     def cancel_execution(self, execution_id: int) -> Execution | None:
-        """Cancel one of ours, in whatever state it is. Returns the row as it is now; the robot's answer may still decide."""
+        """Cancel one of ours, in whatever state it is. Returns the row as it is now; the robot's answer may still decide: one that can't be
+        asked now is asked again until it has answered. Raises RobotError when it refuses."""
         execution = self._ledger.get(execution_id)
         if execution is None or not execution.state.is_open:
             return execution
@@ -58,7 +59,13 @@ class Operator:
             return ended
         self._ledger.ask_cancel([execution], ReasonCode.USER_CANCELLED)
         if execution.queue_id is not None and execution.robot_id is not None:
-            self.cancel_item(execution.robot_id, execution.queue_id)
+            try:
+                self.cancel_item(execution.robot_id, execution.queue_id)
+            except RobotError as error:
+                if error.delivery is Delivery.REFUSED:
+                    self._ledger.ask_cancel([execution], None)
+                    raise
+                log.info("#%d is cancelled as soon as %r answers: %s", execution.id, execution.robot, error.text)
         return self._ledger.get(execution_id)
 
     def cancel_item(self, robot_id: int, queue_id: int) -> None:

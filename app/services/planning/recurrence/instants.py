@@ -88,7 +88,7 @@ class _Rule:
 
     def endless(self, after: datetime, calendar: WorkingCalendar | None, until: datetime | None = None) -> Iterator[Occurrence]:
         """All from about ``after`` on, in order; not much further than ``until``."""
-        last_day = LAST_DAY if until is None else min(LAST_DAY, until.date() + DAY)
+        last_day = LAST_DAY if until is None else min(LAST_DAY, until.date() + DAY if until.date() < LAST_DAY else LAST_DAY)
         if self.recurrence.frequency is Frequency.ONCE:
             return iter((self._at(self.start),))
         if self.recurrence.frequency.is_sub_daily:
