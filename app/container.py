@@ -45,6 +45,7 @@ from app.services.live.changes import Changes, Topic
 from app.services.live.gaps import Downtime
 from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots
+from app.services.live.tablet import Tablet, machine_id
 from app.services.planning.plan import Plan
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 from app.services.robots.commands import ClientFactory, Operator
@@ -76,10 +77,11 @@ class Repositories:
 
 
 class Container:
-    """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without sockets."""
+    """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without sockets.
+    ``machine`` is what tells this machine from others."""
 
     def __init__(self, db: Database, clock: Clock | None = None, *, make_client: ClientFactory | None = None,
-                 with_window: bool = False) -> None:
+                 with_window: bool = False, machine: str | None = None) -> None:
         self.db = db
         self.clock = clock = clock or SystemClock()
         self.repositories = repositories = Repositories.build()
@@ -93,6 +95,7 @@ class Container:
         self.snapshots = Snapshots(self.changes)
         self.alarms = Alarms(db, repositories.alarms, clock, self.changes)
         self.holds = Holds(db, repositories.holds, clock, self.changes)
+        self.tablet = Tablet(db, repositories.settings, clock, self.holds, machine)
         self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes, self.alarms)
         self.history = History(db, repositories.executions, repositories.missions)
         self.catalogue = Catalogue(db, clock, self.changes)
@@ -107,7 +110,7 @@ class Container:
                              robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
                              poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
-        self.runner = Runner(self.engine, clock, self.alarms)
+        self.runner = Runner(db, self.engine, clock, self.alarms)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
                                  engine=self.engine, settings=self.settings, make_client=self.make_client)
 
@@ -127,7 +130,7 @@ class Container:
              with_window: bool = False) -> Container:
         """Open (or begin) the database in this directory. Raises what Database.open raises."""
         db = Database.open(data_dir / DATABASE_NAME)
-        container = cls(db, clock, make_client=make_client, with_window=with_window)
+        container = cls(db, clock, make_client=make_client, with_window=with_window, machine=machine_id())
         container.first_start()
         return container
 
@@ -151,6 +154,7 @@ class Container:
         settings = self.repositories.settings
         if not settings.is_stored(self.db.read(), "install_id"):
             self.db.write(settings.install_id)
+        self.tablet.begin()
         if not settings.is_stored(self.db.read(), "timezone"):
             self.db.write(lambda c: settings.save(c, timezone=local_timezone_name()))
             self.changes.publish(Topic.SETTINGS)
@@ -161,7 +165,7 @@ class Container:
         r = self.repositories
         return RobotWorker(robot, self.make_client(robot), Shared(
             self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
-            self.settings, self.calendar, r.settings.restored_at(self.db.read()), lambda: self.engine.plan_version))
+            self.settings, self.calendar, r.settings.restored_at(self.db.read()), self.tablet, lambda: self.engine.plan_version))
 
     def close(self) -> None:
         self.runner.stop()

@@ -112,6 +112,13 @@ class Database:
                 raise translated(error, self.path) from error
         return reader.connection
 
+    def known(self, error: BaseException) -> BaseException:
+        """The DatabaseError that an error of SQLite means, with what mends it; any other error as it is."""
+        known = translated(error, self.path) if isinstance(error, sqlite3.Error) else error
+        if isinstance(known, DatabaseDamaged) and known.backup is None:
+            return DatabaseDamaged(self.path, known.problem, backup=newest_good_backup(self.path))
+        return known
+
     def close(self) -> None:
         """Finish what is being written. The connections of other threads end with their threads."""
         self._closed = True

@@ -16,7 +16,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from app.database.errors import DatabaseUnavailable, translated
+from app.database.errors import SENTENCES, DatabaseUnavailable, translated
 
 log = logging.getLogger(__name__)
 
@@ -48,7 +48,7 @@ class _WritingConnection:
     def one(self, work: Work[T]) -> T:
         c = self.connection
         try:
-            c.execute("BEGIN IMMEDIATE")
+            self._begin()
             result = work(c)
             c.execute("COMMIT")
             self._transactions += 1
@@ -63,7 +63,7 @@ class _WritingConnection:
         """All works in one transaction; one that raises undoes only itself. If the transaction is lost, every work failed."""
         c, outcomes = self.connection, []
         try:
-            c.execute("BEGIN IMMEDIATE")
+            self._begin()
             for work in works:
                 outcomes.append(self._in_savepoint(work))
             c.execute("COMMIT")
@@ -86,9 +86,19 @@ class _WritingConnection:
         c.execute("RELEASE work")
         return outcome
 
-    def _roll_back(self) -> None:
+    def _begin(self) -> None:
+        self._roll_back()                    # should the last one still be open
         if self.connection.in_transaction:
-            self.connection.execute("ROLLBACK")
+            raise DatabaseUnavailable(SENTENCES[sqlite3.SQLITE_IOERR], path=self._path)
+        self.connection.execute("BEGIN IMMEDIATE")
+
+    def _roll_back(self) -> None:
+        """What can't be rolled back now is when the next transaction begins, which fails until then."""
+        try:
+            if self.connection.in_transaction:
+                self.connection.execute("ROLLBACK")
+        except sqlite3.Error:
+            log.warning("A transaction of %s could not be rolled back yet", self._path, exc_info=True)
 
     def checkpoint_when_due(self) -> None:
         """Write the WAL back once there is enough of it. The next write begins at its head again, over blocks that the file has already:

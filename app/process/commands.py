@@ -14,6 +14,7 @@ import shlex
 import sqlite3
 import sys
 import tempfile
+import time
 import uuid
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -37,6 +38,7 @@ from app.services.catalogue import configuration
 from app.services.files.history_export import write_history
 
 CHANGED_WITHIN = 30.0       # s for the running app to carry out a change
+WAIT_FOR_COMMAND = 0.1      # s between looks whether another command has ended
 LARGEST_CONFIGURATION = 5 * 1024 * 1024
 
 
@@ -209,8 +211,8 @@ def _here_or_by_the_running_app(directory: DataDirectory, here: Callable[[Contai
                                 **request: Any) -> dict[str, Any]:
     """Do it in this process when no other one holds the data directory, else ask the one that does.
 
-    When that one ends without an answer – it was stopped, or was another command that answers nobody – this process tries again: what is
-    asked for must come to the same when it is done twice. Raises NoAnswer when an app that runs on does not answer within ``timeout`` s.
+    A command that holds it answers nobody and is waited for. When an app ends without an answer, this process tries again: what is asked
+    for must come to the same when it is done twice. Raises NoAnswer when an app that runs on does not answer within ``timeout`` s.
     """
     while True:
         lock = InstanceLock(directory.path)
@@ -223,6 +225,9 @@ def _here_or_by_the_running_app(directory: DataDirectory, here: Callable[[Contai
                     container.db.close()
             finally:
                 lock.release()
+        if lock.is_held_by_command:
+            time.sleep(WAIT_FOR_COMMAND)
+            continue
         with contextlib.suppress(HolderGone):
             return ask(directory.path, kind, timeout=timeout, holder_is_gone=lambda: _is_free(directory), **request)
 

@@ -9,6 +9,7 @@ import time
 from collections.abc import Mapping, Sequence
 
 from app.container import Container
+from app.failures import BadInput
 from app.process import log_file
 from app.process.data_directory import DataDirectory
 from app.process.host import host
@@ -26,13 +27,16 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
     with host(directory, demo=demo_robots) as container:
         if stop.empty():
             _say_ready(container, stop)
-        _wait_for(stop)
+        _wait_for(stop, container)
+        if damage := container.runner.damage:
+            raise BadInput(damage.text)
     return 0
 
 
-def _wait_for(stop: queue.SimpleQueue[int]) -> None:
-    """Wait at most a second at a time: a signal that arrives just before a wait begins does not end it."""
-    while True:
+def _wait_for(stop: queue.SimpleQueue[int], container: Container) -> None:
+    """Until a signal, or the database is found damaged. Waits at most a second at a time: a signal that arrives just before a wait begins
+    does not end it."""
+    while container.runner.damage is None:
         with contextlib.suppress(queue.Empty):
             stop.get(timeout=1.0)
             return

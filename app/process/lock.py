@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from typing import IO
 
+COMMAND = "a command in "         # a holder that answers nobody and ends soon
+
 
 class AlreadyRunning(Exception):
     """Another process schedules on this data directory."""
@@ -20,9 +22,10 @@ class InstanceLock:
         self._directory = directory
         self._path = directory / "scheduler.lock"
         self._file: IO[str] | None = None
+        self.is_held_by_command = False
 
-    def acquire(self) -> None:
-        """Take the lock and write down who holds it. Raises AlreadyRunning."""
+    def acquire(self, *, serves: bool = True) -> None:
+        """Take the lock and write down who holds it: a process that ``serves`` commands, or a command. Raises AlreadyRunning."""
         descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600)
         file = os.fdopen(descriptor, "r+", encoding="utf-8")
         if not _lock(file):
@@ -31,14 +34,16 @@ class InstanceLock:
             raise AlreadyRunning(self._directory, holder)
         file.seek(0)
         file.truncate()
-        file.write(f"process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})")
+        file.write(f"{'' if serves else COMMAND}process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})")
         file.flush()
         self._file = file
 
     def try_acquire(self) -> bool:
+        """As a command does that will end soon; ``is_held_by_command`` says by whom it is held otherwise."""
         try:
-            self.acquire()
-        except AlreadyRunning:
+            self.acquire(serves=False)
+        except AlreadyRunning as error:
+            self.is_held_by_command = error.holder.startswith(COMMAND)
             return False
         return True
 

@@ -22,8 +22,9 @@ from kivymd.app import MDApp
 import app.widgets
 from app import NAME
 from app.container import Container
+from app.database.errors import DatabaseDamaged
 from app.domain.models import Settings
-from app.failures import Failure
+from app.failures import BadInput, Failure
 from app.i18n import _, translator
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import SCREENS, Shell, pick
@@ -104,6 +105,8 @@ class SchedulerApp(MDApp):
         self._keyboard = DockedKeyboard(self._wants_keyboard)
         self._keyboard.start()
         self._set_poll(container.settings())
+        bus = self._bus
+        container.runner.on_damage = lambda damage: bus.post(lambda: self._show_damage(damage))
         self.shell.go(self._first)
 
     def on_start(self) -> None:
@@ -168,6 +171,25 @@ class SchedulerApp(MDApp):
             page.text = sentence_of(problem)
 
         background.run(lambda: restorer(path), restored, failed)
+
+    def _show_damage(self, damage: DatabaseDamaged) -> None:
+        """The database was found damaged while running: what a start on it would show."""
+        restorer, backup = self._restorer, damage.backup
+        if self.container is None or restorer is None:
+            return
+
+        def restore() -> Container:
+            if backup is None:
+                raise BadInput(damage.text)
+            container, problem = restorer(backup)
+            if problem is not None:
+                raise problem
+            return container
+
+        assert self._bus is not None
+        self._release()
+        self.root_box.clear_widgets()
+        self.root_box.add_widget(RescuePage(Damage(damage.message, backup, restore, translator.language), self._bus, self.begin))
 
     def on_pause(self) -> bool:
         """Android: stay alive behind other apps."""

@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 
 from app.container import Container
-from app.database.connection import Database
+from app.database.connection import Database, DatabaseUnavailable
 from app.domain.models import Mission, Robot, State
 from app.mir.address import Address
 from app.mir.client import RobotClient
@@ -64,7 +64,7 @@ class Site:
     def switch_on(self) -> None:
         """Start the app on whatever the database holds."""
         db = Database.open(self.directory / "amr-scheduler.db", clock=self.clock, threaded=False, durable=False)
-        self.container = Container(db, self.clock, make_client=self._client, with_window=self._with_window)
+        self.container = Container(db, self.clock, make_client=self._client, with_window=self._with_window, machine=self.tablet)
         self.container.first_start()
         self._workers: dict[int, RobotWorker] = {}
         self._inboxes: dict[int, list[messages.Message]] = {}
@@ -154,7 +154,11 @@ class Site:
             heapq.heappop(self._later)[2]()
         if self._next_round <= self.clock.monotonic():
             self._next_round = math.inf
-            self._next_round = min(self._next_round, self.clock.monotonic() + self._until_next_round(self.engine.advance()))
+            try:
+                wait = self._until_next_round(self.engine.advance())
+            except DatabaseUnavailable as error:
+                wait = self._database_failed(error)
+            self._next_round = min(self._next_round, self.clock.monotonic() + wait)
         for key in sorted(self._due, key=self._due.__getitem__):
             if key not in self._blocked and self._due.get(key, math.inf) <= self.clock.monotonic():
                 self._go_on(key)
@@ -166,6 +170,11 @@ class Site:
             return wanted
         left = ROUND_EVERY if due is None else (due - self.clock.now()).total_seconds() - AHEAD
         return max(wanted, min(left, ROUND_EVERY, self.engine.seconds_to_cycle))
+
+    def _database_failed(self, error: DatabaseUnavailable) -> float:
+        """As the runner does; returns the seconds until the next try."""
+        self.container.alarms.database_fails(error.message)
+        return 1.0
 
     def kick(self) -> None:
         """As after an operator's press: everybody looks at once."""
@@ -181,6 +190,9 @@ class Site:
             for message in inbox:
                 self._workers[key].handle(message)
             wait = self._workers[key].advance()
+        except DatabaseUnavailable as error:
+            self._workers[key].handle(messages.Recover())
+            wait = self._database_failed(error)
         finally:
             self._acting = None
         if key in self._due:

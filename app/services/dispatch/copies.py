@@ -6,7 +6,8 @@ known yet whether it does, an item that may be ours is taken for ours: rather th
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from datetime import timedelta
 
 from app.domain.models import Execution, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
@@ -15,9 +16,11 @@ from app.mir.errors import Rejected, RobotError
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import WATCHED_FOR
+from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
 
+LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too
 MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT)      # nobody wanted it not to run
 
 
@@ -78,7 +81,10 @@ class Copies:
 
     def heal(self, open_items: Sequence[QueueItem]) -> None:
         """Set right what the robot has more than once, or although its row has ended."""
+        if self._s.holds.is_copy is not None:
+            return                                           # these rows are another tablet's
         items = {item.id: item for item in open_items if looks_like_token(item.description)}
+        self._find_other_tablet(items.values())
         self._watched = {token: value for token, value in self._watched.items() if value[1] > self._s.clock.monotonic()}
         if self._watched:
             newer = self._client.items_after(min(floor for floor, _until in self._watched.values()))
@@ -87,6 +93,18 @@ class Copies:
             row = self._ledger.by_token(item.description)
             if row is not None and row.queue_id != item.id and row.robot_id == self._seen.robot.id:
                 self._set_right(row, item)
+
+    def _find_other_tablet(self, items: Iterable[QueueItem]) -> None:
+        """The plan moved here, and a token of the old tablet's for a start since then is on the robot: both are on."""
+        move = self._s.tablet.move
+        if move is None or self._s.holds.active(self._seen.robot.id) is not None:
+            return
+        now = self._s.clock.now()
+        rows = self._ledger.planned_between(self._seen.robot.id, max(move.at, now - LOOKS_BACK), now)
+        theirs = {old_token(move, row) for row in rows}
+        if any(item.description in theirs for item in items):
+            self._s.alarms.raise_("two_tablets", "tablet", robot=self._seen.robot.name)
+            self._s.holds.hold("two tablets start missions of this plan")
 
     def _set_right(self, row: Execution, item: QueueItem) -> None:
         if row.state in (State.SUBMITTING, State.WAITING):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
+import sqlite3
 import threading
 from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
@@ -263,7 +264,7 @@ class Engine:
     def _open(self, robot: Robot) -> None:
         try:
             worker = self._make_worker(robot)
-        except DatabaseError:
+        except (DatabaseError, sqlite3.Error):
             raise
         except Exception as error:
             log.exception("Robot %r can't be asked", robot.name)
@@ -299,13 +300,17 @@ class Engine:
         for name, chore in self._chores.items():
             try:
                 chore()
-                self._failing.discard(name)
-            except DatabaseError:
+            except (DatabaseError, sqlite3.Error):
                 raise
-            except Exception:
+            except Exception as error:
                 if name not in self._failing:
+                    self._failing.add(name)
                     log.exception("%s failed and is tried again", name)
-                self._failing.add(name)
+                    self._alarms.raise_("chore_failed", f"chore:{name}", problem=message_of(error))
+            else:
+                if name in self._failing:
+                    self._failing.discard(name)
+                    self._alarms.clear("chore_failed", f"chore:{name}")
 
     def _tidy(self) -> None:
         """Hold history and alarms to their limits, once what fell due is on its way. Gives way while more is due in a moment, but no longer

@@ -12,7 +12,7 @@ from datetime import datetime
 from typing import Any
 
 from app.database.connection import Database
-from app.database.executions import ExecutionRepository, Unsent
+from app.database.executions import ExecutionFilter, ExecutionRepository, Unsent
 from app.database.robots import Accepted, RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
@@ -67,6 +67,10 @@ class Ledger:
     def is_claimed(self, robot_id: int, queue_id: int) -> bool:
         """Whether that queue item is an execution's already."""
         return self._executions.is_claimed(self._db.read(), robot_id, queue_id)
+
+    def planned_between(self, robot_id: int, start: datetime, end: datetime) -> list[Execution]:
+        wanted = ExecutionFilter(robot_ids=[robot_id], start=start, end=end)
+        return list(self._executions.stream(self._db.read(), wanted))
 
     def has_open_idle(self, robot_id: int) -> bool:
         return any(row.trigger is Trigger.IDLE for row in self.open_for(robot_id))

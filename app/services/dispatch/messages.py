@@ -13,7 +13,7 @@ class Readiness:
     """What a worker says of a robot to which something can go out at once: read a moment ago."""
     battery: float | None
     queue_floor: int
-    restored_at: datetime | None         # what was planned up to then may be on the robot already
+    uncertain_through: datetime | None   # what was planned up to then may be on the robot already
 
 
 @dataclass(frozen=True)

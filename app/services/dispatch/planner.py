@@ -254,7 +254,7 @@ class _RowMaker:
 
     def submitting(self, planned_at: datetime, ready: Readiness) -> Execution:
         row = self.waiting(planned_at)
-        may_be_there = ready.restored_at is not None and planned_at <= ready.restored_at
+        may_be_there = ready.uncertain_through is not None and planned_at <= ready.uncertain_through
         if may_be_there or not rules.battery_allows(ready.battery, row.minimum_battery_percent):
             return row
         return replace(row, state=State.SUBMITTING, attempts=1, queue_floor=ready.queue_floor)

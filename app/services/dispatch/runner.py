@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+import sqlite3
 import threading
 from collections.abc import Callable
 
-from app.database.connection import DatabaseDamaged, DatabaseError, DatabaseUnavailable
+from app.database.connection import Database, DatabaseDamaged, DatabaseError
 from app.domain.clock import Clock
 from app.services.dispatch import messages
 from app.services.dispatch.engine import Engine
@@ -20,8 +21,8 @@ log = logging.getLogger(__name__)
 
 
 class _WorkerThread:
-    def __init__(self, worker: RobotWorker, database_failed: Callable[[DatabaseError], None]) -> None:
-        self.worker, self._database_failed = worker, database_failed
+    def __init__(self, worker: RobotWorker, failed: Callable[[Exception, str], None]) -> None:
+        self.worker, self._failed = worker, failed
         self._wake = threading.Condition()
         self._inbox: list[messages.Message] = []
         self._is_stopping = False
@@ -48,18 +49,15 @@ class _WorkerThread:
                 for message in inbox:
                     self.worker.handle(message)
                 wait = self.worker.advance()
-            except DatabaseError as error:            # no durable intent, no POST
+            except Exception as error:       # of the database: no durable intent, no POST; with one robot: it affects no other
                 if not self._is_stopping:
-                    self._database_failed(error)
-                wait = self._start_over()
-            except Exception:                # an error with one robot must not end its worker, nor affect others
-                log.exception("The worker of %r met an unexpected error and goes on", self.worker.robot.name)
+                    self._failed(error, f"The worker of {self.worker.robot.name!r}")
                 wait = self._start_over()
             with self._wake:
                 if not (self._is_stopping or self._inbox):
                     self._wake.wait(None if math.isinf(wait) else wait)
         untaken = [intent for message in self._inbox if isinstance(message, messages.Start) for intent in message.intents]
-        with contextlib.suppress(DatabaseUnavailable):        # a request outlived the stop: at most a minute of observed time is lost
+        with contextlib.suppress(DatabaseError, sqlite3.Error):        # a request outlived the stop: at most a minute of observed time is lost
             self.worker.close(untaken)
 
     def _start_over(self) -> float:
@@ -72,8 +70,8 @@ class Runner:
     """Gives the engine and its workers their threads. ``damage`` is set when the database turns out to be damaged: then nothing is sent any
     more, and ``on_damage`` is called on some thread."""
 
-    def __init__(self, engine: Engine, clock: Clock, alarms: Alarms) -> None:
-        self._engine, self._clock, self._alarms = engine, clock, alarms
+    def __init__(self, db: Database, engine: Engine, clock: Clock, alarms: Alarms) -> None:
+        self._db, self._engine, self._clock, self._alarms = db, engine, clock, alarms
         self._threads: dict[int, _WorkerThread] = {}
         self._lock = threading.Lock()
         self._wake = threading.Condition()
@@ -110,7 +108,7 @@ class Runner:
     # ------------------------------------------------------------------ mailboxes
     def open(self, worker: RobotWorker) -> None:
         with self._lock:
-            self._threads[worker.robot.id] = _WorkerThread(worker, self._database_failed)
+            self._threads[worker.robot.id] = _WorkerThread(worker, self._failed)
 
     def close(self, robot_id: int) -> None:
         with self._lock:
@@ -128,26 +126,32 @@ class Runner:
         while not self._is_stopping:
             try:
                 wait = self._engine.advance()
-            except DatabaseError as error:
-                self._database_failed(error)
-                wait = LONGEST_WAIT
-            except Exception:                # the scheduler must not stop for anything
-                log.exception("The scheduler met an unexpected error and goes on")
+            except Exception as error:       # the scheduler must not stop for anything
+                self._failed(error, "The scheduler")
                 wait = LONGEST_WAIT
             with self._wake:
                 if not (self._is_woken or self._is_stopping):
                     self._wake.wait(wait)
                 self._is_woken = False
-        with contextlib.suppress(DatabaseError):
+        with contextlib.suppress(DatabaseError, sqlite3.Error):
             self._engine.stop()
 
-    def _database_failed(self, error: DatabaseError) -> None:
-        self._alarms.database_fails(error.message)
-        if isinstance(error, DatabaseDamaged) and self.damage is None:
-            self.damage = error
-            self._is_stopping = True
-            with self._lock:
-                workers = list(self._threads.values())
-            for worker in workers:
-                worker.stop()
-            self.on_damage(error)
+    def _failed(self, error: Exception, who: str) -> None:
+        known = self._db.known(error)
+        if not isinstance(known, DatabaseError):
+            log.exception("%s met an unexpected error and goes on", who)
+            return
+        self._alarms.database_fails(known.message)
+        if isinstance(known, DatabaseDamaged):
+            self._end_for(known)
+
+    def _end_for(self, damage: DatabaseDamaged) -> None:
+        """Nothing is sent any more, nor tried."""
+        with self._lock:
+            is_first, self.damage = self.damage is None, damage
+            workers = list(self._threads.values())
+        self._is_stopping = True
+        for worker in workers:
+            worker.stop()
+        if is_first:
+            self.on_damage(damage)

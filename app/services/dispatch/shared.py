@@ -17,6 +17,7 @@ from app.services.live.alarms import Alarms
 from app.services.live.gaps import Downtime
 from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots
+from app.services.live.tablet import Tablet
 from app.services.planning.working_days import WorkingCalendar
 
 
@@ -36,5 +37,12 @@ class Shared:
     settings: Callable[[], Settings]
     calendar: Callable[[], WorkingCalendar]
     restored_at: datetime | None           # who goes back to a backup opens everything anew
+    tablet: Tablet
     plan_version: Callable[[], int] = lambda: 0
     activities: ActivityRepository = field(default_factory=ActivityRepository)
+
+    @property
+    def uncertain_through(self) -> datetime | None:
+        """What was planned up to then may be on a robot although its row does not say so: a backup was restored, or the plan moved here."""
+        move = self.tablet.move
+        return max(filter(None, (self.restored_at, move.at if move else None)), default=None)

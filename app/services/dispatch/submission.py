@@ -23,6 +23,7 @@ from app.services.dispatch.copies import Copies
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
+from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
 
@@ -223,11 +224,13 @@ class Submission:
                 self._post(intent)
 
     def _already_there(self, row: Execution, floor: int) -> list[QueueItem]:
-        """What an earlier attempt may have put there. A restored backup may not know that there was one; the token is the same."""
-        if self._s.restored_at is None or row.planned_at > self._s.restored_at:
+        """What an earlier attempt may have put there. A restored backup may not know that there was one; the token is the same. A tablet from
+        which the plan moved here had tokens of its own."""
+        through = self._s.uncertain_through
+        if through is None or row.planned_at > through:
             return self._copies.of(row) if row.attempts and row.queue_floor is not None else []
         newest = self._client.items_after(max(0, floor - SEARCHED_AFTER_RESTORE))
-        return sorted((item for item in newest if item.description == row.token), key=lambda item: item.id)
+        return sorted((item for item in newest if item.description in (row.token, old_token(self._s.tablet.move, row))), key=lambda item: item.id)
 
     def _read_failed(self, rows: list[Execution], error: RobotError | None) -> None:
         """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""

@@ -90,7 +90,7 @@ class RobotWorker:
             return None
         if self._s.holds.active(self.robot.id):
             return None
-        return messages.Readiness(status.battery_percentage, floor, self._s.restored_at)
+        return messages.Readiness(status.battery_percentage, floor, self._s.uncertain_through)
 
     # ------------------------------------------------------------------ the steps
     def advance(self) -> float:

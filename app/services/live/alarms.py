@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import logging
+import sqlite3
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from types import MappingProxyType
@@ -41,6 +42,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
                                           "whether this robot returns what marks an item as ours"),
     "item_unreadable": (Priority.MEDIUM, "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}"),
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
+    "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),
+    "two_tablets": (Priority.HIGH, "Another tablet still starts missions of this plan on {robot}: switch it off, then release the hold"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
 KEPT = 1000                  # past alarms
@@ -145,10 +148,17 @@ class Alarms:
         return self._repository.past(db, limit), self._repository.count_past(db)
 
     def open(self) -> list[Alarm]:
-        """Not yet both cleared and acknowledged, most serious and newest first; shelved ones last."""
+        """Not yet both cleared and acknowledged, most serious and newest first; shelved ones last. Where the database can't even be read,
+        that alone."""
         now = self._clock.now()
         order = list(Priority)
+        try:
+            stored = self._repository.open(self._db.read())
+        except sqlite3.DatabaseError:
+            if self._database is None:
+                raise
+            stored = []
         unwritable = [self._database] if self._database else []
-        return sorted([*unwritable, *self._repository.open(self._db.read())],
+        return sorted([*unwritable, *stored],
                       key=lambda a: (bool(a.shelved_until and a.shelved_until > now), order.index(a.priority),
                                      a.cleared_at is not None, -(a.last_at or a.raised_at).timestamp()))

@@ -24,6 +24,7 @@ class Hold:
     until: datetime | None = None             # None: until it is released
     since: datetime | None = None
     clock: bool = False
+    is_copy: bool = False                     # the data was copied from another tablet
     robot_id: int | None = None
     id: int = 0
 
@@ -43,6 +44,7 @@ class Holds:
         self._lock = threading.Lock()
         self._clock_problem: Message | None = None
         self._is_clock_confirmed = False
+        self.is_copy: Message | None = None       # why nothing may be sent from this tablet
         self._judged_at: tuple[datetime, float] | None = None
         self._stored: list[StoredHold] = []
         self.reload()
@@ -56,6 +58,8 @@ class Holds:
         """The hold that applies to this robot now (None: the one of all robots)."""
         now, mono = self._clock.now(), self._clock.monotonic()
         with self._lock:
+            if self.is_copy is not None:
+                return Hold(render(self.is_copy), is_copy=True)
             if self._clock_problem is not None:
                 return Hold(render(self._clock_problem), clock=True)
             if self._judged_at is not None and abs((now - self._judged_at[0]).total_seconds() - (mono - self._judged_at[1])) > CLOCK_STEP_S:
@@ -114,6 +118,10 @@ class Holds:
         with self._lock:
             confirmed, self._is_clock_confirmed = self._is_clock_confirmed, False
         return confirmed
+
+    def announce(self) -> None:
+        """Somebody changed what holds."""
+        self._changes.publish(Topic.HOLDS)
 
     def _reloaded(self) -> None:
         self.reload()

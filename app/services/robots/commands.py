@@ -22,8 +22,8 @@ from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, Delivery, RobotError
-from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.engine import Engine
+from app.services.dispatch.ledger import Ledger
 
 log = logging.getLogger(__name__)
 

@@ -9,8 +9,6 @@ from app.domain.models import ReasonCode, Schedule, State
 from tests.support.seen import alarms, items, outcomes, reason, sent_at
 from tests.support.site import Site
 
-D3 = pytest.mark.xfail(strict=True, reason="D3")
-D4 = pytest.mark.xfail(strict=True, reason="D4")
 DAY = 86400.0
 YEAR = 365 * DAY
 
@@ -48,7 +46,6 @@ def started(site):
 
 
 # ---------------------------------------------------------------------- at the start
-@D3
 def test_a_tablet_that_starts_three_days_ahead_sends_nothing_and_misses_nothing(fleet):
     """At the start nothing is sent or written off before a robot's time agrees with the tablet's."""
     site, ahead = fleet, 3 * DAY + 7200.0
@@ -69,7 +66,6 @@ def test_a_tablet_that_starts_three_days_ahead_sends_nothing_and_misses_nothing(
     assert "clock_implausible" not in [alarm.code for alarm in site.container.alarms.open() if alarm.cleared_at is None]
 
 
-@D3
 def test_while_no_robot_can_be_asked_nothing_is_written_off_for_half_a_minute(fleet):
     """With nobody there to compare clocks with, the tablet's own counts 30 s after the start, and not before."""
     site = fleet
@@ -104,7 +100,6 @@ def test_one_robot_with_a_wrong_clock_among_others_stops_nobody(tmp_path):
     site.switch_off()
 
 
-@pytest.mark.xfail(strict=False, reason="D3: the operator can't say yet that the clock is right")
 def test_the_operator_can_say_that_the_clock_is_right(fleet):
     """Robots whose clocks are all wrong hold everything only until a person has looked at the tablet's clock."""
     site = fleet
@@ -123,7 +118,6 @@ def test_the_operator_can_say_that_the_clock_is_right(fleet):
 
 
 # ---------------------------------------------------------------------- while it runs
-@D4
 def test_while_the_clock_has_jumped_ahead_nothing_is_sent_and_nothing_missed(fleet):
     """A jump beyond a start window puts the clock in doubt until a robot agrees."""
     site = fleet
@@ -135,7 +129,6 @@ def test_while_the_clock_has_jumped_ahead_nothing_is_sent_and_nothing_missed(fle
     assert "clock_implausible" in alarms(site)
 
 
-@D4
 @pytest.mark.parametrize("jump", [3 * DAY, YEAR])
 def test_after_a_jump_ahead_and_back_every_day_runs_once(site, jump):
     """Whatever the clock showed for a minute, everything is planned from the true time, and no day is missed in advance."""
@@ -147,7 +140,6 @@ def test_after_a_jump_ahead_and_back_every_day_runs_once(site, jump):
     assert len(items(site)) == 2
 
 
-@D4
 def test_days_of_a_pause_are_not_skipped_in_advance(site):
     """Rows that say skipped for instants still to come, of which nothing was ever sent, go when the clock is set back."""
     schedule = run_days(site)
@@ -159,7 +151,6 @@ def test_days_of_a_pause_are_not_skipped_in_advance(site):
     assert started(site) == [(23, State.COMPLETED), (24, State.COMPLETED)]
 
 
-@D4
 def test_a_start_that_a_person_skipped_stays_skipped_when_the_clock_jumps(site):
     """Skip next is a decision: it outlives rows that are taken out."""
     schedule = run_days(site)
@@ -180,7 +171,6 @@ def test_after_a_sleep_robots_agree_and_what_was_missed_is_written_so(site, plan
         ("06:05", State.MISSED), ("07:05", State.MISSED), ("08:05", State.COMPLETED)]
 
 
-@pytest.mark.xfail(strict=False, reason="D4: the operator can't say yet that the clock is right")
 def test_a_clock_that_was_rightly_set_ahead_counts_once_a_person_says_so(site, plan):
     """No robot can be asked: a person confirms the new time, and what it passed over is missed."""
     plan("2026-11-23T06:05", "FREQ=DAILY", respect_working_days=False)

@@ -10,9 +10,6 @@ from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, robot_of, sent_at, states
 from tests.support.site import Site
 
-D8 = pytest.mark.xfail(strict=True, reason="D8")
-TWO_TABLETS = pytest.mark.xfail(strict=False, reason="D8: a data directory does not know yet on which tablet it lives")
-
 
 # ---------------------------------------------------------------------- two items of one start
 def late_first(site, plan, arrives=130.0):
@@ -25,7 +22,6 @@ def late_first(site, plan, arrives=130.0):
     site.container.holds.release()
 
 
-@D8
 def test_the_earlier_item_is_ours_and_a_later_one_that_waits_is_cancelled(site, plan):
     """A request that lands before its second try runs; the second try, which waits behind it, does not."""
     late_first(site, plan)
@@ -35,7 +31,6 @@ def test_the_earlier_item_is_ours_and_a_later_one_that_waits_is_cancelled(site, 
     assert (row.state, row.queue_id) == (State.COMPLETED, 1)
 
 
-@D8
 def test_of_two_items_that_both_wait_the_earlier_one_stays(site, plan):
     """On a robot in pause both wait: the lower number is kept, the other one is cancelled."""
     site.machines["R1"].pause()
@@ -68,7 +63,6 @@ def silent(site, plan, how):
 ENDINGS = [ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED]
 
 
-@D8
 @pytest.mark.parametrize("how", ENDINGS)
 def test_the_only_item_of_a_row_that_was_given_up_is_cancelled_while_it_waits_and_told_as_what_it_is(site, plan, how):
     """Too late to run, and no second copy of anything: an alarm says that it was cancelled because its time is over."""
@@ -84,7 +78,6 @@ def test_the_only_item_of_a_row_that_was_given_up_is_cancelled_while_it_waits_an
     assert outcomes(site) == [(State.FAILED, how, 1)]
 
 
-@D8
 def test_the_only_item_of_a_row_that_was_given_up_corrects_it_once_it_is_known_to_have_run(site, plan):
     """The robot was silent while it ran: when it answers again the row says that it was completed."""
     silent(site, plan, ReasonCode.UNKNOWN_OUTCOME)
@@ -95,7 +88,6 @@ def test_the_only_item_of_a_row_that_was_given_up_corrects_it_once_it_is_known_t
     assert "duplicate_running" not in alarms(site)
 
 
-@D8
 @pytest.mark.parametrize("how", ENDINGS)
 def test_the_only_item_of_a_row_that_was_given_up_corrects_it_while_it_runs(site, plan, how):
     """It runs after all, so the row follows it to its end, and no alarm speaks of a second copy."""
@@ -137,7 +129,6 @@ def run_both(one, other, seconds):
         other.run(0.0)
 
 
-@D8
 def test_two_tablets_with_one_database_run_each_start_once(site, plan, copy_of):
     """A copy sends nothing before a person has decided; so the robot runs the mission once, and nobody cancels it."""
     plan("2026-11-23T06:05")
@@ -148,7 +139,6 @@ def test_two_tablets_with_one_database_run_each_start_once(site, plan, copy_of):
     assert [row.state for row in site.executions()] == [State.COMPLETED]
 
 
-@TWO_TABLETS
 def test_a_copied_data_directory_sends_nothing_until_a_person_decides(site, plan, copy_of):
     """The app says at its start that this directory comes from another tablet; what falls due waits."""
     plan("2026-11-23T06:05")
@@ -160,7 +150,6 @@ def test_a_copied_data_directory_sends_nothing_until_a_person_decides(site, plan
     assert [row.state for row in other.executions()] == [State.WAITING]
 
 
-@TWO_TABLETS
 def test_a_directory_that_moves_here_looks_for_its_old_tokens_and_mints_new_ones(site, plan, copy_of):
     """What the old tablet sent is found and adopted; from then on this one starts everything."""
     plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10")
@@ -173,7 +162,6 @@ def test_a_directory_that_moves_here_looks_for_its_old_tokens_and_mints_new_ones
     assert [row.state for row in other.executions()] == [State.COMPLETED] * 2
 
 
-@TWO_TABLETS
 def test_a_directory_that_is_looked_at_only_sends_nothing(site, plan, copy_of):
     """An office reads the plan; its starts are the old tablet's."""
     plan("2026-11-23T06:05")
@@ -184,7 +172,6 @@ def test_a_directory_that_is_looked_at_only_sends_nothing(site, plan, copy_of):
     assert sent_at(site) == []
 
 
-@TWO_TABLETS
 def test_when_both_tablets_run_after_a_move_everything_is_held_and_told(site, plan, copy_of):
     """Items of the old identity that were ordered after the move mean that the old tablet is still on."""
     plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10")

@@ -9,7 +9,6 @@ import pytest
 from app.domain.models import ReasonCode, State
 from tests.support.seen import items, outcomes, sent_at
 
-D6 = pytest.mark.xfail(strict=True, reason="D6")
 TEN_PAST = datetime.fromisoformat("2026-11-23T06:10")
 
 
@@ -29,7 +28,6 @@ def keep_instant(site, schedule, **changes):
     site.container.catalogue.save_schedule(replace(schedule, **changes))
 
 
-@D6
 @pytest.mark.parametrize("recurrence", [None, "FREQ=DAILY"])
 def test_a_minimum_that_is_lowered_lets_what_waits_for_it_go(site, waiting, recurrence):
     """An edit that keeps instant and robot changes the waiting start in place."""
@@ -39,7 +37,6 @@ def test_a_minimum_that_is_lowered_lets_what_waits_for_it_go(site, waiting, recu
     assert len(items(site)) == 1
 
 
-@D6
 @pytest.mark.parametrize("recurrence", [None, "FREQ=DAILY"])
 def test_what_waits_goes_on_waiting_when_its_schedule_is_renamed(site, waiting, recurrence):
     """It waits under the new name, and runs when the robot is charged."""
@@ -51,7 +48,6 @@ def test_what_waits_goes_on_waiting_when_its_schedule_is_renamed(site, waiting, 
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
 
 
-@D6
 def test_what_waits_runs_the_mission_that_its_schedule_has_now(site, waiting):
     """A start that has not been sent is sent as it is planned now: mission, parameters, priority."""
     home = site.add_mission("Home")
@@ -62,7 +58,6 @@ def test_what_waits_runs_the_mission_that_its_schedule_has_now(site, waiting):
     assert [(row.state, row.mission) for row in site.executions()] == [(State.COMPLETED, "Home")]
 
 
-@D6
 def test_a_longer_window_keeps_what_waits_for_longer(site, waiting):
     """The window of a waiting start is its schedule's."""
     keep_instant(site, waiting(), start_window_minutes=60)
@@ -102,7 +97,6 @@ def _pause_and_resume(site, schedule):
     site.container.pausing.resume(schedule.id)
 
 
-@D6
 @pytest.mark.parametrize("there_and_back", [_schedule, _mission, _robot, _off_and_on])
 def test_undo_brings_back_what_was_waiting(site, waiting, there_and_back):
     """A row that an edit ended, without ever being sent, is open again for the same instant, within its window."""

@@ -14,12 +14,10 @@ from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, reason, robot_of, sent_at, states
 from tests.support.site import Site
 
-D15 = pytest.mark.xfail(strict=True, reason="D15")
 LONGEST_TRANSACTION = 0.1    # s of processor time: 50 ms, on a machine half as fast
 
 
 # ---------------------------------------------------------------------- the last day
-@D15
 @pytest.mark.parametrize("rule", [
     "FREQ=DAILY;UNTIL=99991231", "FREQ=MINUTELY;INTERVAL=30;UNTIL=99991231T235959", "FREQ=WEEKLY;UNTIL=99991231T235959Z"])
 def test_a_recurrence_until_the_end_of_the_calendar_runs(site, plan, rule):
@@ -29,7 +27,6 @@ def test_a_recurrence_until_the_end_of_the_calendar_runs(site, plan, rule):
     assert outcomes(site)[:1] == [(State.COMPLETED, None, 1)]
 
 
-@D15
 def test_a_recurrence_until_the_end_of_the_calendar_can_be_imported(site, plan):
     """A file with it is read as any other."""
     schedule = {"name": "For ever", "robot": "R1", "mission": "Deliver", "start": "2026-11-23T06:05", "timezone": "UTC",
@@ -40,7 +37,6 @@ def test_a_recurrence_until_the_end_of_the_calendar_can_be_imported(site, plan):
 
 
 # ---------------------------------------------------------------------- a long absence
-@D15
 def test_a_long_absence_is_written_in_short_transactions(site, plan, monkeypatch):
     """While thousands of missed starts are written down, others that want to write wait for 50 ms at most."""
     site.container.catalogue.change_settings(history_limit=None, poll_interval_seconds=3600)
@@ -94,7 +90,6 @@ def test_a_robot_that_is_found_at_a_new_address_goes_on(moving):
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
 
 
-@D15
 @pytest.mark.parametrize("kept", [True, False], ids=["serial number kept", "serial number forgotten"])
 def test_an_address_that_is_given_another_machine_leaves_the_outcome_unknown_and_says_why(moving, kept):
     """What the robot at the old address did can't be asked any more; it has not vanished."""
@@ -111,7 +106,6 @@ def test_an_address_that_is_given_another_machine_leaves_the_outcome_unknown_and
 
 
 # ---------------------------------------------------------------------- a robot that drops descriptions
-@D15
 @pytest.mark.parametrize("fate", [Fate.ANSWER_LOST, Fate.LATE, Fate.ERROR_AFTER])
 def test_the_first_lost_answer_of_a_robot_that_drops_descriptions_is_not_sent_again(site, plan, fate):
     """While it isn't known whether a robot gives tokens back, an item that may be ours is taken for ours, and told."""

@@ -7,8 +7,6 @@ from app.domain.models import Overlap, ReasonCode, State
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, reason, states
 
-D7 = pytest.mark.xfail(strict=True, reason="D7")
-
 
 def spoil(site, how, item=1, robot="R1"):
     """From now on that item can't be read."""
@@ -23,8 +21,7 @@ def about_the_item(site):
     return [(alarm.code, alarm.count) for alarm in site.container.alarms.open()]
 
 
-@pytest.mark.parametrize(("how", "others"), [
-    pytest.param("500", 1, marks=D7), pytest.param("null", 1, marks=D7), ("500", 4), pytest.param("null", 4, marks=D7)])
+@pytest.mark.parametrize(("how", "others"), [("500", 1), ("null", 1), ("500", 4), ("null", 4)])
 def test_one_item_that_can_t_be_read_holds_up_no_other(site, plan, how, others):
     """The rows behind it are followed to their ends."""
     plan("2026-11-23T06:05", name="a spoilt", priority=9)
@@ -37,7 +34,6 @@ def test_one_item_that_can_t_be_read_holds_up_no_other(site, plan, how, others):
     assert [row.state for row in site.executions() if row.schedule != "a spoilt"] == [State.COMPLETED] * others
 
 
-@D7
 @pytest.mark.parametrize("how", ["500", "null"])
 def test_an_item_that_can_t_be_read_is_told_once_and_ends_unknown_when_the_list_says_that_it_is_over(site, plan, how):
     """While it runs one alarm says that it can't be read; when the robot's list of open items has it no more, its outcome is unknown."""
@@ -80,7 +76,7 @@ def test_a_stranger_s_item_that_can_t_be_read_stops_nothing(site, plan, how):
     assert [row.state for row in site.executions()] == [State.COMPLETED] * 2
 
 
-@pytest.mark.parametrize("how", ["500", pytest.param("null", marks=D7)])
+@pytest.mark.parametrize("how", ["500", "null"])
 def test_an_unknown_outcome_is_found_beside_a_stranger_s_item_that_can_t_be_read(site, plan, how):
     """Our token is found among items of which one makes no sense."""
     plan("2026-11-23T06:05")
@@ -91,7 +87,6 @@ def test_an_unknown_outcome_is_found_beside_a_stranger_s_item_that_can_t_be_read
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
 
 
-@D7
 @pytest.mark.parametrize("word", ["Done", "Aborted"])
 def test_an_item_that_has_ended_with_an_unknown_word_ends_its_row_with_that_word(site, plan, word):
     """Newer software may have words of its own: what has ended is over, and the reason says how in the robot's word."""

@@ -15,8 +15,6 @@ from tests.support.network import Fate
 from tests.support.seen import sent_at
 from tests.support.site import Site
 
-D5 = pytest.mark.xfail(strict=True, reason="D5")
-
 
 def start_at(text):
     return datetime.fromisoformat(f"2026-11-23T{text}")
@@ -51,7 +49,6 @@ def plant(tmp_path):
     plant.site.switch_off()
 
 
-@D5
 def test_a_start_that_ran_does_not_run_again_when_its_schedule_is_renamed(plant):
     """A one-time start is done, whether or not its row is still kept."""
     site, once = plant.site, plant.plan("Once", "06:05")
@@ -61,7 +58,6 @@ def test_a_start_that_ran_does_not_run_again_when_its_schedule_is_renamed(plant)
     assert sent_at(site, "R1") == [300]
 
 
-@D5
 def test_a_skipped_start_stays_skipped_when_the_plan_is_made_anew(plant):
     """Skip next holds, whether or not its row is still kept."""
     site, daily = plant.site, plant.plan("Daily", "06:20", "FREQ=DAILY")
@@ -72,7 +68,6 @@ def test_a_skipped_start_stays_skipped_when_the_plan_is_made_anew(plant):
     assert sent_at(site, "R1") == []
 
 
-@D5
 def test_the_idle_mission_runs_once_in_each_idle_period(plant):
     """A robot that nobody has used since stays where its idle mission has put it."""
     site = plant.site
@@ -81,7 +76,6 @@ def test_the_idle_mission_runs_once_in_each_idle_period(plant):
     assert len(sent_at(site, "R1")) == 1
 
 
-@D5
 def test_a_robot_that_loses_tokens_is_known_however_old_its_last_item_is(plant):
     """Whether a robot gives descriptions back is remembered of the robot, not read from old rows."""
     site = plant.site
@@ -143,7 +137,6 @@ def posts_of(story, limit, forgets):
         return posts
 
 
-@D5
 @settings(max_examples=4, phases=[Phase.explicit, Phase.generate])
 @example(story=[(12, "rename", 1)], forgets=False)
 @example(story=[(1, "skip", 0), (6, "working days", 0)], forgets=False)

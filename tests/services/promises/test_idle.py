@@ -6,8 +6,6 @@ import pytest
 from tests.support.network import Fate
 from tests.support.seen import robot_of, sent_at, states
 
-D14 = pytest.mark.xfail(strict=True, reason="D14")
-
 
 @pytest.fixture
 def resting(site):
@@ -22,7 +20,6 @@ def stranger_works(site, seconds):
     site.at(seconds, lambda: site.stranger_queues("Deliver"))
 
 
-@D14
 @pytest.mark.parametrize("fate", [Fate.LOST, Fate.ERROR_BEFORE])
 def test_an_idle_start_whose_outcome_is_unknown_is_not_tried_again_once_somebody_works(resting, fate):
     """In the quiet time a person gives the robot something to do: its rest is over, and so is the idle start."""
@@ -36,7 +33,6 @@ def test_an_idle_start_whose_outcome_is_unknown_is_not_tried_again_once_somebody
     assert [row.state.is_open for row in site.executions()] == [False]
 
 
-@D14
 def test_an_idle_start_that_waits_for_its_next_try_is_judged_again(resting):
     """The robot refused the connection; when it accepts again somebody is using it."""
     site = resting
@@ -48,7 +44,6 @@ def test_an_idle_start_that_waits_for_its_next_try_is_judged_again(resting):
     assert states(site) == ["Executing"]
 
 
-@D14
 def test_an_idle_start_that_waits_for_its_next_try_gives_way_to_a_hold_of_its_rule(resting):
     """Idle automation that is switched off meanwhile starts nothing."""
     site = resting
@@ -60,7 +55,6 @@ def test_an_idle_start_that_waits_for_its_next_try_gives_way_to_a_hold_of_its_ru
     assert sent_at(site) == []
 
 
-@D14
 def test_what_a_robot_did_between_two_polls_ends_its_rest(resting):
     """A stranger's mission that began and ended unseen shows in the queue's numbers: the rest counts from when it was over."""
     site = resting
@@ -73,7 +67,6 @@ def test_what_a_robot_did_between_two_polls_ends_its_rest(resting):
     assert len(sent_at(site)) == 1
 
 
-@D14
 def test_time_asleep_is_no_time_of_rest_that_was_seen(resting):
     """After the tablet slept the rest counts from zero: nobody knows what the robot did."""
     site = resting
@@ -85,7 +78,6 @@ def test_time_asleep_is_no_time_of_rest_that_was_seen(resting):
     assert len(sent_at(site)) == 1
 
 
-@D14
 def test_work_during_a_sleep_of_the_tablet_ends_the_rest(resting):
     """The robot worked while the tablet slept."""
     site = resting

@@ -7,15 +7,8 @@ from app.domain.models import ReasonCode, State
 from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, sent_at, states
 
-CANCEL = pytest.mark.xfail(strict=True, reason="Cancel while the robot refuses the connection")
-BOOTING = pytest.mark.xfail(strict=True, reason="a single 404 while a robot boots")
-SHORT_LISTS = pytest.mark.xfail(strict=True, reason="no proof of absence")
-SLEEP = pytest.mark.xfail(strict=True, reason="the window is checked before the connection stands")
-UPDATED = pytest.mark.xfail(strict=True, reason="an update that changes whether tokens come back")
-
 
 # ---------------------------------------------------------------------- Cancel
-@CANCEL
 @pytest.mark.parametrize("fate", [Fate.REFUSED, Fate.LOST, Fate.ERROR_BEFORE])
 def test_cancel_while_the_robot_can_t_be_reached_is_kept_and_carried_out_when_it_can(site, plan, fate):
     """Cancel is no error then: the row says that it will be cancelled, and it is, as soon as the robot answers."""
@@ -29,7 +22,6 @@ def test_cancel_while_the_robot_can_t_be_reached_is_kept_and_carried_out_when_it
     assert outcomes(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED, 1)]
 
 
-@CANCEL
 def test_cancel_while_the_robot_is_gone_for_long_is_not_forgotten(site, plan):
     """It is carried out even by the next run of the app; what has ended by then says how it ended."""
     site.machines["R1"].pause()
@@ -45,7 +37,6 @@ def test_cancel_while_the_robot_is_gone_for_long_is_not_forgotten(site, plan):
     assert outcomes(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED, 1)]
 
 
-@CANCEL
 def test_what_ended_before_the_robot_could_be_told_of_the_cancellation_says_how_it_ended(site, plan):
     """The robot's answer decides."""
     plan("2026-11-23T06:05")
@@ -60,7 +51,6 @@ def test_what_ended_before_the_robot_could_be_told_of_the_cancellation_says_how_
 
 
 # ---------------------------------------------------------------------- booting
-@BOOTING
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_robot_whose_interface_has_only_just_come_up_has_lost_nothing(site, plan, count):
     """One answer 404 for an item that was there a moment ago is no proof that it is gone."""
@@ -94,7 +84,6 @@ def simple(site):
     return site
 
 
-@SHORT_LISTS
 @pytest.mark.parametrize("fate", [Fate.ANSWER_LOST, Fate.LATE, Fate.ERROR_AFTER])
 def test_without_proof_of_absence_nothing_is_sent_again(simple, plan, fate):
     """An item that isn't in a list of the oldest may be there all the same."""
@@ -128,7 +117,6 @@ def test_on_such_a_robot_starts_run_as_on_any(simple, plan):
 
 
 # ---------------------------------------------------------------------- asleep between connecting and sending
-@SLEEP
 @pytest.mark.parametrize("asleep", [1000.0, 86400.0])
 def test_a_tablet_that_sleeps_between_connecting_and_sending_sends_nothing_after_the_window(site, plan, asleep):
     """Whether the window is open is asked once the connection stands, just before the request leaves."""
@@ -159,7 +147,6 @@ def update(site, *, forgets):
     site.run(120)
 
 
-@UPDATED
 def test_after_an_update_that_drops_tokens_a_lost_answer_is_not_sent_again(site, plan):
     """That tokens came back once doesn't prove that they still do."""
     plan("2026-11-23T06:05")
@@ -176,7 +163,6 @@ def test_after_an_update_that_drops_tokens_a_lost_answer_is_not_sent_again(site,
     assert [row.state for row in site.executions()] == [State.COMPLETED] * 3
 
 
-@UPDATED
 def test_after_an_update_that_gives_tokens_back_a_stranger_s_item_is_not_taken_for_ours(site, plan):
     """That tokens were lost once doesn't make another person's mission ours."""
     site.network.forgets_descriptions = True

@@ -10,7 +10,6 @@ from tests.support.network import Fate
 from tests.support.seen import items, outcomes, robot_of, sent_at
 from tests.support.site import Site
 
-D10 = pytest.mark.xfail(strict=True, reason="D10")
 OFF = 300.0
 LISTED = 28.0                # s of the 30 in which the list is shown
 
@@ -58,7 +57,7 @@ WAITS = [_for_battery, _for_its_next_try, _for_a_hold, _started_by_hand]
 
 
 @pytest.mark.parametrize("cleanly", [False, True])
-@pytest.mark.parametrize("waits", [*(pytest.param(waits, marks=D10) for waits in WAITS), _not_yet_due])
+@pytest.mark.parametrize("waits", [*(waits for waits in WAITS), _not_yet_due])
 def test_what_would_start_late_is_listed_first(window, waits, cleanly):
     """Whatever it waited for: after an absence a person sees it for 30 s, with time to hold it, and then it starts once."""
     site = window
@@ -76,7 +75,6 @@ def test_what_would_start_late_is_listed_first(window, waits, cleanly):
     assert len(items(site)) == len(site.executions())
 
 
-@D10
 @pytest.mark.parametrize("waits", WAITS)
 def test_a_hold_that_is_set_on_the_list_keeps_it_from_starting(window, waits):
     """The Hold button holds what is listed."""
@@ -113,7 +111,6 @@ def test_a_short_restart_lists_nothing(window, waits):
     assert len(sent_at(site)) == 1
 
 
-@D10
 def test_a_sleep_of_the_tablet_is_an_absence_too(window):
     """What waited when the tablet fell asleep is listed when it wakes."""
     site = window

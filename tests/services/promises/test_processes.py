@@ -31,10 +31,6 @@ from tests.support.process import (
     write_configuration,
 )
 
-D11 = pytest.mark.xfail(strict=True, reason="D11")
-D12 = pytest.mark.xfail(strict=True, reason="D12")
-D13 = pytest.mark.xfail(strict=True, reason="D13")
-ONE_SHOTS = pytest.mark.xfail(strict=True, reason="two one-shot commands at one instant")
 SOON = 5.0                   # s within which something has to show
 
 
@@ -86,7 +82,6 @@ def due_now(directory: Path, fleet: mir_sim.Fleet) -> Path:
     return write_configuration(directory.with_name("due.json"), content)
 
 
-@D11
 def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, fleet):
     """Exit 2 with the one line that a damaged database has at the start; nothing is sent, no error is met again and again."""
     with running(data) as app:
@@ -104,7 +99,6 @@ def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, f
         assert [robot.state()["queue"] for robot in fleet.robots] == [[], []]
 
 
-@D11
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_with_a_window_a_damaged_database_is_an_alarm(data, fleet):
     """It is told from memory, and nothing is sent."""
@@ -119,7 +113,6 @@ def test_with_a_window_a_damaged_database_is_an_alarm(data, fleet):
 
 
 # ---------------------------------------------------------------------- each by itself
-@D12
 def test_a_chore_that_fails_stops_no_polling_and_is_told_and_tried_again(data):
     """Somebody deletes the directory for requests: robots are polled on, and when it is there again commands are served."""
     with host(DataDirectory(data)) as container:
@@ -131,7 +124,6 @@ def test_a_chore_that_fails_stops_no_polling_and_is_told_and_tried_again(data):
         assert (done.returncode, done.stdout) == (0, "there was no PIN for Settings\n")
 
 
-@D13
 def test_a_robot_that_can_t_be_made_holds_up_no_other_and_is_told_and_tried_again(data, fleet):
     """One robot's address makes no sense, as after a damage or with another version: the others work, and it does once it is mended."""
     container = Container.open(data)
@@ -154,7 +146,6 @@ def test_ready_is_said_after_the_first_poll_and_not_before(data, fleet):
         assert time.monotonic() - began >= 2.5
 
 
-@D13
 def test_ready_does_not_wait_for_a_robot_that_can_t_be_made(data, fleet):
     """The others have answered, and that one never will."""
     container = Container.open(data)
@@ -174,7 +165,6 @@ def started_with_little_patience(data: Path, *arguments: object) -> subprocess.P
                             stderr=subprocess.PIPE, text=True, encoding="utf-8", env=environment(), cwd=ROOT)
 
 
-@ONE_SHOTS
 def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(data, fleet):
     """A command that answers nobody is waited for, and then the change is made: never "may have been done or not"."""
     content = configuration_of(fleet)

@@ -8,8 +8,6 @@ from app.domain.models import State
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, robot_of, sent_at, states
 
-D9 = pytest.mark.xfail(strict=True, reason="D9")
-
 
 @pytest.fixture
 def backed_up(site):
@@ -26,7 +24,6 @@ def backed_up(site):
     return make
 
 
-@D9
 def test_what_was_tried_before_the_backup_and_ran_after_it_is_not_sent_again(site, plan, backed_up):
     """The backup knows a start that had been tried in vain; that it ran since, the robot knows."""
     plan("2026-11-23T06:05")
@@ -43,7 +40,6 @@ def test_what_was_tried_before_the_backup_and_ran_after_it_is_not_sent_again(sit
     assert [row.state for row in site.executions()] == [State.COMPLETED]
 
 
-@D9
 def test_a_mission_that_a_person_started_before_the_backup_is_not_sent_again(site, backed_up):
     """A manual start has its token too, however often it was tried."""
     site.network.down.add("R1")
@@ -103,7 +99,6 @@ def test_what_was_cancelled_since_the_backup_is_sent_once_at_most(site, plan, ba
     assert [row.state for row in site.executions()] == [State.CANCELLED]
 
 
-@D9
 def test_a_start_that_falls_due_after_the_restore_is_prepared_as_any(site, plan, backed_up):
     """Being restored once makes nothing late for ever: what is planned after it has its intent on disk before its instant."""
     plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10")
@@ -117,7 +112,6 @@ def test_a_start_that_falls_due_after_the_restore_is_prepared_as_any(site, plan,
     assert sent_at(site) == [300, 900]
 
 
-@D9
 @pytest.mark.parametrize("found", ["pending", "done"])
 def test_the_robot_is_asked_before_the_first_try_after_a_restore_even_when_it_answers_only_later(site, plan, backed_up, found):
     """As long as the robot can't be asked for the restored time, nothing of that time is sent to it."""

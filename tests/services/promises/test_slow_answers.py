@@ -10,7 +10,6 @@ from tests.support.network import Fate
 from tests.support.seen import items, outcome
 from tests.support.site import Site
 
-D2 = pytest.mark.xfail(strict=True, reason="D2")
 START = datetime.fromisoformat("2026-11-23T06:05")
 BEFORE_SIX = 14.5            # s at which the site begins
 DUE = BEFORE_SIX + 300.0
@@ -39,7 +38,6 @@ def lateness(site, robot="R1"):
     return [post.at - DUE for post in site.network.posts(robot)]
 
 
-@D2
 @pytest.mark.parametrize("window", [1, 15])
 @pytest.mark.parametrize("lasts", [3.0, 4.5, 9.0])
 def test_a_read_that_is_answered_slowly_over_the_instant_delays_the_start_by_its_rest(fleet, lasts, window):

@@ -14,14 +14,11 @@ from app.database.writer import ThreadedWriter
 from app.domain.models import State
 from tests.support.seen import alarms, items, outcomes
 
-WAL = pytest.mark.xfail(strict=True, reason="the result of journal_mode = WAL is not read")
-ROLL_BACK = pytest.mark.xfail(strict=True, reason="a roll-back that raises inside a group")
 PATIENCE = 5.0               # s
 TOGETHER = 3
 
 
 # ---------------------------------------------------------------------- where there is no write-ahead log
-@WAL
 def test_a_place_where_no_write_ahead_log_can_be_is_refused_with_a_sentence(tmp_path, monkeypatch):
     """Some network drives can't share memory, and SQLite then goes on with another journal without a word."""
     connect = sqlite3.connect
@@ -48,7 +45,6 @@ class Failing(sqlite3.Connection):
         return super().execute(sql, *values)
 
 
-@ROLL_BACK
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_nobody_waits_for_ever_when_even_the_roll_back_of_a_shared_transaction_fails(tmp_path):
     """Each of those who shared it is told that nothing was written; later writes are refused or work."""

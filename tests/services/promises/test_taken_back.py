@@ -10,7 +10,6 @@ from app.domain.models import ReasonCode, State
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, robot_of, sent_at, states
 
-D1 = pytest.mark.xfail(strict=True, reason="D1")
 SENT = 306.0                 # s: the start at 06:05 has been submitted, and nobody knows whether it arrived
 
 
@@ -48,7 +47,6 @@ TAKEN_BACK = [
 ]
 
 
-@D1
 @pytest.mark.parametrize(("take_back", "end"), TAKEN_BACK)
 def test_what_is_taken_back_in_the_quiet_time_ends_with_that_reason_and_is_not_sent_again(site, plan, take_back, end):
     """Whether a start is still wanted is asked before every attempt, and it ends with that reason and its attempts."""
@@ -62,7 +60,6 @@ def test_what_is_taken_back_in_the_quiet_time_ends_with_that_reason_and_is_not_s
     assert outcomes(site) == [end]
 
 
-@D1
 def test_a_start_that_is_moved_in_the_quiet_time_runs_at_its_new_time_only(site, plan):
     """A schedule that is moved while the outcome of its start is unknown runs once, when it is planned now."""
     schedule = plan("2026-11-23T06:05")
@@ -100,7 +97,7 @@ def test_what_is_held_in_the_quiet_time_waits_for_the_release(site, plan):
     assert outcomes(site) == [(State.COMPLETED, None, 2)]
 
 
-@pytest.mark.parametrize("restarts", [False, pytest.param(True, marks=D1)])
+@pytest.mark.parametrize("restarts", [False, True])
 def test_a_robot_that_is_switched_off_is_followed_until_what_it_has_of_ours_has_ended(site, plan, restarts):
     """Switching a robot off sends nothing more to it, and what it is doing is read to its end, by the next run of the app too."""
     plan("2026-11-23T06:05")
@@ -116,10 +113,8 @@ def test_a_robot_that_is_switched_off_is_followed_until_what_it_has_of_ours_has_
 
 @pytest.mark.parametrize("restarts", [False, True])
 @pytest.mark.parametrize("take_back", [_robot_off, _deleted, _mission_removed])
-def test_what_did_arrive_before_it_was_taken_back_is_followed_to_its_end(site, plan, take_back, restarts, request):
+def test_what_did_arrive_before_it_was_taken_back_is_followed_to_its_end(site, plan, take_back, restarts):
     """The answer was lost and the robot runs it: the row says so, whatever was edited meanwhile."""
-    if restarts and take_back is _robot_off:
-        request.applymarker(D1)
     schedule = plan("2026-11-23T06:05")
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     site.run(300.5)

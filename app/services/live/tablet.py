@@ -1,0 +1,95 @@
+"""Which machine a data directory lives on. On another one it is a copy, which sends nothing until a person has decided what it is for."""
+from __future__ import annotations
+
+import sqlite3
+import uuid
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.domain import rules
+from app.domain.clock import Clock
+from app.domain.message import message
+from app.domain.models import Execution
+from app.services.live.holds import Holds
+
+MACHINE, MOVED, LOOKED_AT = "machine", "moved", "looked_at_on"      # names in the settings
+IS_COPY = message("this data was copied from another tablet; say whether it moves here or is only looked at")
+IS_LOOKED_AT = message("this data is only looked at here; another tablet starts its missions")
+
+
+@dataclass(frozen=True)
+class Move:
+    """The plan moved here from another tablet, whose tokens were made with ``old_install_id``."""
+    at: datetime
+    old_install_id: str
+
+
+def machine_id() -> str | None:
+    """What tells this machine from others and survives a restart; None where the system does not say."""
+    for path in ("/etc/machine-id", "/var/lib/dbus/machine-id"):
+        try:
+            if found := Path(path).read_text(encoding="ascii").strip():
+                return str(uuid.uuid5(uuid.NAMESPACE_OID, f"amr-scheduler/{found}"))     # the id itself is not to be shown (machine-id(5))
+        except (OSError, ValueError):
+            continue
+    node = uuid.getnode()
+    return None if node & 1 << 40 else f"{node:012x}"          # a random number has that bit (uuid.getnode)
+
+
+class Tablet:
+    def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, machine: str | None) -> None:
+        self._db, self._settings, self._clock, self._holds, self._machine = db, settings, clock, holds, machine
+        self.move: Move | None = None
+
+    def begin(self) -> None:
+        """At the start: a directory that no machine has yet becomes this one's; a copy is held."""
+        c = self._db.read()
+        if self._machine is not None and self._settings.get(c, MACHINE) is None:
+            self._db.write(lambda c: self._settings.put(c, MACHINE, self._machine))
+        self.move = self._stored_move()
+        self._holds.is_copy = IS_LOOKED_AT if self.is_looked_at else IS_COPY if self.is_copy else None
+
+    @property
+    def is_copy(self) -> bool:
+        home = self._settings.get(self._db.read(), MACHINE)
+        return None not in (home, self._machine) and home != self._machine
+
+    @property
+    def is_looked_at(self) -> bool:
+        return self.is_copy and self._settings.get(self._db.read(), LOOKED_AT) == self._machine
+
+    def move_here(self) -> None:
+        """The old tablet is off: what it sent is looked for by its tokens, and this one makes tokens of its own from now on."""
+        if not self.is_copy:
+            return
+
+        def work(c: sqlite3.Connection) -> None:
+            old, now = self._settings.install_id(c), self._clock.now()
+            self._settings.put(c, MOVED, {"at": now.isoformat(), "old_install_id": old})
+            self._settings.put(c, "install_id", str(uuid.uuid4()))
+            self._settings.put(c, MACHINE, self._machine)
+        self._db.write(work)
+        self.move = self._stored_move()
+        self._holds.is_copy = None
+        self._holds.announce()
+
+    def look_only(self) -> None:
+        """The old tablet goes on: nothing is ever sent from here."""
+        if self.is_copy:
+            self._db.write(lambda c: self._settings.put(c, LOOKED_AT, self._machine))
+            self._holds.is_copy = IS_LOOKED_AT
+            self._holds.announce()
+
+    def _stored_move(self) -> Move | None:
+        stored = self._settings.get(self._db.read(), MOVED)
+        return stored and Move(datetime.fromisoformat(stored["at"]), stored["old_install_id"])
+
+
+def old_token(move: Move | None, row: Execution) -> str | None:
+    """The token under which the old tablet would have sent this start; None: it has none there."""
+    if move is None or row.schedule_id is None:
+        return None
+    return rules.token_of(move.old_install_id, row.schedule_id, row.planned_at)
