@@ -139,7 +139,8 @@ class ExecutionRepository:
 
     def unsent_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
         """What no robot has yet, oldest first."""
-        return self._list(c, f"WHERE schedule_id = ? AND {_OPEN} AND state IN ('waiting', 'submitting') ORDER BY planned_at", schedule_id)
+        return self._list(c, f"""INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {_OPEN}
+                                 AND state IN ('waiting', 'submitting') ORDER BY planned_at""", schedule_id)
 
     def wait_again(self, c: sqlite3.Connection, ids: Sequence[int], now: datetime) -> None:
         """An edit that ended these has been undone: what was never sent and is not too late waits again."""

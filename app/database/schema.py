@@ -243,7 +243,7 @@ ALTER TABLE schedules ADD COLUMN planned_through TEXT;       -- instants up to h
 ALTER TABLE schedules ADD COLUMN started_through TEXT;       -- the newest instant whose row was to be sent
 UPDATE schedules SET
     planned_through = (SELECT max(planned_at) FROM executions WHERE schedule_id = schedules.id
-                       AND NOT (state = 'skipped' AND reason_code = 'hold' AND planned_at >= coalesce(schedules.next_at, planned_at))),
+                       AND NOT (state = 'skipped' AND reason_code = 'hold' AND attempts = 0 AND planned_at > ended_at)),
     started_through = (SELECT max(planned_at) FROM executions WHERE schedule_id = schedules.id AND state NOT IN ('skipped', 'missed'));
 CREATE TABLE skips (                          -- starts that a person left out in advance
     schedule_id INTEGER NOT NULL REFERENCES schedules(id) ON DELETE CASCADE,

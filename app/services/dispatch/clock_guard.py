@@ -104,7 +104,7 @@ class ClockGuard:
         if doubt is not None and doubt.is_told:
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
             self._absent_since = self._absent_since or min(doubt.since, now)
-        if doubt is not None and doubt.jump_s and now - doubt.since >= NOTEWORTHY:       # it was right to jump: the tablet slept
+        if doubt is not None and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:             # it was right to jump: the tablet slept
             self._away(doubt.since, now)
         self._went_back = True                     # perhaps before this run
         self._holds.distrust_clock(None)
@@ -172,6 +172,8 @@ class ClockGuard:
             self._went_back = True
         if self._doubt is not None:                         # what was read before says nothing any more
             self._doubt.since_mono = mono
+            if self._doubt.jump_s:
+                self._doubt.jump_s = max(0.0, self._doubt.jump_s + step)         # perhaps taken back
         elif step > self._shortest_doubtful():
             self._begin_doubt(self._last[0], step)
         elif step >= NOTEWORTHY.total_seconds():

@@ -7,16 +7,16 @@ from datetime import date, datetime, timedelta
 
 import pytest
 
-from app.container import Container
 from app.database.calendar import CalendarRepository
 from app.database.connection import Database
 from app.database.schema import MIGRATIONS
-from app.domain.models import DayException, InvalidInput, Mission, ReasonCode, Robot, State
+from app.domain.models import DayException, InvalidInput, ReasonCode, Schedule, State
 from app.services.catalogue import validation
 from app.services.catalogue.configuration import export_configuration
 from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
 from tests.support.clock import VirtualClock
+from tests.support.site import Site
 from tests.unit.catalogue.test_catalogue import World, refuses
 
 CALENDAR = CalendarRepository()
@@ -153,23 +153,18 @@ def test_a_database_from_before_gets_an_empty_calendar_and_keeps_what_it_has(tmp
 
 
 def test_the_planner_skips_closed_days(tmp_path):
-    clock = VirtualClock(datetime.fromisoformat("2026-11-23T06:00:00+00:00"))
-    container = Container(Database.open(tmp_path / "data" / "a.db", clock=clock, durable=False), clock)
-    robot = container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), password="secret")
-    world = World.__new__(World)
-    world.catalogue, world.robot = container.catalogue, robot
-    world.mission = container.catalogue.save_mission(Mission("Deliver", "guid-1"))
-    daily = world.schedule()
+    site = Site(tmp_path)
+    container, [robot], mission = site.container, site.add_robots(), site.add_mission()
+    container.catalogue.change_settings(poll_interval_seconds=600)
+    daily = container.catalogue.save_schedule(Schedule("Morning", robot.id, mission.id, datetime(2026, 11, 24, 6, 30), "UTC", "FREQ=DAILY"))
     container.catalogue.save_days(DayException("Inventory", date(2026, 11, 25), date(2026, 11, 25)))
     assert [run.at.date() for run in container.plan.next(2)] == [TUESDAY, date(2026, 11, 26)]
-    clock.step(86400 + 1801)
-    container.planner.insert_due()
-    [row] = container.repositories.executions.open_all(container.db.read())
-    assert (row.state, row.planned_at.date()) == (State.WAITING, TUESDAY)
+    site.run(86400 + 1801)
+    [row] = site.executions()
+    assert (row.state, row.planned_at.date()) == (State.QUEUED, TUESDAY)
     assert container.repositories.schedules.get(container.db.read(), daily.id).next_at.date() == date(2026, 11, 26)
-    skipped = Pausing(container.db, clock, container.changes)
-    assert skipped.skip_next(daily.id).date() == date(2026, 11, 26)
+    assert container.pausing.skip_next(daily.id).date() == date(2026, 11, 26)
     last = container.repositories.executions.last_of_schedule(container.db.read(), daily.id)
     assert (last.state, last.reason.code) == (State.SKIPPED, ReasonCode.HOLD)
     assert last.planned_at - row.planned_at == timedelta(days=2)
-    container.close()
+    site.switch_off()

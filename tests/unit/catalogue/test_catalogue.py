@@ -234,15 +234,27 @@ def test_a_made_name_is_never_longer_than_a_name_may_be(world):
     assert names[1].endswith(" 2")
 
 
-def test_changing_a_schedule_cancels_what_waits_and_starts_again_from_now(world):
+def test_changing_how_a_schedule_runs_changes_what_waits_in_place(world):
     schedule = world.schedule(start=datetime(2026, 11, 23, 5, 0))
     waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
     world.clock.advance(3600)
-    changed = world.catalogue.save_schedule(replace(schedule, priority=5))
+    changed = world.catalogue.save_schedule(replace(schedule, priority=5, minimum_battery_percent=30))
+    row = EXECUTIONS.get(world.db.read(), waiting.id)
+    assert (row.state, row.priority, row.minimum_battery_percent, row.planned_at) == (State.WAITING, 5, 30.0, waiting.planned_at)
+    assert EXECUTIONS.get(world.db.read(), running.id) == running
+    assert changed.changed_at == world.clock.now()
+    assert changed.next_at == schedule.next_at
+
+
+def test_moving_a_schedule_cancels_what_waits_and_starts_again_from_now(world):
+    schedule = world.schedule(start=datetime(2026, 11, 23, 5, 0))
+    waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
+    world.clock.advance(3600)
+    changed = world.catalogue.save_schedule(replace(schedule, start=datetime(2026, 11, 23, 5, 10)))
     assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
     assert world.outcome(running) == (State.EXECUTING, None)
     assert changed.changed_at == world.clock.now()
-    assert changed.next_at.isoformat() == "2026-11-24T05:00:00+00:00"
+    assert changed.next_at.isoformat() == "2026-11-24T05:10:00+00:00"
 
 
 def test_saving_what_was_not_changed_touches_nothing(world):

@@ -201,14 +201,17 @@ def test_taking_the_same_file_again_changes_nothing_and_fires_nothing(world):
     assert world.everything() == before
 
 
-def test_a_changed_schedule_cancels_what_waits_of_it(world):
+@pytest.mark.parametrize(("path", "value", "state"), [("schedules.0.priority", 4, State.WAITING),
+                                                      ("schedules.0.start", "2026-11-23T09:40", State.CANCELLED)])
+def test_what_waits_of_a_changed_schedule_follows_it_unless_its_instant_is_gone(world, path, value, state):
     world.take(FULL)
     schedule, now = world.schedules["Morning"], world.clock.now()
     row = world.db.write(lambda c: ExecutionRepository().add(c, Execution(
-        Trigger.SCHEDULED, schedule.robot_id, "R1", "Deliver", "g", now, now + timedelta(hours=1), now, "t", "UTC",
-        schedule_id=schedule.id)))
-    world.take(changed("schedules.0.priority", 4))
-    assert ExecutionRepository().get(world.db.read(), row.id).state is State.CANCELLED
+        Trigger.SCHEDULED, schedule.robot_id, "R1", "Deliver", "g", schedule.next_at, schedule.next_at + timedelta(hours=1), now, "t",
+        "UTC", schedule_id=schedule.id, priority=3)))
+    world.take(changed(path, value))
+    found = ExecutionRepository().get(world.db.read(), row.id)
+    assert (found.state, found.priority) == (state, 4 if state is State.WAITING else 3)
 
 
 def test_schedules_without_a_name_are_numbered_and_found_again(world):

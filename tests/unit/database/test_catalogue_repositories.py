@@ -11,7 +11,7 @@ from app.database.alarms import AlarmRepository
 from app.database.holds import HoldRepository, StoredHold
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository
+from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Alarm, Between, IdleRule, Mission, Overlap, Priority, Robot, Schedule, Settings
 from tests.unit.database.conftest import NOON
@@ -129,13 +129,54 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
     add("off", -5, enabled=False)
     add("done", None)
     c = db.read()
-    assert [found.name for found in SCHEDULES.due(c, NOON, 10)] == ["a", "b", "c"]
-    assert [found.id for found in SCHEDULES.due(c, NOON, 2)] == [first.id, second.id]
+    assert [found.name for found in SCHEDULES.due(c, NOON)] == ["a", "b", "c"]
+    assert [found.id for found in SCHEDULES.due(c, NOON, limit=2)] == [first.id, second.id]
+    lately = NOON - timedelta(seconds=90)
+    assert [found.name for found in SCHEDULES.due(c, NOON, lately)] == ["b", "c", "a"]      # what waited long waits a moment more
     assert SCHEDULES.next_due(c) == first.next_at
     assert [found.id for found in SCHEDULES.upcoming(c, 4)] == [first.id, second.id, exact.id, later.id]
     db.write(lambda w: SCHEDULES.advance(w, first.id, None))
     assert SCHEDULES.next_due(c) == second.next_at == SCHEDULES.next_due(c, schedule.robot_id)
     assert SCHEDULES.next_due(c, schedule.robot_id + 1) is None
+
+
+def test_how_far_schedules_have_been_planned(db, schedule):
+    later, day = NOON + timedelta(days=1), timedelta(days=1)
+    other = db.write(lambda c: SCHEDULES.add(c, replace(schedule, id=0, name="Other")))
+    db.write(lambda c: SCHEDULES.advance_all(c, [Progress(schedule.id, later, NOON, NOON), Progress(other.id, None, NOON, None)]))
+    assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=later, planned_through=NOON, started_through=NOON)
+    assert SCHEDULES.get(db.read(), other.id) == replace(other, next_at=None, planned_through=NOON)
+    db.write(lambda c: SCHEDULES.advance_all(c, [Progress(schedule.id, None, later, None)]))       # only planned further, not started
+    assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=None, planned_through=later, started_through=NOON)
+    assert [found.id for found in SCHEDULES.planned_beyond(db.read(), NOON)] == [schedule.id]
+    db.write(lambda c: SCHEDULES.set_plan(c, schedule.id, NOON + day, None))
+    assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=NOON + day, planned_through=None, started_through=NOON)
+    assert SCHEDULES.planned_beyond(db.read(), NOON) == []
+
+
+def test_starts_left_out_go_with_their_schedule(db, schedule):
+    for instant in (NOON, NOON, NOON + timedelta(hours=1)):
+        db.write(lambda c, instant=instant: SCHEDULES.skip(c, schedule.id, instant))
+    assert SCHEDULES.skipped(db.read(), schedule.id) == {NOON, NOON + timedelta(hours=1)}
+    assert SCHEDULES.skipped(db.read(), schedule.id + 1) == set()
+    db.write(lambda c: SCHEDULES.remove(c, schedule.id))
+    assert SCHEDULES.skipped(db.read(), schedule.id) == set()
+
+
+def test_what_dispatch_has_to_know_of_a_robot(db, robot):
+    """Another software may treat descriptions otherwise; an edit changes none of it."""
+    def known():
+        c = db.read()
+        return ROBOTS.gives_tokens_back(c, robot.id), ROBOTS.idle_queue_id(c, robot.id)
+    assert known() == (None, None)
+    db.write(lambda c: ROBOTS.note_tokens_come_back(c, robot.id, False))
+    db.write(lambda c: ROBOTS.note_idle(c, robot.id, 40))
+    db.write(lambda c: ROBOTS.update(c, replace(robot, name="Other")))
+    db.write(lambda c: ROBOTS.note_identity(c, robot.id, software=robot.software))
+    assert known() == (False, 40)
+    db.write(lambda c: ROBOTS.note_identity(c, robot.id, software="9.9"))
+    db.write(lambda c: ROBOTS.note_idle(c, robot.id, None))
+    assert known() == (None, None)
 
 
 def test_finding_the_due_ones_reads_an_index_and_never_the_table(db):

@@ -106,20 +106,49 @@ def test_a_column_that_does_not_exist_is_a_mistake_in_the_program(db, row):
         change(db, stored, OPEN_STATES, nonsense=1)
 
 
-def test_what_waits_of_a_schedule_ends_and_what_runs_goes_on(db, row):
-    waiting, running, other = add(db, row()), add(db, row(state=State.EXECUTING)), add(db, row(schedule_id=2))
-    reason = Reason(ReasonCode.SCHEDULE_CHANGED)
-    assert db.write(lambda c: EXECUTIONS.end_waiting_of_schedule(c, 1, reason, NOON)) == 1
+def test_what_is_taken_back_of_a_schedule_ends_or_is_marked_and_what_the_robot_has_goes_on(db, row):
+    waiting, submitting, running = add(db, row()), add(db, row(state=State.SUBMITTING)), add(db, row(state=State.EXECUTING))
+    other, reason = add(db, row(schedule_id=2)), Reason(ReasonCode.SCHEDULE_CHANGED)
+    assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1)) == [waiting.id]
     c = db.read()
     assert EXECUTIONS.get(c, waiting.id) == replace(waiting, state=State.CANCELLED, reason=reason, ended_at=NOON)
+    assert EXECUTIONS.get(c, submitting.id) == replace(submitting, revoked=reason)
     assert (EXECUTIONS.get(c, running.id), EXECUTIONS.get(c, other.id)) == (running, other)
+
+
+def test_only_some_of_a_schedule_are_taken_back(db, row):
+    rows = [add(db, row()) for _ in range(2)] + [add(db, row(state=State.SUBMITTING)) for _ in range(2)]
+    reason = Reason(ReasonCode.SCHEDULE_CHANGED)
+    assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1, ids=[rows[0].id, rows[2].id])) == [rows[0].id]
+    found = [EXECUTIONS.get(db.read(), row.id) for row in rows]
+    assert [(each.state, each.revoked) for each in found] == [
+        (State.CANCELLED, None), (State.WAITING, None), (State.SUBMITTING, reason), (State.SUBMITTING, None)]
+    assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1, ids=[])) == []
+
+
+def test_what_an_edit_ended_waits_again_unless_it_was_sent_or_is_too_late(db, row):
+    sent, late = row(attempts=1), row(closes_at=NOON)
+    rows = [add(db, each) for each in (row(), sent, late)]
+    ended = add(db, row(state=State.COMPLETED, ended_at=NOON))
+    db.write(lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1))
+    db.write(lambda c: EXECUTIONS.wait_again(c, [row.id for row in (*rows, ended)], NOON))
+    assert EXECUTIONS.get(db.read(), rows[0].id) == rows[0]
+    assert [EXECUTIONS.get(db.read(), each.id).state for each in (*rows, ended)] == [
+        State.WAITING, State.CANCELLED, State.CANCELLED, State.COMPLETED]
+
+
+def test_an_instant_that_was_taken_back_makes_room_unless_something_was_sent(db, row):
+    before, taken_back, sent = (add(db, row(planned_at=NOON + timedelta(minutes=minutes), attempts=attempts))
+                                for minutes, attempts in ((-1, 0), (0, 0), (1, 1)))
+    db.write(lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1))
+    db.write(lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON))
+    assert [EXECUTIONS.get(db.read(), each.id) is None for each in (before, taken_back, sent)] == [False, True, False]
 
 
 def test_what_a_robot_still_had_to_do_ends(db, row):
     waiting, running, other = add(db, row()), add(db, row(state=State.QUEUED)), add(db, row(robot_id=2))
     reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": "Aino"})
-    assert db.write(lambda c: EXECUTIONS.end_waiting_of_robot(c, 1, reason, NOON)) == 1
-    assert db.write(lambda c: EXECUTIONS.end_open_of_robot(c, 1, reason, NOON)) == 1
+    assert db.write(lambda c: EXECUTIONS.end_open_of_robot(c, 1, reason, NOON)) == [waiting.id]
     c = db.read()
     assert [EXECUTIONS.get(c, found.id).state for found in (waiting, running, other)] == [State.CANCELLED, State.CANCELLED, State.WAITING]
 
@@ -141,16 +170,12 @@ def test_open_ones_oldest_first(db, row):
     assert (EXECUTIONS.has_sent(c, 1), EXECUTIONS.has_sent(c, 2)) == (False, True)
 
 
-def test_the_last_of_a_schedule_and_the_last_idle_one(db, row):
+def test_the_last_of_a_schedule(db, row):
     assert EXECUTIONS.last_of_schedule(db.read(), 1) is None
-    assert EXECUTIONS.last_idle(db.read(), 1) is None
     late = add(db, row(planned_at=NOON + timedelta(hours=1)))
     add(db, ended(row))
-    add(db, row(trigger=Trigger.IDLE, schedule_id=None))
-    idle = add(db, row(trigger=Trigger.IDLE, schedule_id=None))
-    add(db, row(trigger=Trigger.IDLE, schedule_id=None, robot_id=2))
+    add(db, row(schedule_id=2, planned_at=NOON + timedelta(hours=2)))
     assert EXECUTIONS.last_of_schedule(db.read(), 1) == late
-    assert EXECUTIONS.last_idle(db.read(), 1) == idle
 
 
 def test_the_usual_duration_is_the_median_of_the_last_twenty(db, row):
@@ -247,21 +272,31 @@ def test_a_long_history_is_pruned_in_pieces_oldest_first(db, row):
     assert [e.ended_at for e in EXECUTIONS.stream(db.read())] == [e.ended_at for e in rows[-20:]]
 
 
+def test_a_robot_with_an_unknown_outcome_keeps_all_that_it_had_of_ours(db, row):
+    """Which items of its queue are already somebody's must be known while one is looked for."""
+    add(db, row(state=State.SUBMITTING))
+    kept, dropped = add(db, ended(row)), add(db, ended(row, robot_id=2))
+    db.write(lambda c: EXECUTIONS.drop_oldest(c, EXECUTIONS.surplus(c, 0)))
+    assert [EXECUTIONS.get(db.read(), each.id) for each in (kept, dropped)] == [kept, None]
+
+
 # ---------------------------------------------------------------------- cost
-SMALL = ("executions_open", "executions_open_of_schedule", "executions_idle")      # indexes that hold few rows however long the history
+SMALL = ("executions_open", "executions_open_of_schedule")      # indexes that hold few rows however long the history
 
 
 @pytest.mark.parametrize("ask", [
     lambda c: EXECUTIONS.get(c, 1), lambda c: EXECUTIONS.by_token(c, "t"), lambda c: EXECUTIONS.open_for(c, 1), EXECUTIONS.open_all,
     lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
     lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
-    lambda c: EXECUTIONS.revocation_reason(c, EXECUTIONS.get(c, 1)), lambda c: EXECUTIONS.last_of_schedule(c, 1),
-    lambda c: EXECUTIONS.last_idle(c, 1),
+    lambda c: EXECUTIONS.unsent_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1),
+    lambda c: EXECUTIONS.wait_again(c, [1, 2], NOON), lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON),
+    lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.drop_unsent_after(c, 1, NOON),
     lambda c: EXECUTIONS.usual_duration(c, 1, "guid"), lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
-    lambda c: EXECUTIONS.end_waiting_of_schedule(c, 1, Reason(ReasonCode.SCHEDULE_CHANGED), NOON),
-    lambda c: EXECUTIONS.end_waiting_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON),
-    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(19))
+    lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1),
+    lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1, ids=[1, 2]),
+    lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.ROBOT_REMOVED), NOON, robot_id=1),
+    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(23))
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))
     asked = []
@@ -275,4 +310,5 @@ def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     assert plans
     for detail in plans:
         assert detail.startswith("SEARCH") or detail.split()[-1] in SMALL, detail
-        assert "schedule_id=?" not in detail or "open_of_schedule" in detail or "LIMIT 1" in asked[0], detail
+        is_bounded = "open_of_schedule" in detail or "planned_at>?" in detail or "LIMIT 1" in asked[0]
+        assert "schedule_id=?" not in detail or is_bounded, detail

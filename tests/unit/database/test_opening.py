@@ -10,7 +10,7 @@ import pytest
 from app.database.backups import BACKUPS, problem_of
 from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
 from app.database.missions import MissionRepository
-from app.database.schema import _TYPED_DURATIONS, APPLICATION_ID, MIGRATIONS
+from app.database.schema import _NO_DECISION_READS_HISTORY, _TYPED_DURATIONS, APPLICATION_ID, MIGRATIONS
 from app.database.settings import SettingsRepository
 
 ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
@@ -160,4 +160,41 @@ def test_missions_of_before_have_no_typed_duration_and_can_get_one(tmp_path, clo
     assert (mission.name, mission.usual_minutes) == ("Deliver", None)
     db.write(lambda c: MissionRepository().update(c, replace(mission, usual_minutes=90)))
     assert MissionRepository().get(db.read(), mission.id).usual_minutes == 90
+    db.close()
+
+
+HISTORY = """
+INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a'), (2, 'Toivo', 'http://b');
+INSERT INTO missions (id, name, guid) VALUES (1, 'Deliver', 'guid-1');
+INSERT INTO schedules (id, name, robot_id, mission_id, start, timezone, changed_at, next_at) VALUES
+    (1, 'runs', 1, 1, 'x', 'UTC', 'x', '2026-11-25'), (2, 'skipped', 1, 1, 'x', 'UTC', 'x', '2026-11-26'),
+    (3, 'new', 1, 1, 'x', 'UTC', 'x', '2026-11-25'), (4, 'skipped once', 1, 1, 'x', 'UTC', 'x', NULL);
+"""
+ROW = """INSERT INTO executions (trigger, schedule_id, robot_id, robot, mission, mission_guid, timezone, token, closes_at, created_at,
+                                 planned_at, state, reason_code, ended_at, queue_floor, queue_id)
+         VALUES (?1, ?2, 1, 'Aino', 'Deliver', 'guid-1', 'UTC', ?3, 'x', 'x', ?3, ?4, ?5, ?6, ?7, ?8)"""
+ROWS = [      # trigger, schedule, planned_at (and token), state, reason, ended_at, queue floor, queue id
+    ("scheduled", 1, "2026-11-23T01", "completed", None, "2026-11-23T02", 10, 11),
+    ("scheduled", 1, "2026-11-24T01", "missed", "app_down", "2026-11-24T02", None, None),
+    ("scheduled", 2, "2026-11-23T03", "skipped", "hold", "2026-11-23T03", None, None),            # of a pause, when it fell due
+    ("scheduled", 2, "2026-11-25T03", "skipped", "hold", "2026-11-23T04", None, None),            # by a person, in advance
+    ("scheduled", 4, "2026-11-25T04", "skipped", "hold", "2026-11-23T05", None, None),
+    ("idle", None, "2026-11-23T06", "completed", None, "2026-11-23T07", 11, 12),
+    ("idle", None, "2026-11-23T08", "failed", "retry_limit", "2026-11-23T09", 14, None)]
+
+
+def test_what_decisions_read_from_the_history_before_is_kept_beside_what_they_are_about(tmp_path, clock):
+    path = tmp_path / "a.db"
+    old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_NO_DECISION_READS_HISTORY)])
+    old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))
+    old.close()
+    db = Database.open(path, clock=clock)
+    c = db.read()
+    plan = c.execute("SELECT planned_through, started_through FROM schedules ORDER BY id").fetchall()
+    assert [tuple(row) for row in plan] == [("2026-11-24T01", "2026-11-23T01"), ("2026-11-23T03", None), (None, None), (None, None)]
+    skips = c.execute("SELECT schedule_id, planned_at FROM skips ORDER BY 1, 2").fetchall()
+    assert [tuple(row) for row in skips] == [(2, "2026-11-25T03"), (4, "2026-11-25T04")]
+    robots = c.execute("SELECT gives_tokens_back, idle_queue_id FROM robots ORDER BY id").fetchall()
+    assert [tuple(row) for row in robots] == [(None, 14), (None, None)]
+    assert [row[0] for row in c.execute("SELECT DISTINCT revoked FROM executions")] == [None]
     db.close()

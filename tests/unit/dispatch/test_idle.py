@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import DayException, Execution, IdleRule, Settings, State, Trigger
+from app.domain.models import DayException, IdleRule, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.services.dispatch.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
 from app.services.planning.working_days import WorkingCalendar
@@ -13,26 +13,32 @@ from app.services.planning.working_days import WorkingCalendar
 MONDAY = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 READY = RobotStatus(state=RobotState.READY, battery_percentage=80.0)
 RULE = IdleRule(mission_id=1, after_minutes=10)
-LONG_ENOUGH = IdleSituation(600.0, READY, highest_queue_id=40, last_idle=None, next_planned_at=None)
-
-
-def idle_run(**changes) -> Execution:
-    return replace(Execution(Trigger.IDLE, 1, "Aino", "Home", "guid", MONDAY, MONDAY, MONDAY, "t", "UTC", state=State.COMPLETED,
-                             queue_floor=39, queue_id=40), **changes)
+LONG_ENOUGH = IdleSituation(600.0, READY, highest_queue_id=40, last_queue_id=None, next_planned_at=None)
 
 
 def test_time_counts_only_what_was_seen_without_a_break():
     watch = IdleWatch()
-    watch.saw(True, 0.0, 90.0)
-    watch.saw(True, 60.0, 90.0)
+    watch.saw(True, 40, 0.0, 90.0)
+    watch.saw(True, 40, 60.0, 90.0)
     assert watch.seconds(60.0) == 60.0
-    watch.saw(True, 200.0, 90.0)            # not polled for 140 s
+    watch.saw(True, 40, 200.0, 90.0)        # not polled for 140 s
     assert watch.seconds(200.0) == 0.0
     watch.not_seen()
-    watch.saw(True, 210.0, 90.0)
+    watch.saw(True, 40, 210.0, 90.0)
     assert watch.seconds(230.0) == 20.0
-    watch.saw(False, 240.0, 90.0)
+    watch.saw(False, 40, 240.0, 90.0)
     assert watch.seconds(240.0) == 0.0
+
+
+@pytest.mark.parametrize("highest", [41, 3, None])
+def test_what_ran_between_two_polls_ends_the_idle_period(highest):
+    """Only the queue's highest id shows it; a lower one is a queue that began anew."""
+    watch = IdleWatch()
+    watch.saw(True, 40, 0.0, 90.0)
+    watch.saw(True, highest, 60.0, 90.0)
+    assert watch.seconds(60.0) == 0.0
+    watch.saw(True, highest, 90.0, 90.0)
+    assert watch.seconds(90.0) == 30.0
 
 
 @pytest.mark.parametrize("state", [s for s in RobotState if s is not RobotState.READY])
@@ -47,10 +53,9 @@ def test_only_a_ready_robot_without_queue_is_idle(state):
     (None, LONG_ENOUGH, Settings(), False),
     (replace(RULE, enabled=False), LONG_ENOUGH, Settings(), False),
     (RULE, replace(LONG_ENOUGH, idle_seconds=599.9), Settings(), False),
-    (RULE, replace(LONG_ENOUGH, last_idle=idle_run()), Settings(), False),                                  # once per idle period
-    (RULE, replace(LONG_ENOUGH, last_idle=idle_run(), highest_queue_id=41), Settings(), True),              # something else ran since
-    (RULE, replace(LONG_ENOUGH, last_idle=idle_run(queue_id=None), highest_queue_id=39), Settings(), False),  # it never reached the robot
-    (RULE, replace(LONG_ENOUGH, last_idle=idle_run(state=State.WAITING), highest_queue_id=99), Settings(), False),
+    (RULE, replace(LONG_ENOUGH, last_queue_id=40), Settings(), False),                    # once per idle period
+    (RULE, replace(LONG_ENOUGH, last_queue_id=39), Settings(), True),                     # something else ran since
+    (RULE, replace(LONG_ENOUGH, last_queue_id=4000), Settings(), True),                   # the robot's queue began anew
     (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=4)), Settings(), False),
     (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=5)), Settings(), True),
     (RULE, LONG_ENOUGH, Settings(working_days=("TU",)), False),

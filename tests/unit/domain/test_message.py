@@ -15,9 +15,8 @@ from app.domain.message import is_message, message, message_of, message_of_syste
 from app.domain.models import InvalidInput
 from app.failures import BadInput
 from app.i18n import translation
-from app.mir.errors import Rejected, RobotError, TimedOut, Unreachable, Unreadable
+from app.mir.errors import AnotherRobot, Rejected, RobotError, TimedOut, Unreachable, Unreadable
 from app.screens.common.problems import sentence_of, words_of
-from app.services.dispatch.dispatcher import WrongRobot
 
 FINNISH = translation("fi").gettext
 REFUSED = "{address} refused the connection; is the robot switched on and its address right?"
@@ -26,7 +25,7 @@ ERRORS = [
     Rejected(status=400, reason="no such mission {x}", address="10.1.1.1"),
     Unreadable(address="10.1.1.1", problem=message("an entry of {what}", what=message("the mission list"))),
     RobotError("given whole, with {braces of its own"),
-    WrongRobot("1", "2"),
+    AnotherRobot(address="10.1.1.1", expected="1", found="2"),
     InvalidInput("path", "{path} can't be written: {problem}", path=Path("/x"),
                  problem=message_of_system(OSError(errno.ENOSPC, "No space left on device"))),
     DatabaseUnavailable("{path} is closed", path=Path("/x/y.db")),

@@ -1,0 +1,188 @@
+"""When the tablet's clock is believed: at the start, after a jump, and against the robots' clocks."""
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from app.database.alarms import AlarmRepository
+from app.database.connection import Database
+from app.database.holds import HoldRepository
+from app.database.settings import SettingsRepository
+from app.services.dispatch.clock_guard import ClockGuard, Judgement
+from app.services.dispatch.observation import ClockReading
+from app.services.dispatch.timing import FIRST_DOUBT
+from app.services.live.alarms import Alarms
+from app.services.live.changes import Changes
+from app.services.live.gaps import Downtime
+from app.services.live.holds import Holds
+from tests.support.clock import VirtualClock
+
+NOW = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
+YESTERDAY, TOMORROW = NOW - timedelta(days=1), NOW + timedelta(days=1)
+HOUR = 3600.0
+
+
+class Tablet:
+    """A guard on a virtual clock, and what it told."""
+
+    def __init__(self, path) -> None:
+        self.clock, changes = VirtualClock(NOW), Changes()
+        self.db = Database.open(path / "a.db", clock=self.clock, threaded=False, durable=False)
+        self.settings, self.downtime = SettingsRepository(), Downtime()
+        self.holds = Holds(self.db, HoldRepository(), self.clock, changes)
+        self.alarms = Alarms(self.db, AlarmRepository(), self.clock, changes)
+        self.guard = self.restart()
+
+    def restart(self, heartbeat: datetime | None = None) -> ClockGuard:
+        if heartbeat is not None:
+            self.db.write(lambda c: self.settings.set_heartbeat(c, heartbeat))
+        self.guard = ClockGuard(self.db, self.settings, self.clock, self.holds, self.alarms, self.downtime)
+        self.guard.start()
+        return self.guard
+
+    def judge(self, *offsets: float, can_ask: bool = True, read_ago: float = 0.0) -> Judgement:
+        """A round in which robots' clocks have just been read; s by which each is ahead of the tablet's."""
+        read_at = self.clock.monotonic() - read_ago
+        return self.guard.judge({number: ClockReading(offset, read_at) for number, offset in enumerate(offsets)}, can_ask)
+
+    def problem(self) -> str:
+        hold = self.holds.active()
+        return hold.reason if hold else ""
+
+    def codes(self) -> list[str]:
+        return [alarm.code for alarm in self.alarms.open()]
+
+
+@pytest.fixture
+def tablet(tmp_path):
+    tablet = Tablet(tmp_path)
+    yield tablet
+    tablet.db.close()
+
+
+# ---------------------------------------------------------------------- at the start
+@pytest.mark.parametrize(("heartbeat", "offsets", "is_trusted"), [
+    (None, [], True),
+    (YESTERDAY, [], True),
+    (TOMORROW, [], False),
+    (NOW + timedelta(seconds=30), [], True),              # a few seconds lost over a restart
+    (TOMORROW, [1.0], True),                              # a robot's time agrees
+    (YESTERDAY, [HOUR], False),                           # until one has agreed, one that differs counts
+    (YESTERDAY, [HOUR, HOUR + 1], False),
+    (YESTERDAY, [HOUR, 1.0], True),                       # no majority
+    (YESTERDAY, [-HOUR, -HOUR, 1.0], False),
+    (YESTERDAY, [599.0, -599.0], True),
+])
+def test_when_the_tablets_clock_is_believed_at_the_start(tablet, heartbeat, offsets, is_trusted):
+    tablet.restart(heartbeat)
+    assert tablet.judge(*offsets, can_ask=False).is_trusted is is_trusted
+    assert (tablet.holds.active() is None) is is_trusted
+    assert ("clock_implausible" in tablet.codes()) is not is_trusted
+
+
+def test_nothing_is_believed_until_a_robot_has_told_its_time(tablet):
+    assert not tablet.judge().is_trusted
+    assert tablet.holds.active().clock
+    assert tablet.codes() == []                           # that is no trouble yet
+    tablet.clock.advance(FIRST_DOUBT - 1)
+    assert not tablet.judge().is_trusted
+    assert tablet.judge(1.0).is_trusted
+    assert tablet.holds.active() is None
+
+
+def test_where_no_robot_can_be_asked_half_a_minute_is_waited_at_most(tablet):
+    tablet.judge()
+    tablet.clock.advance(FIRST_DOUBT)
+    assert tablet.judge().is_trusted
+
+
+def test_what_a_robot_said_before_the_doubt_began_ends_no_doubt(tablet):
+    assert not tablet.judge(1.0, read_ago=1.0).is_trusted
+
+
+def test_while_it_is_in_doubt_no_heartbeat_is_written(tablet):
+    tablet.restart(TOMORROW)
+    tablet.judge(can_ask=False)
+    tablet.guard.stop()
+    assert tablet.settings.heartbeat(tablet.db.read()) == TOMORROW
+    tablet.judge(0.0)
+    tablet.guard.stop()
+    assert tablet.settings.heartbeat(tablet.db.read()) == NOW
+
+
+def test_the_sentence_says_by_how_much(tablet):
+    tablet.judge(HOUR, HOUR + 2)
+    assert "60 min ahead of it" in tablet.problem()
+    tablet.judge(-HOUR, -HOUR - 2)
+    assert "60 min behind it" in tablet.problem()
+    tablet.restart(TOMORROW)
+    tablet.judge(can_ask=False)
+    assert "the app already ran on 2026-11-24 12:00" in tablet.problem()
+
+
+# ---------------------------------------------------------------------- later
+def test_once_it_is_proven_one_robot_alone_brings_it_into_no_doubt(tablet):
+    assert tablet.judge(0.0).is_trusted
+    assert tablet.judge(HOUR).is_trusted
+    assert tablet.judge(HOUR, HOUR, 0.0, 0.0).is_trusted
+    assert not tablet.judge(HOUR, HOUR).is_trusted
+    assert tablet.codes() == ["clock_implausible"]
+    assert tablet.judge(0.0, 0.0).is_trusted
+    assert tablet.alarms.open() == [] or all(alarm.cleared_at for alarm in tablet.alarms.open())
+
+
+@pytest.mark.parametrize(("jump", "is_trusted"), [(14 * 60, True), (16 * 60, False), (3 * 86400, False)])
+def test_a_jump_ahead_beyond_a_start_window_is_doubted(tablet, jump, is_trusted):
+    tablet.judge(0.0)
+    tablet.clock.step(jump)
+    assert tablet.judge(0.0, read_ago=1.0).is_trusted is is_trusted
+
+
+def test_a_jump_ahead_with_which_a_robot_agrees_was_an_absence(tablet):
+    tablet.judge(0.0)
+    tablet.clock.step(HOUR)
+    assert tablet.judge() == Judgement(False)
+    tablet.clock.advance(1.0)
+    assert tablet.judge(0.0).absent_since == NOW
+    assert tablet.codes() == ["app_was_off"]
+    assert tablet.downtime.at(NOW + timedelta(minutes=30)) is not None
+    assert tablet.judge(0.0).absent_since is None
+
+
+def test_a_jump_ahead_with_which_robots_disagree_is_doubted_until_it_is_taken_back(tablet):
+    tablet.judge(0.0)
+    tablet.clock.step(HOUR)
+    for _ in range(100):
+        tablet.clock.advance(1.0)
+        assert not tablet.judge(-HOUR).is_trusted
+    assert tablet.codes() == ["clock_implausible"]
+    tablet.clock.step(-HOUR)
+    assert tablet.judge(0.0, read_ago=-1.0) == Judgement(True, NOW, went_back=True)
+    assert "app_was_off" not in tablet.codes()
+
+
+def test_after_a_step_back_instants_may_come_again_once(tablet):
+    tablet.judge(0.0)
+    tablet.clock.step(-60.0)
+    assert tablet.judge(0.0) == Judgement(True, went_back=True)
+    assert tablet.judge(0.0) == Judgement(True)
+    assert tablet.codes() == ["clock_stepped"]
+
+
+def test_a_short_restart_is_no_absence_and_a_long_one_is(tablet):
+    tablet.restart(NOW - timedelta(seconds=45))
+    assert tablet.judge(0.0).absent_since is None
+    tablet.restart(YESTERDAY)
+    assert tablet.judge(0.0).absent_since == YESTERDAY
+
+
+def test_a_person_can_say_that_the_clock_is_right_whatever_robots_say(tablet):
+    """It stays so as long as the robots' clocks differ as they did then."""
+    assert not tablet.judge(HOUR, HOUR).is_trusted
+    tablet.holds.confirm_clock()
+    assert tablet.judge(HOUR, HOUR).is_trusted
+    assert tablet.judge(HOUR, HOUR).is_trusted
+    tablet.restart()
+    assert tablet.judge(HOUR + 1, HOUR - 1).is_trusted
+    assert not tablet.judge(2 * HOUR, 2 * HOUR).is_trusted
