@@ -34,7 +34,7 @@ class QueueReader:
 
     def open_items(self) -> list[QueueItem]:
         states = [QueueState.PENDING.value, QueueState.EXECUTING.value]
-        items = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: parse.queue_item(entry).is_open)
+        items = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: _item(entry).is_open)
         return [item for item in items if item.is_open]
 
     def items_after(self, floor: int) -> list[QueueItem]:
@@ -102,9 +102,14 @@ class QueueReader:
         reads = 0
         for entry in entries:
             if parse.is_whole_item(entry):
-                items.append(parse.queue_item(entry))
+                items.append(_item(entry))
                 continue
             if (reads := reads + 1) > MOST_SINGLE_READS:
                 raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
             items.append(self._read_item(parse.queue_id(entry)))
         return sorted(items, key=lambda item: item.id)
+
+
+def _item(entry: parse.Object) -> QueueItem:
+    """One of a list: without a readable state it still shows by its description whose it is."""
+    return parse.queue_item(entry if isinstance(entry.get("state"), str) and entry["state"] else {**entry, "state": "unreadable"})
