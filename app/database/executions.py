@@ -107,17 +107,18 @@ class ExecutionRepository:
         """The same of a row that only the caller changes, but for the wishes of people: these alone are read again."""
         values = _stored(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
-        row = c.execute(f"UPDATE executions SET {assignments} WHERE id = ? AND state IN ({placeholders(expected)}) RETURNING cancel_code, revoked",
+        where = f"id = ? AND state IN ({placeholders(expected)})"
+        row = c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING cancel_code, revoked",
                         (*values.values(), execution.id, *expected)).fetchone()
         if row is None:
             return None
         wishes = {"cancel_code": row[0] and ReasonCode(row[0]), "revoked": _text_to_reason(row[1])}
         return replace(execution, **{**wishes, **columns})
 
-    def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None, robot_id: int | None = None,
-                  ids: Sequence[int] | None = None) -> list[int]:
-        """What has not reached its robot yet, of a schedule or of a robot, or of these alone, is not sent any more: what waits ends, what is
-        on its way is marked. Returns the ids of what ended."""
+    def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None,
+                  robot_id: int | None = None, ids: Sequence[int] | None = None) -> list[int]:
+        """What has not reached its robot yet, of a schedule or of a robot, or of these alone, is not sent any more: what waits ends, what
+        is on its way is marked. Returns the ids of what ended."""
         column, value = ("schedule_id", schedule_id) if robot_id is None else ("robot_id", robot_id)
         where, values = f"{column} = ? AND {_OPEN}", [value]
         if ids is not None:
@@ -135,7 +136,8 @@ class ExecutionRepository:
     def _end(c: sqlite3.Connection, where: str, values: Sequence[Any], reason: Reason, now: datetime) -> list[int]:
         columns = _stored({"state": reason.state, "reason": reason, "ended_at": now})
         assignments = ", ".join(f"{name} = ?" for name in columns)
-        return [row[0] for row in c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING id", (*columns.values(), *values))]
+        ended = c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING id", (*columns.values(), *values))
+        return [row[0] for row in ended]
 
     def unsent_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
         """What no robot has yet, oldest first."""

@@ -119,7 +119,8 @@ class RobotClient:
                 parameters: Mapping[str, Any] | None = None, is_wanted: Callable[[], bool] = lambda: True) -> int:
         """Put a mission at the end of the robot's queue; returns the id of its item. Only 201 with an integer id counts as accepted.
 
-        ``is_wanted`` is asked when the connection stands: the tablet may have slept meanwhile. If not, raises NotWanted, and nothing was sent.
+        ``is_wanted`` is asked when the connection stands: the tablet may have slept meanwhile. If not, raises NotWanted, and nothing was
+        sent.
         """
         body: dict[str, Any] = {"mission_id": mission_guid, "priority": priority}
         if description:

@@ -29,8 +29,8 @@ class Transport(Protocol):
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
              is_wanted: Callable[[], bool] | None = None) -> Response:
-        """Send and return the answer, whatever its status. ``path`` is below ``/api/v2.0.0``; ``json`` None means no body. ``is_wanted``, for
-        what changes something, is asked once the connection stands.
+        """Send and return the answer, whatever its status. ``path`` is below ``/api/v2.0.0``; ``json`` None means no body. ``is_wanted``,
+        for what changes something, is asked once the connection stands.
 
         Raises Unreachable or NotWanted when nothing was sent, TimedOut, ConnectionLost or Unreadable when something was.
         """

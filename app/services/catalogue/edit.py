@@ -359,8 +359,8 @@ class Edit:
     def _take_back(self, schedule: Schedule, except_for: Sequence[int] = ()) -> list[Execution]:
         """What no robot has yet of a schedule, but for some, is not sent any more; returns what waited."""
         gone = [row for row in self._executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
-        reason = Reason(ReasonCode.SCHEDULE_CHANGED)
-        ended = set(self._ended(self._executions.take_back(self.c, reason, self.now, schedule_id=schedule.id, ids=[row.id for row in gone])))
+        ended = self._ended(self._executions.take_back(self.c, Reason(ReasonCode.SCHEDULE_CHANGED), self.now, schedule_id=schedule.id,
+                                                       ids=[row.id for row in gone]))
         return [row for row in gone if row.id in ended]
 
     def _ended(self, ids: list[int]) -> list[int]:

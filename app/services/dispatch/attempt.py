@@ -29,7 +29,8 @@ class Attempt:
 
 
 class Attempts(dict[int, Attempt]):
-    """Those of one robot, by the id of their execution. A row that says ``submitting`` and is not here belongs to a process that is gone."""
+    """Those of one robot, by the id of their execution. A row that says ``submitting`` and is not here belongs to a process that is
+    gone."""
 
     def of(self, phase: Phase) -> Iterator[tuple[int, Attempt]]:
         return ((key, attempt) for key, attempt in self.items() if attempt.phase is phase)

@@ -1,7 +1,7 @@
 """Whether the tablet's clock can be right, judged at every round: at the start, after every jump, and against the robots' clocks.
 
-While it is in doubt nothing is sent and nothing is written as missed. A robot whose time agrees ends the doubt, or the operator does; when no
-robot can be asked, the time since the last run has to be plausible.
+While it is in doubt nothing is sent and nothing is written as missed. A robot whose time agrees ends the doubt, or the operator does;
+when no robot can be asked, the time since the last run has to be plausible.
 """
 from __future__ import annotations
 
@@ -144,8 +144,8 @@ class ClockGuard:
         return None
 
     def _votes(self, readings: Readings) -> tuple[int, list[float]]:
-        """How many robots' clocks agree, and by how many seconds the others differ. One whose clock differs as it did when a person said that
-        the tablet's is right agrees."""
+        """How many robots' clocks agree, and by how many seconds the others differ. One whose clock differs as it did when a person said
+        that the tablet's is right agrees."""
         differ, agree = [], 0
         confirmed: Mapping[str, float] | None = None
         for key, reading in readings.items():

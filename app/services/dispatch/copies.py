@@ -1,7 +1,7 @@
-"""Items that our requests put on a robot's queue: which one is an execution's, and what becomes of a second one or of one that came too late.
+"""Items that our requests put on a robot's queue: which one is an execution's, and what becomes of a second one, or of one that came late.
 
-The token in ``description`` is the proof. A robot that does not give descriptions back is judged by mission, user and number; while it is not
-known yet whether it does, an item that may be ours is taken for ours: rather that than sent twice.
+The token in ``description`` is the proof. A robot that does not give descriptions back is judged by mission, user and number; while it is
+not known yet whether it does, an item that may be ours is taken for ours: rather that than sent twice.
 """
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ class Copies:
         return candidates
 
     def _do_tokens_come_back(self) -> bool | None:
-        """Whether this robot, as it is now, returns a description as it was sent: judged by the newest item that is certainly ours. None: it
-        has none."""
+        """Whether this robot, as it is now, returns a description as it was sent: judged by the newest item that is certainly ours. None:
+        it has none."""
         last = self._s.robots.last_accepted(self._s.db.read(), self._seen.robot.id)
         if last is None:
             return None
@@ -119,7 +119,8 @@ class Copies:
             self.cancel_copy(item, row)
 
     def _came_late(self, row: Execution, item: QueueItem) -> None:
-        """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled; else the row is put right."""
+        """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled; else the row is put
+        right."""
         is_wanted = row.reason is not None and row.reason.code in MAY_COME_TRUE
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
         if is_wanted and not is_too_late and (item.is_open or item.state is QueueState.DONE):

@@ -1,8 +1,8 @@
 """What happens once a second, or when something falls due: due starts, turns of polls, housekeeping, chores.
 
-No thread of its own and no request to a robot: the runner calls ``advance`` on the scheduler's thread, the simulation calls it directly, and
-``Mailboxes`` bring what it says to the robots' workers. With a window, Kivy's Clock asks for a cycle every poll interval; headless, or when
-the window has not asked for two intervals, the engine does so itself.
+No thread of its own and no request to a robot: the runner calls ``advance`` on the scheduler's thread, the simulation calls it directly,
+and ``Mailboxes`` bring what it says to the robots' workers. With a window, Kivy's Clock asks for a cycle every poll interval; headless, or
+when the window has not asked for two intervals, the engine does so itself.
 """
 from __future__ import annotations
 

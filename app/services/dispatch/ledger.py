@@ -173,8 +173,8 @@ class Ledger:
 
     def reopen(self, execution: Execution, queue_id: int) -> Execution | None:
         """The robot has it after all, or another item than was thought: it is followed (again) to its end."""
-        return self._change(execution, (execution.state,), state=State.QUEUED, queue_id=queue_id, reason=None, ended_at=None, duration_s=None,
-                            submitted_at=execution.submitted_at or self._clock.now())
+        return self._change(execution, (execution.state,), state=State.QUEUED, queue_id=queue_id, reason=None, ended_at=None,
+                            duration_s=None, submitted_at=execution.submitted_at or self._clock.now())
 
     def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
         """Note that the operator has cancelled these (None: undo that); the robot's answer decides."""

@@ -185,7 +185,8 @@ class Planner:
         newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
         batch.missed += sum(not schedule.is_paused(instant) for instant in earlier)
         batch.touched.add(robot.id)
-        gone = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant)) for instant in newest]
+        gone = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant))
+                for instant in newest]
         return _Taken([*gone, *rows], Progress(schedule.id, following, through, started))
 
     def _row(self, instant: datetime, make: _RowMaker) -> Execution:

@@ -1,5 +1,4 @@
-"""The threads: one for the engine, one for each robot's worker. They only wait, and hand on what was posted; what they call is tested without
-them."""
+"""The threads: one for the engine, one for each robot's worker. They only wait, and hand on what was posted."""
 from __future__ import annotations
 
 import contextlib
@@ -57,7 +56,7 @@ class _WorkerThread:
                 if not (self._is_stopping or self._inbox):
                     self._wake.wait(None if math.isinf(wait) else wait)
         untaken = [intent for message in self._inbox if isinstance(message, messages.Start) for intent in message.intents]
-        with contextlib.suppress(DatabaseError, sqlite3.Error):        # a request outlived the stop: at most a minute of observed time is lost
+        with contextlib.suppress(DatabaseError, sqlite3.Error):      # a request outlived the stop: a minute of observed time is lost
             self.worker.close(untaken)
 
     def _start_over(self) -> float:

@@ -58,9 +58,9 @@ class Submission:
     def send_due(self) -> bool:
         """Those held whose instant has come, in dispatch order. Returns whether one of them has to be judged like any that waits."""
         mono = self._clock.monotonic()
-        due = rules.in_dispatch_order(attempt.row for _key, attempt in self._attempts.of(Phase.HELD) if attempt.row and attempt.wake_at <= mono)
+        held = (attempt for _key, attempt in self._attempts.of(Phase.HELD) if attempt.wake_at <= mono)
         is_released = False
-        for intent in due:
+        for intent in rules.in_dispatch_order(attempt.row for attempt in held if attempt.row):
             is_changed = self._attempts[intent.id].plan_version != self._s.plan_version()
             if self._can_send() and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent)):
                 self._post(intent)
@@ -224,13 +224,14 @@ class Submission:
                 self._post(intent)
 
     def _already_there(self, row: Execution, floor: int) -> list[QueueItem]:
-        """What an earlier attempt may have put there. A restored backup may not know that there was one; the token is the same. A tablet from
-        which the plan moved here had tokens of its own."""
+        """What an earlier attempt may have put there. A restored backup may not know that there was one; the token is the same. A tablet
+        from which the plan moved here had tokens of its own."""
         through = self._s.uncertain_through
         if through is None or row.planned_at > through:
             return self._copies.of(row) if row.attempts and row.queue_floor is not None else []
         newest = self._client.items_after(max(0, floor - SEARCHED_AFTER_RESTORE))
-        return sorted((item for item in newest if item.description in (row.token, old_token(self._s.tablet.move, row))), key=lambda item: item.id)
+        tokens = (row.token, old_token(self._s.tablet.move, row))
+        return sorted((item for item in newest if item.description in tokens), key=lambda item: item.id)
 
     def _read_failed(self, rows: list[Execution], error: RobotError | None) -> None:
         """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""
@@ -246,7 +247,8 @@ class Submission:
         self._ledger.make([self._ledger.ended(row, reason, (row.state,)) for row in rows])
 
     def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:
-        """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: taken back, or tried too often."""
+        """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: taken back, or tried too
+        often."""
         settings, ends = self._s.settings(), []
         for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem) for row in rows]):
             if reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
@@ -256,8 +258,8 @@ class Submission:
         self._ledger.make(ends)
 
     def _post(self, intent: Execution) -> None:
-        """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen way
-        leaves it in doubt."""
+        """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen
+        way leaves it in doubt."""
         self._doubt(intent)
         try:
             queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.schedule or intent.mission,

@@ -1,10 +1,10 @@
 """Everything that is done with one robot: read it, follow its executions, start what is due on it.
 
-A worker has no thread of its own (the runner gives it one; the simulation calls it directly). It is told what happens (``handle``) and asked
-to go on (``advance``). A robot that hangs or is gone therefore delays nobody but itself.
+A worker has no thread of its own (the runner gives it one; the simulation calls it directly). It is told what happens (``handle``) and
+asked to go on (``advance``). A robot that hangs or is gone therefore delays nobody but itself.
 
-What happens to a start is in ``submission``: its row is ``waiting``, then ``submitting`` while its POST is under way or its outcome unknown,
-then ``queued``. After ``submitting`` it is sent again only when the robot's queue, read after the quiet time, does not have it.
+What happens to a start is in ``submission``: its row is ``waiting``, then ``submitting`` while its POST is under way or its outcome
+unknown, then ``queued``. After ``submitting`` it is sent again only when the robot's queue, read after the quiet time, does not have it.
 """
 from __future__ import annotations
 

@@ -38,8 +38,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "duplicate_running": (Priority.HIGH, "A second copy of {mission} is running on {robot} (queue item {queue_id})"),
     "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
     "late_cancelled": (Priority.MEDIUM, "{mission} reached {robot} too late (queue item {queue_id}) and was cancelled"),
-    "adopted_unproven": (Priority.MEDIUM, "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not known yet "
-                                          "whether this robot returns what marks an item as ours"),
+    "adopted_unproven": (Priority.MEDIUM, "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "
+                                          "known yet whether this robot returns what marks an item as ours"),
     "item_unreadable": (Priority.MEDIUM, "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}"),
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),

@@ -15,8 +15,8 @@ _MOMENT = timedelta(microseconds=1)
 
 def first_due(schedule: Schedule, settings: Settings, now: datetime, calendar: WorkingCalendar,
               skipped: Collection[datetime] = ()) -> datetime | None:
-    """The first instant from ``now`` on (UTC), ``now`` itself included, that was not planned before and that no person has ``skipped``; None
-    when it is switched off or none is left.
+    """The first instant from ``now`` on (UTC), ``now`` itself included, that was not planned before and that no person has ``skipped``;
+    None when it is switched off or none is left.
 
     Earlier instants write no row, but a one-time start still inside its start window is due at once.
     """
