@@ -26,6 +26,8 @@ class Act(StrEnum):
     ACKNOWLEDGE = "acknowledge"
     HOLD = "hold"                        # the late starts
     RELEASE = "release"                  # a hold
+    CLOCK_IS_RIGHT = "clock_is_right"    # whatever the robots' clocks say
+    WHOSE_PLAN = "whose_plan"            # does data that was copied from another tablet move here?
 
 
 @dataclass(frozen=True)
@@ -163,9 +165,10 @@ def alarm_icon(alarm: Alarm) -> str:
 
 # ---------------------------------------------------------------------- what can be done
 _OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot")
-_OF_THE_TABLET = ("app_was_off", "clock_stepped", "clock_implausible")
+_OF_THE_TABLET = ("app_was_off", "clock_stepped", "two_tablets", "chore_failed")
 _OF_THE_DISK = ("database", "backup_failed")
-_OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed")
+_OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed", "late_cancelled",
+                "adopted_unproven", "item_unreadable")
 
 
 def _id_in(key: str, wanted: str) -> int | None:
@@ -174,9 +177,13 @@ def _id_in(key: str, wanted: str) -> int | None:
 
 
 def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
-    """To where it is solved, or described in full. None where there is nothing more to see: the tablet's clock and its having been off
-    can't be changed in the app, and what is over needs no solving."""
-    if is_over(alarm) or alarm.code in _OF_THE_TABLET:
+    """To where it is solved, or described in full. None where there is nothing more to see: that the tablet was off can't be
+    changed in the app, and what is over needs no solving."""
+    if is_over(alarm):
+        return None
+    if alarm.code == "clock_implausible":
+        return Way(_("This clock is right"), Act.CLOCK_IS_RIGHT)
+    if alarm.code in _OF_THE_TABLET:
         return None
     if alarm.code in _OF_THE_DISK:
         return Way(_("Open settings"), Act.DATA_SETTINGS)

@@ -186,6 +186,8 @@ class AlarmList:
         alarm = next((alarm for alarm in self._issues.alarms if alarm.id == about), None) if kind == "alarm" else None
         if kind == "hold":
             self._do(Act.RELEASE, about or None)
+        elif kind == "copy":
+            self._do(Act.WHOSE_PLAN, None)
         elif kind == "late":
             self._do(Act.HOLD, None)
         elif alarm is None:

@@ -8,12 +8,13 @@ from kivy.clock import Clock
 
 from app.domain.models import Execution, Robot, RobotSnapshot
 from app.i18n import _, translator
+from app.screens.common import formats
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
 from app.screens.frame.facts import FrameFacts, FrameServices, read
-from app.screens.frame.view import BannerView, BarView, banner, open_issues, robot_option, top_bar
+from app.screens.frame.view import BannerView, BarView, banner, open_issues, robot_option, top_bar, whose_plan
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.frame import Frame
@@ -152,10 +153,22 @@ class FrameController:
                 self._hold_late_starts()
             case Act.RELEASE:
                 self._work(lambda: services.holds.release(about))
+            case Act.CLOCK_IS_RIGHT:
+                now, zone = services.clock.now(), self._facts.settings.timezone
+                self._shell.dialogs.confirm(
+                    _("Is it {day}, {time}?").format(day=formats.day(now, zone, year=True), time=formats.clock_time(now, zone)),
+                    _("Robots show other times. If the tablet's clock is right, missions start by it from now on."), _("It is right"),
+                    lambda: self._work(services.holds.confirm_clock))
+            case Act.WHOSE_PLAN:
+                self._shell.dialogs.choose(_("This data was copied from another tablet"), whose_plan(), self._decide)
 
     def _work(self, work: Callable[[], T], done: Callable[[T], object] | None = None) -> None:
         """In the background; its effect is published on the bus."""
         self._shell.background.run(work, done, self._shell.say_problem)
+
+    def _decide(self, moves_here: bool) -> None:
+        tablet = self._services.tablet
+        self._work(tablet.move_here if moves_here else tablet.look_only)
 
     def _show_run(self, execution: Execution | None) -> None:
         """In Logs; all runs when the history has no longer this one."""

@@ -12,6 +12,7 @@ from app.services.history.runs import History
 from app.services.live.alarms import Alarms
 from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
+from app.services.live.tablet import Tablet
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class FrameServices:
     engine: Engine
     settings: Callable[[], Settings]
     snapshots: Snapshots
+    tablet: Tablet
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class OpenIssues:
     alarms: Sequence[Alarm] = ()         # open ones, shelved ones among them
     holds: Sequence[Hold] = ()           # the operator's, of all robots or of one
     late_starts: Sequence[Execution] = ()
+    copy: Hold | None = None             # why nothing is sent from here: the data was copied from another tablet
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,12 @@ def read(services: FrameServices) -> FrameFacts:
     robots = {robot.id: robot for robot in services.catalogue.robots()}
     holds = sorted(services.holds.current(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
     return FrameFacts(services.settings(), robots,
-                      OpenIssues(services.alarms.open(), holds, late_starts(services.history.open(), robots)))
+                      OpenIssues(services.alarms.open(), holds, late_starts(services.history.open(), robots), _copy(services.holds)))
+
+
+def _copy(holds: Holds) -> Hold | None:
+    hold = holds.active()
+    return hold if hold is not None and hold.is_copy else None
 
 
 def late_starts(executions: Sequence[Execution], robots: Mapping[int, Robot]) -> list[Execution]:

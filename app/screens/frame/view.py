@@ -95,7 +95,8 @@ def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Setti
               for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # an implausible clock has its own alarm
     lines.sort(key=lambda line: line[0])
     late = [OpenIssue(("late", 0), _late(issues.late_starts, settings, now))] if issues.late_starts else []
-    return [*late, *(issue for _urgency, issue in lines)]
+    copy = [OpenIssue(("copy", 0), _copy(issues.copy))] if issues.copy else []
+    return [*copy, *late, *(issue for _urgency, issue in lines)]
 
 
 def issue_entry(issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> AlarmEntry:
@@ -136,6 +137,16 @@ def seconds_left(executions: Sequence[Execution], now: datetime) -> int:
     """Whole seconds until the first of them is sent."""
     ends = [e.hold_until for e in executions if e.hold_until is not None]
     return max(0, round((min(ends) - now).total_seconds())) if ends else 0
+
+
+def _copy(hold: Hold) -> BannerView:
+    return BannerView(_("Nothing is sent from this tablet"), _(hold.reason), "attention", "tablet-dashboard", "", _("Decide"), Act.WHOSE_PLAN)
+
+
+def whose_plan() -> list[Option]:
+    """What data that was copied from another tablet is for; the keys say whether it moves here."""
+    return [Option(True, _("It moves here"), "tablet-dashboard", _("The other tablet is off. This one starts all missions from now on.")),
+            Option(False, _("It is only looked at"), "eye-outline", _("The other tablet goes on. Nothing is ever sent from here."))]
 
 
 def _hold(hold: Hold, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> BannerView:
