@@ -16,7 +16,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from app.database.errors import SENTENCES, DatabaseUnavailable, translated
+from app.database.errors import DatabaseUnavailable, translated
 
 log = logging.getLogger(__name__)
 
@@ -89,7 +89,7 @@ class _WritingConnection:
     def _begin(self) -> None:
         self._roll_back()                    # should the last one still be open
         if self.connection.in_transaction:
-            raise DatabaseUnavailable(SENTENCES[sqlite3.SQLITE_IOERR], path=self._path)
+            raise DatabaseUnavailable("The storage reports an error at {path}: check the disk", path=self._path)
         self.connection.execute("BEGIN IMMEDIATE")
 
     def _roll_back(self) -> None:

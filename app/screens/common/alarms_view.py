@@ -102,9 +102,10 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "unauthorized": lambda: _("enter user name and password again"),
     "not_a_robot": lambda: _("correct its address"),
     "wrong_robot": lambda: _("correct its address, or remove and add the robot"),
-    "clock_implausible": lambda: _("set the tablet's clock"),
+    "clock_implausible": lambda: _("set the tablet's clock, or say that it is right"),
     "database": lambda: _("check the tablet's disk"),
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
+    "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
 _LOUD: Mapping[str, Callable[[], str]] = {

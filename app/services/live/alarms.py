@@ -43,7 +43,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "item_unreadable": (Priority.MEDIUM, "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}"),
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),
-    "two_tablets": (Priority.HIGH, "Another tablet still starts missions of this plan on {robot}: switch it off, then release the hold"),
+    "two_tablets": (Priority.HIGH, "Another tablet starts missions of this plan on {robot} too; nothing is sent from here"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
 KEPT = 1000                  # past alarms
