@@ -77,6 +77,8 @@ class Submission:
     def run(self, only: int | None = None) -> None:
         """Do what can be done now for everything that no robot has yet; ``only`` this one execution."""
         self.note()
+        if self._seen.fresh_status is None:
+            self._seen.distrust()                # a read that failed before is no attempt: it is asked again
         unsent = [each for each in self._ledger.unsent_of(self._robot_id) if only in (None, each.id)]
         self._forget_all_but({each.id for each in unsent})
         unreachable: list[Execution] = []
