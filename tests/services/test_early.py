@@ -8,9 +8,8 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain.models import ReasonCode, State, Wait
-from app.domain.rules import INTENT_LEAD
-from app.services.catalogue.pausing import Pausing
-from app.services.dispatch.intents import PUT_OFF_AT_MOST, ROUND_TAKES
+from app.services.dispatch import messages
+from app.services.dispatch.timing import INTENT_LEAD, LONGEST_WAIT, PUT_OFF_AT_MOST, RECHECK, ROUND_TAKES
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05
@@ -29,30 +28,36 @@ def only_worker(site):
     return worker
 
 
-def come_close(site) -> None:
-    """The robot has been read ahead, and the instant is near enough."""
-    site.run(DUE - 1.0)
-    site.container.scheduler.due_soon()
-    site.read_ahead(only_worker(site))
+def come_close(site) -> list:
+    """The robot has been read ahead, and the instant is near enough; returns the intents that its worker has not been given yet."""
+    site.run(DUE - 0.11 - site.seconds())
     site.clock.advance((INSTANT - site.clock.now()).total_seconds() - EARLIER)
-    site.tick()
+    site.engine.advance()
+    inbox, site._inboxes[1] = site._inboxes[1], []
+    return [intent for message in inbox if isinstance(message, messages.Start) for intent in message.intents]
+
+
+def give(site, *intents) -> float:
+    """Its worker is given these, and goes on; returns the seconds until it wants to again."""
+    worker = only_worker(site)
+    worker.handle(messages.Start(intents, site.engine.plan_version))
+    return worker.advance()
 
 
 @pytest.fixture
 def in_hand(site, plan):
     """A schedule whose next start is written down, taken in hand by its worker, and not yet due."""
     schedule = plan("2026-11-23T06:05", minimum_battery_percent=20)
-    come_close(site)
-    wait = only_worker(site).step(False, intents=site._intents.pop(1), changed=False)
+    site.run(DUE - EARLIER)
     assert [run.state for run in site.executions()] == [State.SUBMITTING]
-    assert 0 < wait <= EARLIER
+    assert 0 < only_worker(site).advance() <= EARLIER
     return schedule
 
 
 def test_it_is_sent_at_its_instant_and_not_before(site, in_hand):
-    site.run(EARLIER - 0.001)
+    site.run(EARLIER - 0.002)
     assert sent(site) == []
-    site.run(0.001)
+    site.run(0.002)
     [run] = site.executions()
     assert sent(site) == [run.token]
     assert run.created_at < INSTANT <= run.submitted_at < INSTANT + timedelta(seconds=0.1)
@@ -61,14 +66,10 @@ def test_it_is_sent_at_its_instant_and_not_before(site, in_hand):
 
 def test_nothing_is_written_earlier_than_that(site, plan):
     plan("2026-11-23T06:05")
-    site.run(DUE - 1.0)
-    site.read_ahead(only_worker(site))
-    site.clock.advance((INSTANT - site.clock.now() - INTENT_LEAD).total_seconds() - 0.001)
-    site.tick()
+    site.run(DUE - INTENT_LEAD - 0.002)
     assert site.executions() == []
-    assert 0 < site.container.scheduler.seconds_to_next() < 0.03
-    site.clock.advance(0.001)
-    site.tick()
+    assert 0 < site.engine.advance() < 0.03
+    site.run(0.027)
     assert [run.state for run in site.executions()] == [State.SUBMITTING]
 
 
@@ -90,7 +91,7 @@ def _edit(site, schedule):
 
 
 def _pause_schedule(site, schedule):
-    Pausing(site.container.db, site.clock, site.container.changes).pause(schedule.id, INSTANT + timedelta(hours=1))
+    site.container.pausing.pause(schedule.id, INSTANT + timedelta(hours=1))
 
 
 def _pause(site, schedule):
@@ -115,7 +116,7 @@ def _take_the_robot_away(site, schedule):
 
 
 @pytest.mark.parametrize("change", [_switch_off, _delete, _edit, _pause, _cancel, _switch_the_robot_off, _take_the_robot_away])
-def test_what_is_revoked_in_that_moment_is_not_sent(site, in_hand, change):
+def test_what_is_taken_back_in_that_moment_is_not_sent(site, in_hand, change):
     site.clock.advance(0.01)
     outcome = change(site, in_hand)
     site.run(600.0)
@@ -124,13 +125,12 @@ def test_what_is_revoked_in_that_moment_is_not_sent(site, in_hand, change):
     assert sent(site) == []
 
 
-def test_what_is_revoked_never_counts_as_tried(site, in_hand):
+def test_what_is_taken_back_never_counts_as_tried(site, in_hand):
     site.clock.advance(0.01)
     _switch_off(site, in_hand)
     site.run(1.0)
     [run] = site.executions()
-    assert run.attempts == 0
-    assert run.ended_at >= run.planned_at
+    assert (run.state, run.attempts) == (State.CANCELLED, 0)
 
 
 def test_a_hold_in_that_moment_stops_it(site, in_hand):
@@ -150,7 +150,7 @@ def test_another_schedule_that_is_changed_stops_nothing(site, plan, in_hand):
 def test_the_ledger_is_not_asked_while_nobody_changes_anything(site, in_hand, monkeypatch):
     """It would be one more wait between the instant and the POST."""
     asked = []
-    monkeypatch.setattr(site.container.ledger, "revocation_reason", asked.append)
+    monkeypatch.setattr(site.container.ledger, "get", asked.append)
     site.run(EARLIER + 0.01)
     assert len(sent(site)) == 1
     assert asked == []
@@ -171,6 +171,7 @@ def test_what_something_stands_in_the_way_of_is_not_written_early(site, plan, ob
         case "low battery":
             site.machines["R1"].set_battery(20.0)
         case "not read":
+            site.run(DUE - 5.0)
             site.network.next("GET", "/status", Fate.REFUSED)
         case "switched off robot":
             _switch_the_robot_off(site, schedule)
@@ -179,26 +180,17 @@ def test_what_something_stands_in_the_way_of_is_not_written_early(site, plan, ob
                 """INSERT INTO executions (trigger, schedule_id, robot_id, robot, mission, mission_guid, timezone, token, state, planned_at,
                                            closes_at, created_at) VALUES ('scheduled', ?, 1, 'R1', 'Deliver', 'g', 'UTC', 't', 'executing',
                    '2026-11-22T06:05:00.000000Z', '2026-11-22T06:35:00.000000Z', '2026-11-22T06:05:00.000000Z')""", (schedule.id,)))
-    if obstacle in ("not read", "still running"):
-        site.run(DUE - 1.0)
-        site.clock.advance(0.95)
-        if obstacle == "still running":
-            site.read_ahead(only_worker(site))
-            site.clock.step(-0.4)
-        site.tick()
-    else:
-        come_close(site)
+    site.run(DUE - EARLIER - site.seconds())
     assert [run for run in site.executions() if run.planned_at == INSTANT] == []
-    site.clock.advance(EARLIER)
-    site.tick()
+    site.run(2 * EARLIER)
     assert len([run for run in site.executions() if run.planned_at == INSTANT]) == 1
 
 
 # ---------------------------------------------------------------- clocks, stops, trouble
 @pytest.mark.parametrize("step", [-3600.0, -DAY, 40.0])
-def test_a_clock_that_is_set_in_that_moment_neither_delays_nor_doubles(site, in_hand, step):
+def test_a_clock_that_is_set_in_that_moment_delays_only_until_it_is_judged_and_doubles_nothing(site, in_hand, step):
     site.clock.step(step)
-    site.run(EARLIER + 0.01)
+    site.run(EARLIER + LONGEST_WAIT + RECHECK)
     assert len(sent(site)) == 1
     site.run(2 * 3600.0)
     assert len(sent(site)) == 1
@@ -206,10 +198,11 @@ def test_a_clock_that_is_set_in_that_moment_neither_delays_nor_doubles(site, in_
 
 
 def test_a_worker_that_is_closed_releases_what_it_holds(site, in_hand):
-    only_worker(site).close()
+    robot = only_worker(site).robot
+    site.close(robot.id)
     [run] = site.executions()
     assert (run.state, run.attempts) == (State.WAITING, 0)
-    site._workers.clear()                       # another takes its place, and does not send it early either
+    site.open(site.container.make_worker(robot))           # another takes its place, and does not send it early either
     site.run(1.0)
     [run] = site.executions()
     assert sent(site) == [run.token]
@@ -218,8 +211,8 @@ def test_a_worker_that_is_closed_releases_what_it_holds(site, in_hand):
 
 def test_one_that_was_never_taken_in_hand_is_given_back_too(site, plan):
     plan("2026-11-23T06:05")
-    come_close(site)
-    only_worker(site).close(site._intents.pop(1))
+    intents = come_close(site)
+    only_worker(site).close(intents)
     assert [(run.state, run.attempts) for run in site.executions()] == [(State.WAITING, 0)]
 
 
@@ -231,39 +224,39 @@ def test_a_power_cut_in_that_moment_loses_nothing_and_doubles_nothing(site, in_h
     assert sent(site) == [run.token]
 
 
-def test_an_unexpected_error_with_one_leaves_the_others_in_hand(site, plan, monkeypatch):
+def test_an_unexpected_error_with_one_leaves_the_others_in_hand(site, plan):
     for name in ("first", "second"):
         plan("2026-11-23T06:05", name=name)
-    come_close(site)
-    worker = only_worker(site)
-    worker.step(False, intents=site._intents.pop(1), changed=False)
-    enqueue, left = worker.client.enqueue, [RuntimeError("planted")]
+    give(site, *come_close(site))
+    left = [RuntimeError("planted")]
 
-    def fails_once(*args, **options):
-        if left:
+    def fails_once(where: str) -> None:
+        if where == "before POST /mission_queue" and left:
             raise left.pop()
-        return enqueue(*args, **options)
 
-    monkeypatch.setattr(worker.client, "enqueue", fails_once)
+    site.network.interrupt = fails_once
     site.clock.advance(EARLIER)
+    worker = only_worker(site)
     with pytest.raises(RuntimeError):
-        worker.step(False, changed=False)
-    worker.step(False, changed=False)
-    second = next(run for run in site.executions() if run.schedule == "second")
+        worker.advance()
+    worker.handle(messages.Recover())                # as the runner does
+    worker.advance()
+    first, second = sorted(site.executions(), key=lambda run: run.schedule)
     assert sent(site) == [second.token]
+    assert first.state is State.SUBMITTING           # in doubt
+    site.run(120.0)
+    assert sent(site) == [second.token, first.token]
 
 
 # ---------------------------------------------------------------- what gives way
 def test_a_round_gives_way_to_what_is_due_in_a_moment(site, in_hand):
-    worker = only_worker(site)
     asked: list[str] = []
     site.network.interrupt = asked.append
-    site.clock.advance(EARLIER - ROUND_TAKES / 2)
-    wait = worker.step(True, changed=False)
+    site.run(EARLIER - ROUND_TAKES / 2)
+    site.engine.poll(1)
+    site.run(ROUND_TAKES / 4)
     assert asked == []
-    assert wait == pytest.approx(ROUND_TAKES / 2)
-    site.clock.advance(wait)
-    worker.step(False, changed=False)
+    site.run(ROUND_TAKES / 2)
     assert asked[0] == "before POST /mission_queue"
     assert "before GET /status" in asked                       # the poll that was asked for is not forgotten
 
@@ -271,15 +264,15 @@ def test_a_round_gives_way_to_what_is_due_in_a_moment(site, in_hand):
 def test_but_not_for_ever(site, plan):
     """Missions without a gap between them: robot and ledger are looked at all the same."""
     plan("2026-11-23T06:05")
-    come_close(site)
-    worker = only_worker(site)
-    [intent] = site._intents.pop(1)
+    [intent] = come_close(site)
     asked: list[str] = []
     site.network.interrupt = asked.append
     steps, began = 0, site.clock.monotonic()
     while "before GET /status" not in asked:
         following = replace(intent, id=1000 + steps, planned_at=site.clock.now() + timedelta(seconds=0.03))
-        worker.step(steps == 0, intents=[following], changed=False)
+        if steps == 0:
+            only_worker(site).handle(messages.Poll())
+        give(site, following)
         site.clock.advance(0.01)
         steps += 1
     assert PUT_OFF_AT_MOST <= site.clock.monotonic() - began <= PUT_OFF_AT_MOST + 0.3
@@ -289,15 +282,13 @@ def test_what_the_robot_has_taken_is_written_down_when_there_is_time(site, plan)
     """Two starts 20 ms apart: the second does not wait for the note of the first, and one write notes both."""
     plan("2026-11-23T06:05", name="first")
     plan("2026-11-23T06:05", name="second")
-    come_close(site)
-    worker = only_worker(site)
-    first, second = site._intents.pop(1)
-    worker.step(False, intents=[first, replace(second, planned_at=second.planned_at + timedelta(seconds=0.02))], changed=False)
+    first, second = come_close(site)
+    give(site, first, replace(second, planned_at=second.planned_at + timedelta(seconds=0.02)))
     site.clock.advance(EARLIER)
-    worker.step(False, changed=False)
+    only_worker(site).advance()
     assert len(sent(site)) == 1
     assert {run.state for run in site.executions()} == {State.SUBMITTING}
     site.clock.advance(0.02)
-    worker.step(False, changed=False)
+    only_worker(site).advance()
     assert len(sent(site)) == 2
     assert {run.state for run in site.executions()} == {State.QUEUED}

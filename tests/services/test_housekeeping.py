@@ -7,14 +7,15 @@ import pytest
 
 from app.database.executions import PRUNED_AT_ONCE
 from app.domain.models import Execution, State, Trigger
-from app.services.dispatch.scheduler import TIDIES_WITHIN, TIDY_EVERY
+from app.services.dispatch.engine import TIDIES_WITHIN, TIDY_EVERY
 
 LIMIT = 20
 
 
 @pytest.fixture
 def long_history(site) -> None:
-    """Three pieces more than the limit."""
+    """Three pieces more than the limit, in a running app that has just tidied up."""
+    site.run(1.0)
     site.container.catalogue.change_settings(history_limit=LIMIT)
     now = site.clock.now()
     rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC",
@@ -30,29 +31,29 @@ def kept(site) -> int:
 
 
 def test_the_history_is_held_to_its_limit_when_nothing_else_is_to_be_done(site, long_history):
-    site.container.scheduler.tidy()
+    site.run(1.0)
     assert kept(site) == LIMIT
     assert {run.token for run in site.executions()} == {str(3 * PRUNED_AT_ONCE + number) for number in range(LIMIT)}
 
 
 def test_it_waits_while_something_is_due_in_a_moment_but_not_for_ever(site, long_history, monkeypatch):
-    scheduler = site.container.scheduler
-    scheduler._tidied_at = site.clock.monotonic()
-    monkeypatch.setattr(scheduler, "seconds_to_next", lambda: 0.01)
-    scheduler.tidy()
+    """Missions without a gap between them: one piece a minute."""
+    schedules = site.container.repositories.schedules
+    monkeypatch.setattr(schedules, "next_due", lambda c, robot_id=None: site.clock.now() + timedelta(seconds=0.01))
+    for _ in range(int(TIDIES_WITHIN / TIDY_EVERY) - 2):
+        site.engine.advance()
+        site.clock.advance(TIDY_EVERY)
     assert kept(site) == LIMIT + 3 * PRUNED_AT_ONCE
-    site.clock.advance(TIDIES_WITHIN)
-    scheduler.tidy()
-    site.clock.advance(TIDY_EVERY)
-    scheduler.tidy()
-    assert kept(site) == LIMIT + 2 * PRUNED_AT_ONCE             # one piece a minute
-    monkeypatch.setattr(scheduler, "seconds_to_next", lambda: 1.0)
-    site.clock.advance(TIDY_EVERY)
-    scheduler.tidy()
+    for _ in range(4):
+        site.engine.advance()
+        site.clock.advance(TIDY_EVERY)
+    assert kept(site) == LIMIT + 2 * PRUNED_AT_ONCE
+    monkeypatch.undo()
+    site.engine.advance()
     assert kept(site) == LIMIT
 
 
 def test_nothing_is_counted_while_nothing_ended(site, monkeypatch):
-    site.container.scheduler.tidy()
+    site.run(1.0)
     monkeypatch.setattr(site.container.repositories.executions, "surplus", lambda *_: pytest.fail("counted for nothing"))
-    site.container.scheduler.tidy()
+    site.run(60.0)

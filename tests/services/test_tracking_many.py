@@ -4,8 +4,9 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import State
+from app.mir.client import RobotClient
 from app.mir.errors import Unreadable
-from app.services.dispatch.tracker import MANY
+from app.services.dispatch.following import MANY
 
 DUE = 300.0              # s from the beginning: 06:05
 COUNT = 2 * MANY
@@ -31,11 +32,9 @@ def test_many_are_followed_in_one_request(site, asked):
 
 
 def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
-    [worker] = site._workers.values()
-
-    def too_many(floor):
+    def too_many(client, floor):
         raise Unreadable(problem="more than 5000 queue items")
-    monkeypatch.setattr(worker.client, "items_after", too_many)
+    monkeypatch.setattr(RobotClient, "items_after", too_many)
     site.run(3600.0)
     assert {path for path in asked if path.startswith("GET /mission_queue/")}
     assert [run.state for run in site.executions()] == [State.COMPLETED] * COUNT
@@ -43,8 +42,7 @@ def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
 
 def test_those_that_are_not_in_the_list_are_asked_for_by_themselves(site, asked, monkeypatch):
     """What the list does not show is not taken for gone."""
-    [worker] = site._workers.values()
-    monkeypatch.setattr(worker.client, "items_after", lambda floor: [])
+    monkeypatch.setattr(RobotClient, "items_after", lambda client, floor: [])
     site.run(10.0)
     assert len({path for path in asked if path.startswith("GET /mission_queue/")}) == COUNT
     site.run(3600.0)

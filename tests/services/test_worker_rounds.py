@@ -7,8 +7,10 @@ from types import SimpleNamespace
 import pytest
 
 from app.domain.models import State
+from app.mir.client import RobotClient
 from app.mir.errors import Unreachable
-from app.services.dispatch.worker import LIVE_EVERY, RobotWorker
+from app.services.dispatch.timing import LIVE_EVERY
+from app.services.dispatch.worker import RobotWorker
 
 DUE = 300.0              # s from the beginning: 06:05
 COUNT = 10
@@ -33,35 +35,29 @@ def ledger(site, monkeypatch) -> SimpleNamespace:
     return seen
 
 
-def test_what_was_handed_over_is_sent_without_opening_the_ledger(site, plan, ledger):
+def test_what_is_held_is_sent_without_opening_the_ledger(site, plan, ledger):
     plan("2026-11-23T06:05")
-    site.run(DUE - 1.0)
+    site.run(DUE - 0.05)
     [worker] = site._workers.values()
-    site.read_ahead(worker)
-    site.clock.advance(1.05)
-    site.tick()
-    [intent] = site._intents.pop(worker.robot.id)
     ledger.looks = 0
-    wait = worker.step(False, intents=[intent], changed=False)
+    site.clock.advance(0.05)
+    wait = worker.advance()
     assert [run.state for run in site.executions()] == [State.QUEUED]
     assert ledger.looks == 0
     assert 0.5 * LIVE_EVERY <= wait <= 1.5 * LIVE_EVERY          # then its way is followed
 
 
-def test_what_could_not_be_handed_over_is_taken_up_again(site, plan, ledger):
+def test_what_could_not_be_sent_is_taken_up_again(site, plan, ledger):
     plan("2026-11-23T06:05")
-    site.run(DUE - 1.0)
+    site.run(DUE - 0.05)
     [worker] = site._workers.values()
-    site.read_ahead(worker)
-    site.clock.advance(1.05)
-    site.tick()
-    [intent] = site._intents.pop(worker.robot.id)
     site.network.down.add("R1")
-    wait = worker.step(False, intents=[intent], changed=False)
+    site.clock.advance(0.05)
+    wait = worker.advance()
     assert (site.executions()[0].state, site.executions()[0].attempts) == (State.WAITING, 1)
     site.network.down.clear()
     site.clock.advance(wait)
-    worker.step(False, changed=False)                              # without a notification that its time has come
+    worker.advance()                               # without a message that its time has come
     assert site.executions()[0].state is State.QUEUED
 
 
@@ -93,17 +89,16 @@ def test_a_look_that_breaks_off_keeps_what_it_has_seen(site, plan, monkeypatch):
     for name in ("first", "second"):
         plan("2026-11-23T06:05", name=name)
     site.run(DUE + 2.0)
-    [worker] = site._workers.values()
     _first, second = site.executions()
     site.machines["R1"].cancel_all()
-    read = worker.client.queue_item
+    read = RobotClient.queue_item
 
-    def breaks_off(queue_id):
+    def breaks_off(client, queue_id):
         if queue_id == second.queue_id:
             raise Unreachable(address="r1")
-        return read(queue_id)
+        return read(client, queue_id)
 
-    monkeypatch.setattr(worker.client, "queue_item", breaks_off)
+    monkeypatch.setattr(RobotClient, "queue_item", breaks_off)
     site.run(2 * LIVE_EVERY)
     first, second = site.executions()
     assert not first.state.is_open
@@ -113,7 +108,7 @@ def test_a_look_that_breaks_off_keeps_what_it_has_seen(site, plan, monkeypatch):
 def test_many_robots_are_looked_at_evenly_over_time():
     """Also when all of them were sent to in one moment; the one on screen keeps its two seconds."""
     def pause(number: int, watched: bool = False) -> float:
-        return RobotWorker._apart(SimpleNamespace(watched=watched, robot=SimpleNamespace(id=number)), LIVE_EVERY)
+        return RobotWorker._apart(SimpleNamespace(_watched=watched, robot=SimpleNamespace(id=number)), LIVE_EVERY)
 
     for robots in (range(1, 51), range(100, 200, 2)):
         moments = sorted(pause(number) for number in robots)

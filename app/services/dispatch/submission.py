@@ -38,6 +38,7 @@ class Submission:
         self._client, self._s, self._ledger, self._clock = client, shared, shared.ledger, shared.clock
         self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
         self._attempts = Attempts()
+        self._recovered: set[int] = set()         # executions that were looked for as those of a process that is gone
         self._listed_until: dict[int, float] = {}        # late starts that are listed first, on the monotonic clock
 
     # ------------------------------------------------------------------ what the worker asks for
@@ -46,14 +47,18 @@ class Submission:
         looked for on the robot as if its request had just left."""
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
             if row.id not in self._attempts:
+                self._recovered.add(row.id)
                 self._doubt(row)
 
     def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
-        """Send each at its instant, however the wall clock is set meanwhile."""
+        """Send each at its instant, however the wall clock is set meanwhile. One that came after it was looked for is not."""
         wall, mono = self._clock.now(), self._clock.monotonic()
-        for intent in intents:
+        for intent in self._own(intents):
             ahead = min(max(0.0, (intent.planned_at - wall).total_seconds()), INTENT_LEAD)
             self._attempts[intent.id] = Attempt(Phase.HELD, mono + ahead, intent, plan_version)
+
+    def _own(self, intents: Iterable[Execution]) -> list[Execution]:
+        return [intent for intent in intents if intent.id not in self._recovered]
 
     def send_due(self) -> bool:
         """Those held whose instant has come, in dispatch order. Returns whether one of them has to be judged like any that waits."""
@@ -72,6 +77,8 @@ class Submission:
     def run(self, only: int | None = None) -> None:
         """Do what can be done now for everything that no robot has yet; ``only`` this one execution."""
         self.note()
+        if self._seen.fresh_status is None:
+            self._seen.distrust()                # a read that failed before is no attempt: it is asked again
         unsent = [each for each in self._ledger.unsent_of(self._robot_id) if only in (None, each.id)]
         self._forget_all_but({each.id for each in unsent})
         unreachable: list[Execution] = []
@@ -104,7 +111,7 @@ class Submission:
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         """What is held, and what was meant to be, waits again."""
         self.note()
-        self._release([*(attempt.row for _key, attempt in self._attempts.of(Phase.HELD) if attempt.row), *untaken])
+        self._release([*(attempt.row for _key, attempt in self._attempts.of(Phase.HELD) if attempt.row), *self._own(untaken)])
 
     @property
     def next_at(self) -> float:

@@ -1,0 +1,111 @@
+"""A row that says ``submitting`` belongs to one worker: the one that was given it. Nobody looks for what is only on its way to its worker,
+and what a process before had in hand is looked for on the robot, never sent a first time again."""
+from __future__ import annotations
+
+import pytest
+
+from app.domain.models import State
+from app.services.dispatch import messages
+
+DUE = 300.0              # s from the beginning: 06:05
+QUIET = 90.0             # s until a submission of unknown outcome is sent again
+R1 = 1
+
+
+def sent(site) -> list[str]:
+    """Tokens of ours that the robot has ever had."""
+    return [item.description for item in site.machines["R1"].queue if item.description]
+
+
+@pytest.fixture
+def asked(site) -> list[str]:
+    """Every request to a robot from here on."""
+    asked: list[str] = []
+    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    return asked
+
+
+@pytest.fixture
+def on_its_way(site, plan, monkeypatch) -> messages.Start:
+    """An intent is on disk, and has not reached its worker yet, though other messages do."""
+    plan("2026-11-23T06:05")
+    site.run(DUE - 0.11)
+    kept: list[messages.Start] = []
+    post = site.post
+    monkeypatch.setattr(site, "post", lambda key, each: kept.append(each) if isinstance(each, messages.Start) else post(key, each))
+    site.clock.advance(0.02)
+    site.engine.advance()
+    monkeypatch.undo()
+    assert [run.state for run in site.executions()] == [State.SUBMITTING]
+    [start] = kept
+    return start
+
+
+def test_what_is_on_its_way_to_its_worker_is_not_looked_for(site, on_its_way, asked):
+    site.kick()
+    site.run(1.0)
+    assert "POST /mission_queue" not in asked
+    site.post(R1, on_its_way)
+    site.run(0.1)
+    [run] = site.executions()
+    assert sent(site) == [run.token]
+    assert (run.state, run.attempts) == (State.QUEUED, 1)
+
+
+@pytest.mark.parametrize("late", [3.0, 600.0])
+def test_however_late_it_comes_it_is_sent_once(site, on_its_way, late):
+    """The robot has to be read again first, which is no attempt."""
+    site.run(late)
+    site.post(R1, on_its_way)
+    site.run(10.0)
+    [run] = site.executions()
+    assert sent(site) == [run.token]
+    assert run.attempts == 1
+
+
+def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, asked):
+    """The worker has met an error and looks for all that the ledger has as submitted, before this one reaches it."""
+    site.post(R1, messages.Recover())
+    site.run(1.0)
+    site.post(R1, on_its_way)
+    site.run(QUIET - 5.0)
+    assert sent(site) == []                               # it might be another's
+    site.run(QUIET)
+    [run] = site.executions()
+    assert sent(site) == [run.token]
+    assert asked.count("POST /mission_queue") == 1
+
+
+def test_what_was_looked_for_and_sent_meanwhile_is_not_sent_again(site, on_its_way, asked):
+    """However long the scheduler's thread stood still."""
+    site.post(R1, messages.Recover())
+    site.run(2 * QUIET)
+    assert asked.count("POST /mission_queue") == 1
+    site.post(R1, messages.Prefetch())                    # something else is due: the robot has just been read
+    site.run(1.0)
+    site.post(R1, on_its_way)
+    site.run(2 * QUIET)
+    assert asked.count("POST /mission_queue") == 1
+
+
+def test_after_an_error_what_the_worker_has_in_hand_stays_its_own(site, plan, asked):
+    plan("2026-11-23T06:05")
+    site.run(DUE - 0.05)
+    site.post(R1, messages.Recover())
+    site.run(0.06)
+    [run] = site.executions()
+    assert (run.state, run.attempts) == (State.QUEUED, 1)
+
+
+def test_a_new_worker_looks_for_what_the_one_before_has_left_submitted(site, on_its_way, asked):
+    """As after a power cut."""
+    worker = site._workers[R1]
+    site.close(R1)
+    site.open(site.container.make_worker(worker.robot))
+    site.run(QUIET / 2)
+    assert sent(site) == []
+    assert [path for path in asked if path.startswith("POST /mission_queue/search")]
+    site.run(QUIET)
+    [run] = site.executions()
+    assert sent(site) == [run.token]
+    assert run.attempts == 2
