@@ -90,7 +90,10 @@ DESTINATIONS = {                         # code: (key as the services give it, w
     "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
     "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9), "duplicate_running": ("execution:9", HOME, 1),
     "database": ("database", DATA, None), "backup_failed": ("backup", DATA, None),
-    "app_was_off": ("app", None, None), "clock_stepped": ("clock", None, None), "clock_implausible": ("clock", None, None),
+    "late_cancelled": ("execution:9", Act.SHOW_RUN, 9), "adopted_unproven": ("execution:9", Act.SHOW_RUN, 9),
+    "item_unreadable": ("execution:9", Act.SHOW_RUN, 9), "clock_implausible": ("clock", Act.CLOCK_IS_RIGHT, None),
+    "app_was_off": ("app", None, None), "clock_stepped": ("clock", None, None), "two_tablets": ("tablet", None, None),
+    "chore_failed": ("chore:Serving commands", None, None),
 }
 
 
