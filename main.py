@@ -38,6 +38,7 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("--run-now", nargs=2, metavar=("ROBOT", "MISSION"), help="start one mission and print its queue id")
     one.add_argument("--restore-backup", type=Path, metavar="FILE", help="put a backup in the place of the database")
     one.add_argument("--remove-pin", action="store_true", help="open Settings again when its PIN is forgotten")
+    one.add_argument("--move-here", action="store_true", help="go on here with a data directory that was copied from another tablet")
     p.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the mission of --run-now")
     return p
 
@@ -67,7 +68,7 @@ def _say(problem: object, code: int) -> int:
 
 def _one_shot(options: argparse.Namespace) -> bool:
     return any((options.import_config, options.export_config, options.export_log, options.run_now, options.restore_backup,
-                options.remove_pin))
+                options.remove_pin, options.move_here))
 
 
 def _check(options: argparse.Namespace) -> None:

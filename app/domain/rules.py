@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from app.domain.message import Message
-from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, Trigger, Wait
+from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
@@ -45,9 +45,12 @@ def _namespace(install_id: str) -> bytes:
 
 # ---------------------------------------------------------------------- the rows of new executions
 def scheduled(schedule: Schedule, robot: Robot, mission: Mission, settings: Settings, install_id: str, planned_at: datetime,
-              now: datetime) -> Execution:
-    """An occurrence of a schedule, waiting."""
+              now: datetime, intent_floor: int | None = None) -> Execution:
+    """An occurrence of a schedule, waiting; with ``intent_floor``, the highest queue id known of its robot, already with the intent of its
+    first attempt."""
+    is_intent = intent_floor is not None
     return Execution(
+        state=State.SUBMITTING if is_intent else State.WAITING, attempts=int(is_intent), queue_floor=intent_floor,
         trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
         mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
         minimum_battery_percent=minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,

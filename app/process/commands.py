@@ -49,6 +49,8 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
         return _restore(directory, options.restore_backup)
     if options.remove_pin:
         return _remove_pin(directory)
+    if options.move_here:
+        return _move_here(directory)
     if options.import_config:
         return _import(directory, Path(options.import_config))
     if options.run_now:
@@ -159,6 +161,8 @@ def _parameter(text: str) -> tuple[str, Any]:
 
 def _submit(container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str) -> dict[str, Any]:
     """The same exactly-once path as in the running app, for this one execution only, which an app that is gone may have begun."""
+    if (hold := container.holds.active()) is not None and hold.is_copy:
+        raise BadInput(f"{hold.reason}: with --move-here this machine starts its missions")
     execution = container.ledger.by_token(token)
     if execution is None:
         try:
@@ -186,6 +190,13 @@ def _remove_pin(directory: DataDirectory) -> int:
     """Whoever may run commands on the data directory may open Settings."""
     answer = _change(directory, lambda container: {"was_set": container.access.remove()}, "remove_pin")
     print("the PIN for Settings was removed" if answer["was_set"] else "there was no PIN for Settings")
+    return 0
+
+
+# ------------------------------------------------------------------ a copied data directory
+def _move_here(directory: DataDirectory) -> int:
+    answer = _change(directory, lambda container: {"was_copy": container.tablet.move_here()}, "move_here")
+    print("this machine starts the missions from now on" if answer["was_copy"] else "this machine starts the missions already")
     return 0
 
 

@@ -64,6 +64,8 @@ def handlers(container: Container) -> Mapping[str, Handler]:
 
     def take_run_now(request: Mapping[str, Any]) -> Mapping[str, Any] | None:
         """Answered once the robot has accepted it or it has ended: until then the request stays in the inbox."""
+        if (hold := container.holds.active()) is not None and hold.is_copy:
+            return {"exit": 2, "error": f"{hold.reason}: with --move-here this machine starts its missions"}
         execution = container.ledger.by_token(request["token"])
         if execution is None:
             try:
@@ -77,4 +79,7 @@ def handlers(container: Container) -> Mapping[str, Handler]:
     def take_remove_pin(_request: Mapping[str, Any]) -> Mapping[str, Any]:
         return {"was_set": container.access.remove()}
 
-    return {"import": take_import, "run_now": take_run_now, "remove_pin": take_remove_pin}
+    def take_move_here(_request: Mapping[str, Any]) -> Mapping[str, Any]:
+        return {"was_copy": container.tablet.move_here()}
+
+    return {"import": take_import, "run_now": take_run_now, "remove_pin": take_remove_pin, "move_here": take_move_here}

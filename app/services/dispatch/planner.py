@@ -248,17 +248,16 @@ class _RowMaker:
     mission: Mission
     context: PlanningContext
 
-    def waiting(self, planned_at: datetime, late: bool = False) -> Execution:
+    def waiting(self, planned_at: datetime, late: bool = False, intent_floor: int | None = None) -> Execution:
         context = self.context
-        row = rules.scheduled(self.schedule, self.robot, self.mission, context.settings, context.install_id, planned_at, context.now)
+        row = rules.scheduled(self.schedule, self.robot, self.mission, context.settings, context.install_id, planned_at, context.now,
+                              intent_floor)
         return replace(row, wait=Wait.LATE_START, hold_until=context.now + rules.LATE_START_HOLD) if late else row
 
     def submitting(self, planned_at: datetime, ready: Readiness) -> Execution:
-        row = self.waiting(planned_at)
         may_be_there = ready.uncertain_through is not None and planned_at <= ready.uncertain_through
-        if may_be_there or not rules.battery_allows(ready.battery, row.minimum_battery_percent):
-            return row
-        return replace(row, state=State.SUBMITTING, attempts=1, queue_floor=ready.queue_floor)
+        is_charged = rules.battery_allows(ready.battery, rules.minimum_battery(self.schedule, self.context.settings))
+        return self.waiting(planned_at, intent_floor=ready.queue_floor if is_charged and not may_be_there else None)
 
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
         return rules.ended(self.waiting(planned_at), reason, self.context.now)

@@ -1,6 +1,7 @@
 """Which machine a data directory lives on. On another one it is a copy, which sends nothing until a person has decided what it is for."""
 from __future__ import annotations
 
+import logging
 import sqlite3
 import uuid
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ from app.domain.clock import Clock
 from app.domain.message import message
 from app.domain.models import Execution
 from app.services.live.holds import Holds
+
+log = logging.getLogger(__name__)
 
 MACHINE, MOVED, LOOKED_AT = "machine", "moved", "looked_at_on"      # names in the settings
 IS_COPY = message("this data was copied from another tablet; say whether it moves here or is only looked at")
@@ -50,6 +53,8 @@ class Tablet:
         if self._machine is not None and self._settings.get(c, MACHINE) is None:
             self._db.write(lambda c: self._settings.put(c, MACHINE, self._machine))
         self.move = self._stored_move()
+        if self.is_copy:
+            log.warning("This data directory was copied from another tablet: nothing is sent from here")
         self._holds.is_copy = IS_LOOKED_AT if self.is_looked_at else IS_COPY if self.is_copy else None
 
     @property
@@ -61,10 +66,11 @@ class Tablet:
     def is_looked_at(self) -> bool:
         return self.is_copy and self._settings.get(self._db.read(), LOOKED_AT) == self._machine
 
-    def move_here(self) -> None:
-        """The old tablet is off: what it sent is looked for by its tokens, and this one makes tokens of its own from now on."""
+    def move_here(self) -> bool:
+        """The old tablet is off: what it sent is looked for by its tokens, and this one makes tokens of its own from now on. Returns
+        whether there was anything to decide."""
         if not self.is_copy:
-            return
+            return False
 
         def work(c: sqlite3.Connection) -> None:
             old, now = self._settings.install_id(c), self._clock.now()
@@ -75,6 +81,7 @@ class Tablet:
         self.move = self._stored_move()
         self._holds.is_copy = None
         self._holds.announce()
+        return True
 
     def look_only(self) -> None:
         """The old tablet goes on: nothing is ever sent from here."""
