@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain.models import Mission, Overlap, ReasonCode, State, Wait
+from app.services.dispatch import messages
 from mir_sim import world
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
@@ -289,7 +290,9 @@ def test_a_poll_in_the_moment_of_aborting_waits_for_what_the_robot_says(site, pl
     robot = site.container.repositories.robots.all(site.container.db.read())[0]
     site.container.make_client(robot).cancel(run.queue_id)
     assert str(items(site)[0].state) == "Abort"
-    site.container.make_worker(robot).step(poll=True)
+    worker = site.container.make_worker(robot)
+    worker.handle(messages.Poll())
+    worker.advance()
     assert site.executions()[0].state is State.EXECUTING
     site.run(60)
     assert outcome(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED)]

@@ -16,6 +16,7 @@ from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.files.log_export import LogExport
 from app.services.planning.overlaps import ASSUMED_S
 from tests.support.clock import VirtualClock
+from tests.support.planner import insert_due
 
 ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
@@ -252,7 +253,7 @@ def test_what_was_skipped_is_not_taken_when_its_time_comes(container):
     schedule = plan(container, recurrence="FREQ=DAILY")
     skipping(container).skip_next(schedule.id)
     container.clock.advance((schedule.next_at - NOW).total_seconds() + 1)
-    assert container.planner.insert_due().robot_ids == set()
+    assert insert_due(container).robot_ids == set()
     assert container.history.count(ExecutionFilter()) == 1
 
 

@@ -15,6 +15,7 @@ from app.i18n import translation
 from app.mir.errors import Unreachable
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.alarms import SENTENCES, alarm_sentence
+from app.services.live.tablet import old_token
 from mir_sim.state import RobotError
 from tests.support.network import Fate
 from tests.support.site import Site
@@ -119,6 +120,47 @@ def clock_implausible(site, plan):
     site.run(60)
 
 
+def chore_failed(site, plan):
+    def fails():
+        raise Unreachable(code="refused", address="R1")
+    site.engine.add_chore("Planted", fails)
+    site.run(60)
+
+
+def two_tablets(site, plan):
+    """The plan has moved to another tablet, and the old one is still on."""
+    plan(START)
+    site.switch_off()
+    site.tablet = "another tablet"
+    site.switch_on()
+    site.container.tablet.move_here()
+    site.run_until(lambda: site.executions(State.EXECUTING))
+    run, = site.executions()
+    enqueue(site, run.mission_guid, old_token(site.container.tablet.move, run))
+    site.run(60)
+
+
+def late_cancelled(site, plan):
+    site.machines["R1"].pause()
+    plan(START, start_window_minutes=1)
+    site.network.next("POST", "/mission_queue", Fate.LATE, 200.0)
+    site.run(600)
+
+
+def adopted_unproven(site, plan):
+    site.network.forgets_descriptions = True
+    plan(START)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(400)
+
+
+def item_unreadable(site, plan):
+    plan(START)
+    site.run(310)
+    site.network.unreadable.add(("R1", 1))
+    site.run(60)
+
+
 def duplicate_healed(site, plan):
     plan(START)
     site.network.next("POST", "/mission_queue", Fate.LOST)
@@ -137,9 +179,13 @@ def duplicate_running(site, plan):
 
 
 def copy_of_the_run(site):
-    robot, = site.container.repositories.robots.all(site.container.db.read())
     run, = site.executions()
-    site.container.make_client(robot).enqueue(run.mission_guid, description=run.token)
+    enqueue(site, run.mission_guid, run.token)
+
+
+def enqueue(site, mission_guid, token):
+    robot, = site.container.repositories.robots.all(site.container.db.read())
+    site.container.make_client(robot).enqueue(mission_guid, description=token)
 
 
 def unknown_outcome(site, plan):
@@ -166,7 +212,7 @@ def backup_failed(site, plan):
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, execution_failed, execution_skipped,
     executions_missed, app_was_off, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, unknown_outcome, database,
-    backup_failed)}
+    backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, item_unreadable)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():
@@ -259,6 +305,8 @@ def test_what_is_wrong_with_a_robot_is_kept_in_its_parts(site):
 
 def test_a_problem_of_the_clock_says_both_times(site, plan):
     now = site.clock.now()
+    site.run(60)
+    site.network.down.add("R1")                  # no robot can be asked
     clock_implausible(site, plan)
     yesterday, today = f"{now - timedelta(days=1):%Y-%m-%d}", f"{now:%Y-%m-%d}"
     assert yesterday in alarm_sentence(only(site, "clock_implausible"), FINNISH)

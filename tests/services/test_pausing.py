@@ -15,6 +15,7 @@ from app.domain.models import InvalidInput, Mission, ReasonCode, Robot, Schedule
 from app.services.catalogue.pausing import Pausing
 from app.services.live.gaps import Gap
 from tests.support.clock import VirtualClock
+from tests.support.planner import insert_due
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)            # Monday
 WEDNESDAY = datetime(2026, 11, 25, tzinfo=UTC)
@@ -39,7 +40,7 @@ class Plant:
 
     def go_to(self, moment: datetime) -> None:
         self.clock.step((moment - self.clock.now()).total_seconds())
-        self.container.planner.insert_due()
+        insert_due(self.container)
 
 
 @pytest.fixture
@@ -121,7 +122,7 @@ def test_nothing_runs_within_a_pause_and_every_start_has_one_row(tmp_path_factor
         moment = NOW + timedelta(hours=hour, minutes=35)
         if moment - timedelta(hours=1) < resumed <= moment:
             plant.clock.step((resumed - plant.clock.now()).total_seconds() if resumed > plant.clock.now() else 0)
-            plant.container.planner.insert_due()
+            insert_due(plant.container)
             plant.skipping.resume(plant.daily.id)
         if hour % 24 == minute_hour or moment.hour == 6:
             plant.go_to(moment)

@@ -1,7 +1,6 @@
 """When the disk is full, read-only or broken: no durable intent, no POST; an alarm; and it recovers when the disk does."""
 from __future__ import annotations
 
-import contextlib
 import sqlite3
 from collections.abc import Callable, Iterator
 from datetime import timedelta
@@ -37,8 +36,8 @@ def app(tmp_path, robot) -> Iterator[Container]:
     mission = container.catalogue.save_mission(Mission(HOME.name, HOME.guid))
     tomorrow = (container.clock.now() + timedelta(days=1)).replace(tzinfo=None, second=0, microsecond=0)
     container.catalogue.save_schedule(Schedule("S", known.id, mission.id, tomorrow, "UTC", "FREQ=DAILY", respect_working_days=False))
-    container.loop.start()
-    wait_for(lambda: container.loop.is_ready)
+    container.runner.start()
+    wait_for(lambda: container.engine.is_ready)
     yield container
     container.close()
 
@@ -48,7 +47,7 @@ def insert_due(app: Container, seconds: float) -> None:
     schedules = app.repositories.schedules
     schedule = schedules.by_name(app.db.read(), "S")
     app.db.write(lambda c: schedules.advance(c, schedule.id, app.clock.now() + timedelta(seconds=seconds)))
-    app.loop.wake()
+    app.runner.wake()
 
 
 def make_read_only(app: Container) -> Callable[[], None]:
@@ -138,14 +137,6 @@ class _FailsOnce:
         self._writer.close()
 
 
-def run(site, seconds: float) -> None:
-    """Let time pass as the app's threads do, which note that the database fails and go on."""
-    end = site.clock.monotonic() + seconds
-    while site.clock.monotonic() < end:
-        with contextlib.suppress(DatabaseUnavailable):
-            site.run(end - site.clock.monotonic())
-
-
 @pytest.mark.parametrize("fate", [Fate.FINE, Fate.ANSWER_LOST, Fate.LOST])
 def test_whichever_write_fails_the_mission_runs_exactly_once(site, plan, fate):
     """The run is repeated with the first write failing, then the second, and so on, until it is over before the turn comes."""
@@ -158,7 +149,7 @@ def test_whichever_write_fails_the_mission_runs_exactly_once(site, plan, fate):
         if fate is not Fate.FINE:
             site.network.next("POST", "/mission_queue", fate)
         writer = _FailsOnce(site, fail_at)
-        run(site, 420.0)
+        site.run(420.0)
         site.container.db._writer = writer._writer
         [execution] = [e for e in site.executions() if e.schedule == name]
         copies = [item for item in site.machines["R1"].queue if item.description == execution.token]

@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from app.database import schema
-from app.mir.errors import Delivery
-from app.services.dispatch import dispatcher, ledger, planner
+from app.services.dispatch import ledger, planner
+from app.services.dispatch.attempt import Phase
+from app.services.dispatch.submission import Submission
 from tests.simulation.__main__ import simulate
 from tests.simulation.world import Profile, World
 
@@ -46,14 +47,15 @@ def test_without_a_planted_bug_the_rough_world_is_clean(tmp_path):
 
 def test_a_blind_retry_is_found(tmp_path, monkeypatch):
     """The thesis's algorithm: whatever failed is sent again."""
-    original = dispatcher.Dispatcher._not_accepted
+    post = Submission._post
 
-    def blind(self, intent, error, settings):
-        if error.delivery is Delivery.UNKNOWN:
-            self._attempts_failed([intent], error.text, settings)
-        else:
-            original(self, intent, error, settings)
-    monkeypatch.setattr(dispatcher.Dispatcher, "_not_accepted", blind)
+    def blind(self, intent):
+        post(self, intent)
+        attempt = self._attempts.get(intent.id)
+        if attempt is not None and attempt.phase is Phase.IN_DOUBT:
+            self._failed([intent], "no answer")
+    monkeypatch.setattr(Submission, "_post", blind)
+    monkeypatch.setattr(Submission, "_already_there", lambda self, row, floor: [])
     assert is_found(tmp_path, ["items with one token"])
 
 
@@ -63,7 +65,7 @@ def test_an_intent_that_is_not_committed_is_found(tmp_path, monkeypatch):
         self._begun = {**getattr(self, "_begun", {}), execution.id: execution}
         return replace(execution, state=ledger.State.SUBMITTING, attempts=execution.attempts + 1, queue_floor=queue_floor)
 
-    def accepted(self, execution, queue_id):
+    def accepted(self, execution, robot, queue_id):
         return ledger.Move(execution, ledger.NOT_WITH_THE_ROBOT, {"state": ledger.State.QUEUED, "queue_id": queue_id,
                                                                   "attempts": execution.attempts, "submitted_at": self._clock.now()})
     monkeypatch.setattr(ledger.Ledger, "begin_attempt", begin)
@@ -75,19 +77,19 @@ def test_an_intent_that_is_not_committed_is_found(tmp_path, monkeypatch):
 def test_a_missing_unique_key_is_found(tmp_path, monkeypatch):
     """Row and advance in two transactions, which the unique key forgives: without it a crash in between makes two rows."""
     advance, pending = planner.ScheduleRepository.advance_all, []
-    monkeypatch.setattr(planner.ScheduleRepository, "advance_all", lambda self, c, following: following and pending.append(following))
+    monkeypatch.setattr(planner.ScheduleRepository, "advance_all", lambda self, c, progress: progress and pending.append(progress))
     insert_due = planner.Planner._take_due
 
-    def split(self, c, batch):
+    def split(self, c, batch, ready):
         pending.clear()
-        return insert_due(self, c, batch)
+        return insert_due(self, c, batch, ready)
     write = planner.Database.write
 
     def write_then_advance(self, work, patient=False):
         result = write(self, work, patient)
         while pending:
-            following = pending.pop()
-            write(self, lambda c, following=following: advance(planner.ScheduleRepository(), c, following))
+            progress = pending.pop()
+            write(self, lambda c, progress=progress: advance(planner.ScheduleRepository(), c, progress))
         return result
     monkeypatch.setattr(planner.Planner, "_take_due", split)
     monkeypatch.setattr(planner.Database, "write", write_then_advance)

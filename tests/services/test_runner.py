@@ -1,0 +1,295 @@
+"""The threads around engine and workers: a cycle reaches every robot, in turns when there are many, and nobody waits for a dead one."""
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from types import SimpleNamespace
+
+import pytest
+
+from app.container import Container
+from app.database.connection import Database
+from app.domain.models import Execution, Robot
+from app.services.dispatch import engine, messages, runner
+from app.services.dispatch.clock_guard import Judgement
+from app.services.dispatch.engine import POLLED_AT_ONCE, Engine
+from app.services.dispatch.planner import DueBatch
+from app.services.dispatch.runner import Runner
+from app.services.live.changes import Changes, Topic
+from tests.support.process import wait_for
+
+
+class CountingWorker:
+    """A worker that only counts its polls; ``acts`` may hang or raise."""
+
+    def __init__(self, robot: Robot, polls: Counter[int]) -> None:
+        self.robot, self.polled, self.seen = robot, False, SimpleNamespace(clock=None, gives_time=False)
+        self._polls = polls
+        self._poll_wanted = True
+        self.acts: Callable[[], None] = lambda: None
+        self.told: list[type] = []
+        self.untaken: Sequence[Execution] | None = None          # what it was closed with
+
+    def handle(self, message: messages.Message) -> None:
+        self.told.append(type(message))
+        self._poll_wanted |= isinstance(message, messages.Poll)
+
+    def advance(self) -> float:
+        self.acts()
+        self._polls[self.robot.id] += self._poll_wanted
+        self._poll_wanted, self.polled = False, True
+        return 60.0
+
+    def readiness(self) -> None: ...
+
+    def close(self, untaken: Sequence[Execution] = ()) -> None:
+        self.untaken = untaken
+
+
+class QuietPlanner:
+    """Nothing is ever due."""
+
+    def next_due(self) -> None: ...
+
+    def robots_due(self, after: object, until: object) -> set[int]:
+        return set()
+
+    def insert_due(self, ready: object, hand_over: object) -> DueBatch:
+        return DueBatch()
+
+
+class TrustingGuard:
+    is_in_doubt = False
+
+    def start(self) -> None: ...
+    def stop(self) -> None: ...
+
+    def judge(self, readings: object, can_ask: bool) -> Judgement:
+        return Judgement(True)
+
+
+class App:
+    """Engine and runner over so many robots."""
+
+    def __init__(self, container: Container, polls: Counter[int], count: int, *, every: float, planner: QuietPlanner,
+                 acts: Callable[[Robot], None], reading: Callable[[App], object]) -> None:
+        self.changes, self.workers = Changes(), {}
+        self.robots = [Robot(f"R{number}", "http://r", id=number) for number in range(count)]
+
+        def make_worker(robot: Robot) -> CountingWorker:
+            worker = self.workers[robot.id] = CountingWorker(robot, polls)
+            worker.acts = lambda: acts(robot)
+            return worker
+
+        def read_robots() -> list[Robot]:
+            reading(self)
+            return list(self.robots)
+        clock, alarms = container.clock, container.alarms
+        self.engine = Engine(planner=planner, guard=TrustingGuard(), ledger=container.ledger, clock=clock,  # type: ignore[arg-type]
+                             alarms=alarms, changes=self.changes, robots=read_robots, make_worker=make_worker,  # type: ignore[arg-type]
+                             poll_interval=lambda: every, probe=lambda: None)
+        self.runner = Runner(container.db, self.engine, clock, alarms)
+        self.runner.start()
+
+
+@pytest.fixture
+def polls() -> Counter[int]:
+    return Counter()
+
+
+@pytest.fixture
+def start(tmp_path, polls) -> Iterator[Callable[..., App]]:
+    """Start an app over so many robots."""
+    apps, container = [], Container(Database.open(tmp_path / "a.db", durable=False))
+
+    def make(count: int, *, every: float = 0.2, planner: QuietPlanner | None = None, acts: Callable[[Robot], None] = lambda robot: None,
+             reading: Callable[[App], object] = lambda app: None) -> App:
+        apps.append(App(container, polls, count, every=every, planner=planner or QuietPlanner(), acts=acts, reading=reading))
+        return apps[-1]
+    yield make
+    for app in apps:
+        app.runner.stop()
+    container.db.close()
+
+
+@pytest.mark.parametrize("count", [3, 2 * POLLED_AT_ONCE + 1])
+def test_every_robot_is_polled_again_and_again(start, polls, count):
+    start(count)
+    wait_for(lambda: len(polls) == count and min(polls.values()) >= 3)
+
+
+def test_very_many_are_polled_in_turns_that_a_new_cycle_does_not_start_again(start, polls):
+    """Even when a cycle takes longer than the interval, the last ones get their turn."""
+    count = 20 * POLLED_AT_ONCE
+    start(count, every=0.3)
+    wait_for(lambda: len(polls) == count and min(polls.values()) >= 2)
+
+
+def test_a_robot_that_hangs_holds_up_itself_alone(start, polls, monkeypatch):
+    monkeypatch.setattr(engine, "FIRST_POLL_WITHIN", 0.2)
+    free = threading.Event()
+    start(5, acts=lambda robot: free.wait() if robot.id == 2 else None)
+    wait_for(lambda: len(polls) == 4 and min(polls.values()) >= 3)
+    assert 2 not in polls
+    free.set()
+
+
+def test_a_worker_that_meets_an_unexpected_error_goes_on(start, polls, monkeypatch, caplog):
+    monkeypatch.setattr(runner, "AFTER_A_FAILURE", 0.01)
+    left = {1: 3}
+
+    def trouble(robot: Robot) -> None:
+        if left.get(robot.id, 0):
+            left[robot.id] -= 1
+            raise RuntimeError("planted")
+
+    app = start(3, acts=trouble)
+    wait_for(lambda: len(polls) == 3 and min(polls.values()) >= 3)
+    assert left == {1: 0}
+    assert app.workers[1].told.count(messages.Recover) == 3              # what a round did not get to, the next one takes up
+    assert messages.Recover not in app.workers[2].told
+    assert [record.exc_info is not None for record in caplog.records] == [True] * 3
+
+
+@pytest.mark.parametrize("topic", [Topic.SCHEDULES, Topic.EXECUTIONS, Topic.HOLDS, Topic.ROBOTS])
+def test_every_worker_learns_what_an_operator_has_changed(start, polls, topic):
+    """It may hold an intent that must not be sent any more."""
+    app = start(3, every=60.0)
+    wait_for(lambda: len(polls) == 3)
+    before = app.engine.plan_version
+    app.changes.publish(topic)
+    wait_for(lambda: all(messages.LedgerChanged in worker.told for worker in app.workers.values()))
+    assert app.engine.plan_version == before + 1
+
+
+def test_a_change_of_one_robots_executions_is_its_own(start, polls):
+    """And it takes nothing back that others hold."""
+    app = start(3, every=60.0)
+    wait_for(lambda: len(polls) == 3)
+    before = app.engine.plan_version
+    app.changes.publish(Topic.EXECUTIONS, 1)
+    wait_for(lambda: messages.LedgerChanged in app.workers[1].told)
+    assert messages.LedgerChanged not in app.workers[0].told + app.workers[2].told
+    assert app.engine.plan_version == before
+
+
+def test_a_worker_is_not_told_what_it_has_just_done_itself(start, polls):
+    app = start(2, every=60.0)
+    wait_for(lambda: len(polls) == 2)
+    app.workers[1].acts = lambda: app.changes.publish(Topic.EXECUTIONS, None)
+    app.engine.poll(1)
+    wait_for(lambda: messages.LedgerChanged in app.workers[0].told)
+    assert messages.LedgerChanged not in app.workers[1].told
+
+
+def test_what_is_posted_arrives_in_its_order(start, polls):
+    app = start(1, every=60.0)
+    wait_for(lambda: len(polls) == 1)
+    app.workers[0].told.clear()
+    posted = [messages.Start((), 1), messages.LedgerChanged(), messages.Start((), 2), messages.Prefetch(), messages.TimeLost()] * 20
+    for message in posted:
+        app.runner.post(0, message)
+    wait_for(lambda: len(app.workers[0].told) == len(posted))
+    assert app.workers[0].told == [type(message) for message in posted]
+
+
+def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(start, polls):
+    """It was posted while the worker was busy with its last round."""
+    busy, free = threading.Event(), threading.Event()
+    app = start(1, every=60.0)
+    wait_for(lambda: len(polls) == 1)
+
+    def hang() -> None:
+        busy.set()
+        free.wait()
+    worker, intent = app.workers[0], object()
+    worker.acts = hang
+    app.engine.poll(0)
+    busy.wait()
+    app.runner.post(0, messages.Start((intent,), 1))  # type: ignore[arg-type]
+    app.runner.close(0)
+    free.set()
+    wait_for(lambda: worker.untaken is not None)
+    assert worker.untaken == [intent]
+    app.runner.post(0, messages.Poll())               # nobody is there: it is lost without harm
+
+
+@pytest.mark.parametrize(("change", "is_new"), [({"name": "Other"}, False), ({"enabled": False}, False), ({"address": "http://q"}, True)])
+def test_a_robot_that_is_edited_keeps_its_worker_unless_its_connection_changed(start, polls, change, is_new):
+    app = start(2, every=60.0)
+    wait_for(lambda: len(polls) == 2)
+    before = dict(app.workers)
+    app.robots[1] = Robot(**{"name": "R1", "address": "http://r", "id": 1, **change})
+    app.changes.publish(Topic.ROBOTS)
+    wait_for(lambda: app.workers[1] is not before[1] if is_new else messages.RobotEdited in before[1].told)
+    assert (app.workers[1] is not before[1]) is is_new
+    assert app.workers[0] is before[0]
+    if is_new:
+        wait_for(lambda: before[1].untaken is not None)
+
+
+class FailingPlanner(QuietPlanner):
+    """Its first rounds raise what no code should."""
+
+    def __init__(self) -> None:
+        self.left, self.beats = 3, 0
+
+    def insert_due(self, ready: object, hand_over: object) -> DueBatch:
+        if self.left:
+            self.left -= 1
+            raise RuntimeError("planted")
+        self.beats += 1
+        return DueBatch()
+
+
+def test_the_scheduler_goes_on_after_an_unexpected_error(start, polls, monkeypatch, caplog):
+    for module in (runner, engine):
+        monkeypatch.setattr(module, "LONGEST_WAIT", 0.02)
+    planner = FailingPlanner()
+    start(2, planner=planner)
+    wait_for(lambda: planner.beats >= 2 and len(polls) == 2)
+    assert [record.exc_info is not None for record in caplog.records] == [True] * 3
+
+
+class TellingPlanner(QuietPlanner):
+    """Each of its rounds plans something and publishes that."""
+
+    def __init__(self) -> None:
+        self.beats, self.publish = 0, lambda: None
+
+    def insert_due(self, ready: object, hand_over: object) -> DueBatch:
+        self.publish()
+        self.beats += 1
+        return DueBatch()
+
+
+def test_what_the_scheduler_plans_does_not_wake_itself_but_what_others_plan_does(start, polls, monkeypatch):
+    for module in (runner, engine):
+        monkeypatch.setattr(module, "LONGEST_WAIT", 60.0)
+    planner = TellingPlanner()
+    app = start(1, every=60.0, planner=planner)
+    wait_for(lambda: planner.beats >= 1 and len(polls) == 1)
+    planner.publish = lambda: app.changes.publish(Topic.SCHEDULES)
+    version = app.engine.plan_version
+    for _ in range(3):
+        seen = planner.beats
+        app.changes.publish(Topic.SCHEDULES)
+        wait_for(lambda seen=seen: planner.beats > seen)
+    assert app.engine.plan_version == version + 3              # only those of others
+
+
+def test_when_the_window_stops_asking_robots_are_polled_all_the_same(start, polls):
+    """The window's clock asked once, then its thread is blocked: after two intervals the scheduler's own thread asks."""
+    app = start(3, every=0.1)
+    wait_for(lambda: len(polls) == 3)
+    app.engine.request_cycle(by_window=True)
+    seen = sum(polls.values())
+    wait_for(lambda: sum(polls.values()) >= seen + 9)
+
+
+def test_it_is_not_ready_while_its_workers_are_still_to_be_made(start):
+    ready: list[bool] = []
+    app = start(2, reading=lambda app: ready.append(app.engine.is_ready))
+    wait_for(lambda: app.engine.is_ready)
+    assert ready == [False]
