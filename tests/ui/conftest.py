@@ -17,6 +17,8 @@ from kivy.base import EventLoop  # noqa: E402
 from kivy.core.window import Window  # noqa: E402
 from kivy.uix.widget import Widget  # noqa: E402
 from kivymd.app import MDApp  # noqa: E402
+from materialyoucolor.dynamiccolor.dynamic_color import DynamicColor  # noqa: E402
+from materialyoucolor.dynamiccolor.dynamic_scheme import DynamicScheme  # noqa: E402
 from materialyoucolor.hct.cam16 import Cam16  # noqa: E402
 from materialyoucolor.hct.hct_solver import HctSolver  # noqa: E402
 
@@ -35,6 +37,17 @@ from tests.ui.whole_app import Plant, shown  # noqa: E402
 # KivyMD computes some thousand colours whenever an app starts, the same ones each time: half the time of a test.
 HctSolver.solve_to_int = staticmethod(cache(HctSolver.solve_to_int))
 Cam16.from_int = staticmethod(cache(Cam16.from_int))
+_compute, _computed = DynamicColor.get_rgba, {}
+
+
+def _rgba(color: DynamicColor, scheme: DynamicScheme) -> list[int]:
+    theme = color.name, scheme.variant, scheme.source_color_hct.to_int(), scheme.is_dark, scheme.contrast_level
+    if theme not in _computed:
+        _computed[theme] = _compute(color, scheme)
+    return list(_computed[theme])
+
+
+DynamicColor.get_rgba = _rgba
 
 
 PENDING = 200.0                          # s of virtual time, longer than any animation and than kivy's caches keep what they drew
