@@ -5,6 +5,7 @@ import gc
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 
 from tests.ui import headless
@@ -75,8 +76,22 @@ def stage() -> MDApp:
 
 
 @pytest.fixture
-def ui(stage, nothing_left) -> Iterator[Driver]:
+def ui(stage, calm, request) -> Iterator[Driver]:
     """An empty window in the light theme, in English; whatever a test leaves behind is cleared away."""
+    with _window(stage, request.node.nodeid, request.session) as driver:
+        yield driver
+
+
+@pytest.fixture(scope="module")
+def shared_ui(stage, calm, request) -> Iterator[Driver]:
+    """The same for all tests of a module; none of them may use ``ui``."""
+    with _window(stage, request.node.nodeid, request.session) as driver:
+        yield driver
+
+
+@contextmanager
+def _window(stage: MDApp, user: str, session: pytest.Session) -> Iterator[Driver]:
+    _nothing_left(stage, user, session)
     App._running_app = stage
     EventLoop.status = "started"
     apply_theme(stage.theme_cls, "light", gloves=False)
@@ -90,16 +105,15 @@ def ui(stage, nothing_left) -> Iterator[Driver]:
     EventLoop.status = "idle"
 
 
-@pytest.fixture
-def nothing_left(stage, calm, request) -> None:
+def _nothing_left(stage: MDApp, user: str, session: pytest.Session) -> None:
     """Of the test before no widget may be alive: what keeps one would keep it, and the screen around it, in the app as well.
     After a failure its traceback may."""
     ends = time.monotonic() + LET_GO_WITHIN
-    while (alive := living_widgets()) and not request.session.testsfailed and time.monotonic() < ends:
+    while (alive := living_widgets()) and not session.testsfailed and time.monotonic() < ends:
         Driver(stage).advance()              # a thread that ends hands its result to the next frame
         time.sleep(.01)
-    assert not alive or request.session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
-    _shown_before[:] = [request.node.nodeid]
+    assert not alive or session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
+    _shown_before[:] = [user]
 
 
 @pytest.fixture(scope="package")
@@ -114,6 +128,14 @@ def calm() -> Iterator[None]:
 def container(tmp_path) -> Iterator[Container]:
     """Services at an invented plant with a month behind it, on Friday 20 Nov 2026, 14:38; nothing runs there."""
     container = month.plant(tmp_path / "data")
+    yield container
+    container.close()
+
+
+@pytest.fixture(scope="module")
+def shared_container(tmp_path_factory) -> Iterator[Container]:
+    """The same for all tests of a module, which change nothing in it."""
+    container = month.plant(tmp_path_factory.mktemp("data"))
     yield container
     container.close()
 
