@@ -147,10 +147,16 @@ def site(tmp_path, monkeypatch) -> Iterator[Plant]:
         yield site
 
 
+@pytest.fixture
+def first_screen() -> str:
+    """What ``app`` opens."""
+    return "home"
+
+
 @pytest.fixture(name="app")
-def app_of_site(site, ui) -> Iterator[SchedulerApp]:
+def app_of_site(site, ui, first_screen) -> Iterator[SchedulerApp]:
     """The app on ``site``."""
-    with shown(site.container, ui) as running:
+    with shown(site.container, ui, first_screen) as running:
         yield running
 
 
