@@ -134,7 +134,7 @@ def container(tmp_path) -> Iterator[Container]:
 
 @pytest.fixture(scope="module")
 def shared_container(tmp_path_factory) -> Iterator[Container]:
-    """The same for all tests of a module, which change nothing in it."""
+    """The same for all tests of a module, which leave it as it was."""
     container = month.plant(tmp_path_factory.mktemp("data"))
     yield container
     container.close()
@@ -160,11 +160,13 @@ def app_of_site(site, ui, first_screen) -> Iterator[SchedulerApp]:
         yield running
 
 
-@pytest.fixture
-def silent_robots(monkeypatch) -> None:
+@pytest.fixture(scope="module")
+def silent_robots() -> Iterator[None]:
     """Nobody answers at the robots' addresses, and nobody asks there which missions they have."""
-    monkeypatch.setattr(RobotMissions, "learn_names", lambda _self, _robot_id: False)
-    monkeypatch.setattr(RobotMissions, "parameters", lambda _self, _robot_id, _guid: ())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(RobotMissions, "learn_names", lambda _self, _robot_id: False)
+        patch.setattr(RobotMissions, "parameters", lambda _self, _robot_id, _guid: ())
+        yield
 
 
 def clear_window() -> None:
