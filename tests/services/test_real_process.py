@@ -31,6 +31,7 @@ from tests.support.process import (
     import_configuration,
     is_one_line,
     once_now,
+    prepared,
     read_only,
     run,
     running,
@@ -61,7 +62,7 @@ def robot(fleet) -> mir_sim.FleetRobot:
 @pytest.fixture
 def site(data, fleet) -> Path:
     """A data directory that knows the robot and its missions; polls every second, so that "within one poll" is soon."""
-    import_configuration(data, configuration_of(fleet, poll_interval_seconds=1, unknown_outcome_quiet_seconds=5))
+    prepared(data, configuration_of(fleet, poll_interval_seconds=1, unknown_outcome_quiet_seconds=5))
     return data
 
 

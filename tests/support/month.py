@@ -9,12 +9,14 @@ import uuid
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, time, timedelta
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from zoneinfo import ZoneInfo
 
 from app.container import Container
 from app.database.activities import ActivityRepository
-from app.database.connection import Database
+from app.database.connection import DATABASE_NAME, Database
 from app.domain.activity import ActivitySpan
 from app.domain.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
 from tests.support.clock import VirtualClock
@@ -55,12 +57,24 @@ HABITS = (
 
 def plant(directory: Path, furnished: bool = True, now: datetime = NOW) -> Container:
     """Services on a throw-away database whose clock is at ``now``; nothing runs."""
+    path = directory / DATABASE_NAME
+    directory.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(_database(furnished, now))
     clock = VirtualClock(now)
-    container = Container(Database.open(directory / "amr-scheduler.db", clock=clock, durable=False), clock)
-    container.catalogue.change_settings(timezone=ZONE, minimum_battery_percent=30, history_limit=None)
-    if furnished:
-        furnish(container, now)
-    return container
+    return Container(Database.open(path, clock=clock, durable=False), clock)
+
+
+@cache
+def _database(furnished: bool, now: datetime) -> bytes:
+    """The file, which takes a while to make."""
+    with TemporaryDirectory() as directory:
+        path, clock = Path(directory) / DATABASE_NAME, VirtualClock(now)
+        container = Container(Database.open(path, clock=clock, durable=False), clock)
+        container.catalogue.change_settings(timezone=ZONE, minimum_battery_percent=30, history_limit=None)
+        if furnished:
+            furnish(container, now)
+        container.close()
+        return path.read_bytes()
 
 
 def furnish(container: Container, now: datetime = NOW) -> None:

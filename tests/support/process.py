@@ -16,6 +16,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from app.container import Container
+from app.process.data_directory import DataDirectory
+from app.services.catalogue import configuration
 from mir_sim import MISSIONS, Fleet
 
 ROOT = Path(__file__).parents[2]
@@ -148,6 +151,15 @@ def import_configuration(data_dir: Path, content: dict[str, Any]) -> subprocess.
     done = run(data_dir, "--import-config", write_configuration(data_dir.with_name(data_dir.name + "-configuration.json"), content))
     assert (done.returncode, done.stderr) == (0, ""), done
     return done
+
+
+def prepared(data_dir: Path, content: dict[str, Any]) -> None:
+    """The same in this process, which is quicker than to start another."""
+    container = Container.open(DataDirectory.prepare(data_dir).path)
+    try:
+        configuration.import_configuration(container.catalogue, json.dumps(content).encode())
+    finally:
+        container.close()
 
 
 def is_one_line(text: str) -> bool:

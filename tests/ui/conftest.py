@@ -5,6 +5,7 @@ import gc
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 
 from tests.ui import headless
@@ -17,6 +18,8 @@ from kivy.base import EventLoop  # noqa: E402
 from kivy.core.window import Window  # noqa: E402
 from kivy.uix.widget import Widget  # noqa: E402
 from kivymd.app import MDApp  # noqa: E402
+from materialyoucolor.dynamiccolor.dynamic_color import DynamicColor  # noqa: E402
+from materialyoucolor.dynamiccolor.dynamic_scheme import DynamicScheme  # noqa: E402
 from materialyoucolor.hct.cam16 import Cam16  # noqa: E402
 from materialyoucolor.hct.hct_solver import HctSolver  # noqa: E402
 
@@ -35,6 +38,17 @@ from tests.ui.whole_app import Plant, shown  # noqa: E402
 # KivyMD computes some thousand colours whenever an app starts, the same ones each time: half the time of a test.
 HctSolver.solve_to_int = staticmethod(cache(HctSolver.solve_to_int))
 Cam16.from_int = staticmethod(cache(Cam16.from_int))
+_compute, _computed = DynamicColor.get_rgba, {}
+
+
+def _rgba(color: DynamicColor, scheme: DynamicScheme) -> list[int]:
+    theme = color.name, scheme.variant, scheme.source_color_hct.to_int(), scheme.is_dark, scheme.contrast_level
+    if theme not in _computed:
+        _computed[theme] = _compute(color, scheme)
+    return list(_computed[theme])
+
+
+DynamicColor.get_rgba = _rgba
 
 
 PENDING = 200.0                          # s of virtual time, longer than any animation and than kivy's caches keep what they drew
@@ -62,8 +76,22 @@ def stage() -> MDApp:
 
 
 @pytest.fixture
-def ui(stage, nothing_left) -> Iterator[Driver]:
+def ui(stage, calm, request) -> Iterator[Driver]:
     """An empty window in the light theme, in English; whatever a test leaves behind is cleared away."""
+    with _window(stage, request.node.nodeid, request.session) as driver:
+        yield driver
+
+
+@pytest.fixture(scope="module")
+def shared_ui(stage, calm, request) -> Iterator[Driver]:
+    """The same for all tests of a module; none of them may use ``ui``."""
+    with _window(stage, request.node.nodeid, request.session) as driver:
+        yield driver
+
+
+@contextmanager
+def _window(stage: MDApp, user: str, session: pytest.Session) -> Iterator[Driver]:
+    _nothing_left(stage, user, session)
     App._running_app = stage
     EventLoop.status = "started"
     apply_theme(stage.theme_cls, "light", gloves=False)
@@ -77,16 +105,15 @@ def ui(stage, nothing_left) -> Iterator[Driver]:
     EventLoop.status = "idle"
 
 
-@pytest.fixture
-def nothing_left(stage, calm, request) -> None:
+def _nothing_left(stage: MDApp, user: str, session: pytest.Session) -> None:
     """Of the test before no widget may be alive: what keeps one would keep it, and the screen around it, in the app as well.
     After a failure its traceback may."""
     ends = time.monotonic() + LET_GO_WITHIN
-    while (alive := living_widgets()) and not request.session.testsfailed and time.monotonic() < ends:
+    while (alive := living_widgets()) and not session.testsfailed and time.monotonic() < ends:
         Driver(stage).advance()              # a thread that ends hands its result to the next frame
         time.sleep(.01)
-    assert not alive or request.session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
-    _shown_before[:] = [request.node.nodeid]
+    assert not alive or session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
+    _shown_before[:] = [user]
 
 
 @pytest.fixture(scope="package")
@@ -105,6 +132,14 @@ def container(tmp_path) -> Iterator[Container]:
     container.close()
 
 
+@pytest.fixture(scope="module")
+def shared_container(tmp_path_factory) -> Iterator[Container]:
+    """The same for all tests of a module, which leave it as it was."""
+    container = month.plant(tmp_path_factory.mktemp("data"))
+    yield container
+    container.close()
+
+
 @pytest.fixture
 def site(tmp_path, monkeypatch) -> Iterator[Plant]:
     """A tablet with an empty database, and two robots that answer."""
@@ -112,18 +147,26 @@ def site(tmp_path, monkeypatch) -> Iterator[Plant]:
         yield site
 
 
+@pytest.fixture
+def first_screen() -> str:
+    """What ``app`` opens."""
+    return "home"
+
+
 @pytest.fixture(name="app")
-def app_of_site(site, ui) -> Iterator[SchedulerApp]:
+def app_of_site(site, ui, first_screen) -> Iterator[SchedulerApp]:
     """The app on ``site``."""
-    with shown(site.container, ui) as running:
+    with shown(site.container, ui, first_screen) as running:
         yield running
 
 
-@pytest.fixture
-def silent_robots(monkeypatch) -> None:
+@pytest.fixture(scope="module")
+def silent_robots() -> Iterator[None]:
     """Nobody answers at the robots' addresses, and nobody asks there which missions they have."""
-    monkeypatch.setattr(RobotMissions, "learn_names", lambda _self, _robot_id: False)
-    monkeypatch.setattr(RobotMissions, "parameters", lambda _self, _robot_id, _guid: ())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(RobotMissions, "learn_names", lambda _self, _robot_id: False)
+        patch.setattr(RobotMissions, "parameters", lambda _self, _robot_id, _guid: ())
+        yield
 
 
 def clear_window() -> None:

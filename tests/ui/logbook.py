@@ -4,7 +4,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from kivy.uix.scrollview import ScrollView
+
 from app.container import Container
+from app.screens.logs.view import Filters
 from app.widgets.buttons import Segment
 from tests.ui.driver import Driver
 from tests.ui.whole_app import shown
@@ -19,6 +22,21 @@ def opened(container: Container, ui: Driver, part: str = "") -> Iterator[object]
         if part:
             tap(app, ui, ui.find(Segment, text=part))
         yield app
+
+
+def show_anew(app, ui: Driver, part: str = "runs") -> None:
+    """What one test has chosen and opened must not be there for the next one that uses the same app."""
+    app.shell.dialogs.close_all()
+    app.shell.snackbars.clear()
+    app.shell.go("logs")
+    app.logs.opened_run = None
+    app.logs.searching, app.logs.query = False, ""
+    app.logs.part = part
+    app.logs.set_filters(**vars(Filters()))
+    settle(app, ui)
+    for scrolled in ui.find_all(ScrollView):
+        scrolled.scroll_y = 1
+    ui.advance(.1)
 
 
 def settle(app, ui: Driver) -> None:

@@ -32,6 +32,14 @@ def opened(container: Container, ui: Driver) -> Iterator[object]:
         yield app
 
 
+def show_anew(app, ui) -> None:
+    """An empty form, nothing open above it: what a test has entered must not be there for the next one that uses the same app."""
+    app.shell.dialogs.close_all()
+    app.shell.snackbars.clear()
+    app.plan.form.begin()
+    settle(app, ui)
+
+
 def settle(app, ui) -> None:
     ui.advance(.3)
     ui.wait(lambda: app.shell.background.idle)

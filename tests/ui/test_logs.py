@@ -19,16 +19,30 @@ from app.widgets.fields import SearchField
 from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
-from tests.support import month
 from tests.ui import checks
-from tests.ui.logbook import opened, settle, tap
-from tests.ui.whole_app import shown
+from tests.ui.logbook import opened, settle, show_anew, tap
+
+
+@pytest.fixture(scope="module")
+def ui(shared_ui):
+    return shared_ui
+
+
+@pytest.fixture(scope="module")
+def container(shared_container):
+    return shared_container
+
+
+@pytest.fixture(scope="module")
+def logs(container, ui):
+    with opened(container, ui) as app:
+        yield app
 
 
 @pytest.fixture
-def screen(container, ui):
-    with opened(container, ui) as app:
-        yield app
+def screen(logs, ui):
+    show_anew(logs, ui)
+    return logs
 
 
 def tick(app, ui, chip: str, *options: str) -> None:
@@ -144,12 +158,6 @@ def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):
 
 
 # ---------------------------------------------------------------------- live, paged, exported
-def test_what_ends_shows_at_once(screen, container, ui):
-    running = container.history.open()[0]
-    container.ledger.make([container.ledger.completed(running, 240.0, 2.0)])
-    settle(screen, ui)
-    assert rows(ui)[0].outcome == "Completed"
-    assert rows(ui)[0].took == "4 min"
 
 
 def test_the_story_asked_for_by_another_screen_is_shown(screen, container, ui):
@@ -225,16 +233,6 @@ def no_room(**_where):
 
 
 # ---------------------------------------------------------------------- layout
-def test_an_empty_history_teaches(tmp_path, ui):
-    container = month.plant(tmp_path, furnished=False)
-    try:
-        with shown(container, ui, "logs") as app:
-            settle(app, ui)
-            tap(app, ui, ui.find(Segment, text="All"))
-            assert "Nothing has run yet" in ui.texts()
-            assert [card.value for card in ui.find_all(FigureCard)] == ["–"] * 5
-    finally:
-        container.close()
 
 
 def test_nothing_overlaps_or_is_too_small(screen, ui):

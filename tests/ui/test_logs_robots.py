@@ -11,15 +11,30 @@ from app.widgets.buttons import ChoiceChip, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.figures import FigureDialog
 from app.widgets.rows import OptionRow
-from tests.support import month
 from tests.ui import checks
-from tests.ui.logbook import opened, settle, tap
+from tests.ui.logbook import opened, settle, show_anew, tap
+
+
+@pytest.fixture(scope="module")
+def ui(shared_ui):
+    return shared_ui
+
+
+@pytest.fixture(scope="module")
+def container(shared_container):
+    return shared_container
+
+
+@pytest.fixture(scope="module")
+def logs(container, ui):
+    with opened(container, ui) as app:
+        yield app
 
 
 @pytest.fixture
-def screen(container, ui):
-    with opened(container, ui, "Robots") as app:
-        yield app
+def screen(logs, ui):
+    show_anew(logs, ui, "robots")
+    return logs
 
 
 def tap_band(screen, ui, robot: str, place: float) -> FigureDialog:
@@ -83,15 +98,6 @@ def test_longer_periods_are_thinned_out_but_keep_every_robot(screen, ui):
         assert len(lanes) == 3
         assert all(0 < len(lane.spans) <= 600 for lane in lanes)
         assert all("error" in {span.kind for span in lane.spans} for lane in lanes if lane.name == "Aino")
-
-
-def test_without_robots_the_page_says_so(tmp_path, ui):
-    container = month.plant(tmp_path, furnished=False)
-    try:
-        with opened(container, ui, "Robots"):
-            assert "There is no robot yet." in ui.texts()
-    finally:
-        container.close()
 
 
 def test_nothing_overlaps_or_is_too_small(screen, ui):

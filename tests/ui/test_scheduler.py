@@ -31,13 +31,35 @@ from tests.ui.planner import (
     save_button,
     schedules,
     settle,
+    show_anew,
 )
 
 
-@pytest.fixture
-def screen(container, ui, silent_robots):
+@pytest.fixture(scope="module")
+def ui(shared_ui):
+    return shared_ui
+
+
+@pytest.fixture(scope="module")
+def container(shared_container):
+    return shared_container
+
+
+@pytest.fixture(scope="module")
+def scheduler(container, ui, silent_robots):
     with opened(container, ui) as app:
         yield app
+
+
+@pytest.fixture
+def screen(scheduler, container, ui):
+    """With an empty form; what a test has planned is removed after it."""
+    before = {schedule.id for schedule in schedules(container)}
+    show_anew(scheduler, ui)
+    yield scheduler
+    for schedule in schedules(container):
+        if schedule.id not in before:
+            container.catalogue.remove_schedule(schedule.id)
 
 
 # ---------------------------------------------------------------------- planning
@@ -125,8 +147,9 @@ def test_the_less_common_fields_are_under_more(screen, container, ui):
     assert saved.recurrence == "FREQ=DAILY;BYHOUR=6,14;BYMINUTE=0;UNTIL=20261231"
 
 
-def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, container, ui):
-    container.robot_missions.parameters = lambda _robot_id, _guid: (MissionParameter("count", "Pallets", "integer", 2, 1, 8),)
+def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, container, ui, monkeypatch):
+    count = MissionParameter("count", "Pallets", "integer", 2, 1, 8)
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (count,))
     choose(screen, ui, "Mission", "Bring pallet to dock")
     pallets = ui.find(FormField, label="Pallets")
     pallets.text = "9"

@@ -5,6 +5,8 @@ import gc
 import weakref
 from threading import Event
 
+import pytest
+
 from app.database.errors import DatabaseUnavailable
 from app.domain.models import Robot
 from app.screens.settings import screen as settings_module
@@ -24,6 +26,11 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
 from tests.ui.integrator import enter, go, page, press, robots, says, settings
 from tests.ui.whole_app import PASSWORD, POLL, USER
+
+
+@pytest.fixture
+def first_screen() -> str:
+    return "settings"
 
 
 # ---------------------------------------------------------------------- constraints
@@ -264,6 +271,7 @@ def test_closed_dialogs_are_freed(site, app, ui):
     assert [dialog() for dialog in dialogs[:-1]] == [None] * 3
 
 
+@pytest.mark.parametrize("first_screen", ["home"])
 def test_nothing_passes_for_a_setting_before_settings_are_read(site, app, ui, monkeypatch):
     """The first reading fails; a second later they are read again."""
     may_be_read = Event()

@@ -34,7 +34,7 @@ def site(tmp_path, monkeypatch):
 @pytest.fixture
 def app(site, ui):
     """The app on an empty database, the calendar in sight."""
-    with shown(site.container, ui) as app:
+    with shown(site.container, ui, "settings") as app:
         go(ui, "constraints")
         ui.wait(lambda: ui.find_all(MonthDay, text="20", today=True))
         yield app

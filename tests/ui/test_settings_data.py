@@ -21,6 +21,11 @@ from tests.ui.integrator import enter, go, missions, page, press, says, settings
 from tests.ui.whole_app import GUIDS
 
 
+@pytest.fixture
+def first_screen() -> str:
+    return "settings"
+
+
 def file_row(ui, label: str, number: int = 0) -> FileRow:
     return ui.find_all(FileRow, label=label)[number]
 

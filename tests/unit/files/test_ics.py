@@ -146,8 +146,8 @@ def test_an_unknown_zone_is_taken_as_the_plants_whatever_its_name(name):
 NEVER = "RRULE:FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30"
 
 
-@pytest.mark.parametrize("events", [[f"DTSTART:20260101\n{NEVER}"] * 2, ["\n".join(["DTSTART:20260101", *[NEVER] * 10_000])],
-                                    ["DTSTART:20260101\nEXDATE:" + ",".join(["20270101T000000"] * 20_000)]])
+@pytest.mark.parametrize("events", [[f"DTSTART:20260101\n{NEVER}"] * 2, ["\n".join(["DTSTART:20260101", *[NEVER] * 1_000])],
+                                    ["DTSTART:20260101\nEXDATE:" + ",".join(["20270101T000000"] * 2_000)]])
 def test_what_takes_long_ends_in_time(events, monkeypatch):
     monkeypatch.setattr(calendar_import, "LONGEST_READING_S", .0)
     with pytest.raises(ics.TooMuch):

@@ -4,7 +4,7 @@ from __future__ import annotations
 from datetime import date, datetime, timedelta
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.database import activities
@@ -17,6 +17,7 @@ from app.domain.models import State
 from app.services.history.kpi import KpiFilter, Kpis
 from app.services.history.robot_states import RobotStates
 from tests.support.clock import VirtualClock
+from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
 
 DAY, TODAY = timedelta(days=1), date(2026, 11, 23)
@@ -51,7 +52,7 @@ def seconds(world: World, end: datetime = NOON, robot_id: int = 1) -> dict[date,
     return REPOSITORY.seconds(world.db.read(), robot_id, midnight(TODAY - BACK * DAY, HELSINKI), end, HELSINKI)
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(spans=SPANS)
 def test_timeline_figures_per_day_and_kpis_agree_on_every_day(world, spans):
     watched(world, spans)
@@ -68,7 +69,7 @@ def test_timeline_figures_per_day_and_kpis_agree_on_every_day(world, spans):
     assert world.kpis.thesis().robots[1].observed_s == pytest.approx(sum(observed[1].values()))
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(spans=SPANS, times=PRUNED_AFTER)
 def test_what_is_pruned_leaves_its_sums(world, spans, times):
     watched(world, spans)

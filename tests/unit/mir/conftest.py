@@ -13,7 +13,7 @@ ROBOT = "http://robot.test"
 
 @pytest.fixture
 def responses() -> Iterator[responses_library.RequestsMock]:
-    """The robot's answers, in the place of sockets; those are in test_sockets.py."""
+    """The robot's answers, in the place of sockets; those are in tests/integration/mir."""
     with responses_library.RequestsMock() as mock:
         yield mock
 

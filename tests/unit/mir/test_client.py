@@ -1,4 +1,4 @@
-"""Each call: what it sends, what it makes of the answer. Without sockets; test_sockets.py has those."""
+"""Each call: what it sends, what it makes of the answer. Without sockets; tests/integration/mir has those."""
 import json
 import re
 import traceback

@@ -1,7 +1,6 @@
 """Whatever a robot answers, a call returns its type or raises RobotError, and a POST is only accepted when it certainly was."""
 from __future__ import annotations
 
-import contextlib
 import json as json_module
 import unicodedata
 from collections.abc import Mapping
@@ -19,7 +18,6 @@ from app.mir.errors import Delivery, RobotError
 from app.mir.transport import Response, Timeouts
 from tests.support.examples import examples
 from tests.unit.mir.answers import STATUS, item
-from tests.unit.mir.servers import Conversation, Server
 
 TOKEN = Token.derive("distributor", "distributor")
 
@@ -140,42 +138,3 @@ def test_a_mission_is_accepted_only_with_201_and_an_integer_id(answer: Response)
         assert type(number) is int
         assert json_module.loads(answer.body)["id"] == number
     assert transport.methods == ["POST"]
-
-
-RAW = (st.binary(max_size=200)
-       | st.builds(lambda status, headers, body: b"HTTP/1.1 %d X\r\n" % status + headers + b"\r\n" + body, st.integers(0, 999),
-                   st.lists(st.sampled_from([b"Content-Length: 3\r\n", b"Content-Length: x\r\n", b"Transfer-Encoding: chunked\r\n",
-                                             b"Content-Encoding: gzip\r\n", b"Content-Encoding: br, zstd\r\n", b"Location: http://[\r\n",
-                                             b"Location: \xff\r\n", b"Set-Cookie: \x00=;\r\n", b"Connection: close\r\n", b": \r\n",
-                                             b"Date: \x80\r\n", b"Robot-Version: \xff\xfe\r\n"]), max_size=5).map(b"".join),
-                   st.binary(max_size=60) | st.sampled_from([b'{"id": 7}', b"3\r\n{}\n\r\n0\r\n\r\n", b"ffffffff\r\n{"])))
-
-
-def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> None:
-    raw = b""
-
-    def behave(conversation: Conversation) -> None:
-        conversation.request()
-        conversation.send(raw)
-
-    server = Server(behave)
-    address = Address.parse(f"127.0.0.1:{server.port}")
-    patient = Timeouts(connect=10, read=20, total=60)
-
-    @examples(150)
-    @given(RAW)
-    def says(answer: bytes) -> None:
-        nonlocal raw
-        raw = answer
-        robot = RobotClient(address, TOKEN, timeouts=patient)
-        for call in (lambda: robot.enqueue("g"), robot.status):
-            before = len(server.requests)
-            with contextlib.suppress(RobotError):
-                call()
-            assert len(server.requests) == before + 1
-        robot.close()
-
-    try:
-        says()
-    finally:
-        server.close()

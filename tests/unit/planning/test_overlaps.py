@@ -42,10 +42,11 @@ def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usu
     known = [Other(schedule, f"M{n}", its) for n, (schedule, its) in enumerate(others) if schedule.next_at is not None]
     near = nearby(starts, usual, known, CALENDAR)
     until = max((start.instant for start in starts), default=NOW) + FURTHEST + lasts(usual)
-    every = [(other, begins) for other in known for begins in runs(other, until)]
+    every = [(begins, begins + other.lasts) for other in known for begins in runs(other, until)]
 
     def in_the_way(at: datetime) -> list[datetime]:
-        return [begins for other, begins in every if begins < at + lasts(usual) and at < begins + other.lasts]
+        done = at + lasts(usual)
+        return [begins for begins, ends in every if begins < done and at < ends]
 
     told = {conflict.at: conflict.begins for conflict in conflicts(starts, usual, near)}
     assert told == {start.instant: min(met) for start in starts if (met := in_the_way(start.instant))}

@@ -17,8 +17,8 @@ from app.mir.credentials import Token
 from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, Delivery, RobotError, TimedOut, Unreachable
 from app.mir.fingerprint import presented_fingerprint
 from app.mir.transport import Timeouts
+from tests.integration.mir.servers import HEAD, Conversation, Server, closed_port
 from tests.unit.mir.answers import MISSION, STATUS
-from tests.unit.mir.servers import HEAD, Conversation, Server, closed_port
 
 CERTIFICATES = Path(__file__).parent / "certificates"
 FIELD_ROBOT, PLANT_ROBOT = CERTIFICATES / "field_robot.pem", CERTIFICATES / "plant_robot.pem"

@@ -1,0 +1,55 @@
+"""Whatever bytes come out of a socket, a call raises nothing but RobotError and asks once."""
+from __future__ import annotations
+
+import contextlib
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import RobotError
+from app.mir.transport import Timeouts
+from tests.integration.mir.servers import Conversation, Server
+from tests.support.examples import examples
+
+TOKEN = Token.derive("distributor", "distributor")
+
+RAW = (st.binary(max_size=200)
+       | st.builds(lambda status, headers, body: b"HTTP/1.1 %d X\r\n" % status + headers + b"\r\n" + body, st.integers(0, 999),
+                   st.lists(st.sampled_from([b"Content-Length: 3\r\n", b"Content-Length: x\r\n", b"Transfer-Encoding: chunked\r\n",
+                                             b"Content-Encoding: gzip\r\n", b"Content-Encoding: br, zstd\r\n", b"Location: http://[\r\n",
+                                             b"Location: \xff\r\n", b"Set-Cookie: \x00=;\r\n", b"Connection: close\r\n", b": \r\n",
+                                             b"Date: \x80\r\n", b"Robot-Version: \xff\xfe\r\n"]), max_size=5).map(b"".join),
+                   st.binary(max_size=60) | st.sampled_from([b'{"id": 7}', b"3\r\n{}\n\r\n0\r\n\r\n", b"ffffffff\r\n{"])))
+
+
+def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> None:
+    raw = b""
+
+    def behave(conversation: Conversation) -> None:
+        conversation.request()
+        conversation.send(raw)
+
+    server = Server(behave)
+    address = Address.parse(f"127.0.0.1:{server.port}")
+    patient = Timeouts(connect=10, read=20, total=60)
+
+    @examples(150)
+    @given(RAW)
+    def says(answer: bytes) -> None:
+        nonlocal raw
+        raw = answer
+        robot = RobotClient(address, TOKEN, timeouts=patient)
+        for call in (lambda: robot.enqueue("g"), robot.status):
+            before = len(server.requests)
+            with contextlib.suppress(RobotError):
+                call()
+            assert len(server.requests) == before + 1
+        robot.close()
+
+    try:
+        says()
+    finally:
+        server.close()
