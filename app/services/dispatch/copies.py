@@ -63,8 +63,9 @@ class Copies:
         return item.description == last.token
 
     def _may_be_of(self, row: Execution, item: QueueItem) -> bool:
-        """Without tokens: the same mission, put there since by the same user, claimed by no other execution."""
-        return (item.mission_id == row.mission_guid and not item.description
+        """Without tokens (a robot may put the mission's own description there): the same mission, put there since by the same user, claimed
+        by no other execution."""
+        return (item.mission_id == row.mission_guid and not looks_like_token(item.description)
                 and item.created_by_name in ("", self._seen.user_name or item.created_by_name)
                 and not self._ledger.is_claimed(self._seen.robot.id, item.id))
 
