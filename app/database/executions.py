@@ -215,6 +215,10 @@ class ExecutionRepository:
         found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
         return found is not None
 
+    def newest_id(self, c: sqlite3.Connection) -> int:
+        """0 when there is none."""
+        return int(c.execute("SELECT coalesce(max(id), 0) FROM executions").fetchone()[0])
+
     def waited_for(self, c: sqlite3.Connection, robot_ids: Collection[int]) -> set[int]:
         """Those of these robots for which something waits."""
         rows = c.execute(f"""SELECT DISTINCT robot_id FROM executions

@@ -145,7 +145,7 @@ def main() -> None:
         for robot in robots:                 # of the month: nothing answers at their addresses
             container.catalogue.set_robot_enabled(robot.id, False)
         container.catalogue.change_settings(poll_interval_seconds=2, selected_robot_id=r.robots.all(container.db.read())[-1].id)
-        container.loop.start()
+        container.runner.start()
         app = SchedulerApp(container, animate=False)
         app._run_prepare()
         frames, garbage = Frames(), Garbage(time.monotonic)

@@ -64,14 +64,14 @@ def main() -> None:
 
         def all_due() -> None:
             container.db.write(lambda c: [r.schedules.advance(c, key, datetime.now(UTC) + timedelta(seconds=1.5)) for key in schedules])
-            container.loop.wake()
+            container.runner.wake()
 
         print(f"{'lateness of frames, ms':<44} {'p50':>7} {'p99':>7} {'max':>7} {'> 16 ms':>14}")
         report("nothing else runs", 5.0, lambda: None)
-        container.loop.start()
+        container.runner.start()
         time.sleep(12.0)                     # the first polls are over
         report("200 robots, between two polls", 5.0, lambda: None)
-        report("200 robots are polled", 5.0, container.loop.request_cycle)
+        report("200 robots are polled", 5.0, container.engine.request_cycle)
         report("a mission for each of 200 robots falls due", 5.0, all_due)
         container.close()
 

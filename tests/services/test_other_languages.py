@@ -23,6 +23,7 @@ from tests.support.site import Site
 FINNISH = translation("fi").gettext
 PLACEHOLDER = re.compile(r"({[^}]*})")
 START = "2026-11-23T06:05"
+ROBOTS_WORDS = ("Left wheel", "Internal server error")     # what a robot says, it says in its own words
 
 
 def crossed(text: str) -> str:
@@ -225,7 +226,7 @@ def test_an_alarm_is_shown_completely_in_another_language(site, plan, code):
     raised = [alarm for alarm in site.container.alarms.open() if alarm.code == code]
     assert raised
     for alarm in raised:
-        assert readable(alarm_sentence(alarm, crossed), site, "Left wheel", "Internal server error") == []      # what a robot says, it says in its own words
+        assert readable(alarm_sentence(alarm, crossed), site, *ROBOTS_WORDS) == []
         assert "{" not in alarm_sentence(alarm, FINNISH)
         assert "msgid" not in alarm_sentence(alarm)                                    # as in the log
 

@@ -63,6 +63,26 @@ def test_however_late_it_comes_it_is_sent_once(site, on_its_way, late):
     assert run.attempts == 1
 
 
+def test_what_was_written_since_the_database_works_again_is_not_looked_for(site, on_its_way):
+    """It is on its way to its worker, which is still to look for what was written before."""
+    [run] = site.executions()
+    site.post(R1, messages.Recover(run.id - 1))
+    site.run(0.5)
+    site.post(R1, on_its_way)
+    site.run(0.1)
+    assert [(run.state, run.attempts) for run in site.executions()] == [(State.QUEUED, 1)]
+
+
+def test_what_was_written_while_the_database_failed_is_looked_for(site, on_its_way):
+    """Its write was committed, and the scheduler was told that it failed: nobody has it in hand."""
+    [run] = site.executions()
+    site.post(R1, messages.Recover(run.id))
+    site.run(QUIET / 2)
+    assert [(run.state, run.attempts) for run in site.executions()] == [(State.SUBMITTING, 1)]
+    site.run(QUIET)
+    assert len(sent(site)) == 1
+
+
 def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, asked):
     """The worker has met an error and looks for all that the ledger has as submitted, before this one reaches it."""
     site.post(R1, messages.Recover())

@@ -190,7 +190,7 @@ def test_a_hold_is_in_the_list_and_is_released_there(site, app, ui):
     ("execution_failed", "schedule:1", "logs"), ("unknown_outcome", "execution:1", "logs"), ("backup_failed", "backup", "settings")])
 def test_the_banner_leads_to_where_it_is_solved(site, ui, code, key, screen):
     robot = site.container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u", enabled=False), password="p")
-    site.container.loop.stop()
+    site.container.runner.stop()
     with shown(site.container, ui) as app:
         ui.tap(ui.find(NavItem, name="scheduler"))
         site.container.alarms.raise_(code, key.format(robot=robot.id), robot="Aino", mission="Home", reason="x", problem="x", count=2)
@@ -212,7 +212,7 @@ def test_the_menu_leads_there_too_and_closes_the_list(site, app, alarms, ui):
 
 
 def test_when_nothing_can_be_written_the_alarm_says_where_to_look(site, app, alarms, ui):
-    site.container.loop.stop()                                # it would find that the disk is well
+    site.container.runner.stop()                              # it would find that the disk is well
     alarms.database_fails("disk full")
     ui.wait(lambda: ui.find(TopBar).bell_count == "1")
     open_list(ui)

@@ -44,7 +44,7 @@ def site(tmp_path):
 def test_the_window_asks_for_a_cycle_every_poll_interval(tmp_path, ui, monkeypatch):
     asked = []
     with plant(tmp_path, start=False) as site:
-        monkeypatch.setattr(site.container.loop, "request_cycle", lambda by_window=False: asked.append(by_window))
+        monkeypatch.setattr(site.container.engine, "request_cycle", lambda by_window=False: asked.append(by_window))
         ask_for_cycles(site, ui, asked)
 
 
@@ -76,7 +76,7 @@ def test_results_of_a_cycle_come_back_to_the_screen(site, ui):
 def test_the_robot_on_screen_is_watched(site, ui):
     robot, = site.add_robots()
     with shown(site.container, ui):
-        ui.wait(lambda: site.container.loop._watched == robot.id)
+        ui.wait(lambda: site.container.engine._watched == robot.id)
 
 
 # ---------------------------------------------------------------------- survival
@@ -178,7 +178,7 @@ def late_schedule(site) -> None:
                                                "UTC", respect_working_days=False))
     heartbeat = now - timedelta(hours=1)
     container.db.write(lambda c: container.repositories.settings.set_heartbeat(c, heartbeat))
-    container.loop.start()
+    container.runner.start()
 
 
 def test_late_starts_are_listed_first_and_can_be_held_and_released(tmp_path, ui):

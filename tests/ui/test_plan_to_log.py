@@ -71,7 +71,8 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         assert ui.find(PlanRow, mission="Home").time == "06:30"
 
         site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
-        site.loop.start()
+        site.holds.confirm_clock()               # the robot lives in another year
+        site.runner.start()
         ui.wait(lambda: site.history.last_finished(1), seconds=60)
         execution, = site.history.last_finished(1)
         assert (execution.state, execution.mission, execution.attempts) == (State.COMPLETED, "Home", 1)

@@ -20,6 +20,7 @@ from app.widgets.plan_rows import ScheduleLine
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
+from tests.support.planner import insert_due
 from tests.ui.planner import KITS, choose, menu, named, opened, pick_day, press, save, settle
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
@@ -143,7 +144,7 @@ def test_a_start_within_a_pause_until_a_picked_day_is_skipped(screen, container,
     press(screen, ui, "Set")
     assert container.repositories.schedules.get(container.db.read(), schedule.id).is_paused(NOW)
     container.clock.step(30 * 60)
-    container.planner.insert_due()
+    insert_due(container)
     assert container.history.last_of_schedule(schedule.id).state is State.SKIPPED
     settle(screen, ui)
     assert line(screen, schedule) == "Aino · paused until Sat 21 Nov"

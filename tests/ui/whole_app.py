@@ -39,7 +39,7 @@ def plant(directory: Path, *, robots: int = 1, time_scale: float = 1.0, start: b
     with mir_sim.serve(robots=robots, time_scale=time_scale, battery=90.0) as fleet:
         site = Plant(directory, fleet)
         if start:
-            site.container.loop.start()
+            site.container.runner.start()
         try:
             yield site
         finally:

@@ -176,8 +176,9 @@ class Engine:
             return 0.02
         if self._alarms.is_database_failing:
             self._probe()                     # raises as long as it does
+            newest = self._ledger.newest_id()
             for robot_id in list(self._workers):
-                self._mailboxes.post(robot_id, messages.Recover())
+                self._mailboxes.post(robot_id, messages.Recover(newest))
             self._alarms.database_works()
         judgement = self._judge_clock()
         is_behind = judgement.is_trusted and self._start_what_is_due()

@@ -61,6 +61,9 @@ class Ledger:
         """Whether anything of ours is with this robot, or may be."""
         return self._executions.has_sent(self._db.read(), robot_id)
 
+    def newest_id(self) -> int:
+        return self._executions.newest_id(self._db.read())
+
     def by_token(self, token: str) -> Execution | None:
         return self._executions.by_token(self._db.read(), token)
 

@@ -1,6 +1,7 @@
 """What passes between the engine and a robot's worker. What the worker is told reaches it in the order in which it was sent."""
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -53,7 +54,8 @@ class Watched:
 
 @dataclass(frozen=True)
 class Recover:
-    """The database failed and works again: what was written last is not known."""
+    """The database failed and works again: what was written last is not known. Executions with ids above ``up_to`` were written since."""
+    up_to: float = math.inf
 
 
 @dataclass(frozen=True)

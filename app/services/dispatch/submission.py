@@ -42,11 +42,11 @@ class Submission:
         self._listed_until: dict[int, float] = {}        # late starts that are listed first, on the monotonic clock
 
     # ------------------------------------------------------------------ what the worker asks for
-    def recover(self) -> None:
+    def recover(self, up_to: float) -> None:
         """Rows that say submitting and are in nobody's hands: the process that had them is gone, or the database failed in between. Each is
-        looked for on the robot as if its request had just left."""
+        looked for on the robot as if its request had just left. Those above ``up_to`` are on their way to ``hold``."""
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
-            if row.id not in self._attempts:
+            if row.id <= up_to and row.id not in self._attempts:
                 self._recovered.add(row.id)
                 self._doubt(row)
 

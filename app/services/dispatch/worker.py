@@ -48,7 +48,7 @@ class RobotWorker:
         self._following = Following(client, shared, self.seen, self._copies, self._give_way)
         self._idle = IdleWatch()
         self._watched = False
-        self._must_recover = True               # the ledger may have what nobody has in hand
+        self._recover_up_to: float | None = math.inf         # among those, the ledger may have some that nobody has in hand
         self._poll_wanted = True
         self._ledger_changed = True
         self._has_sent = False                  # something of ours is with the robot, or may be
@@ -77,8 +77,8 @@ class RobotWorker:
                 self._ledger_changed = True
             case messages.Watched(is_watched):
                 self._watched = is_watched
-            case messages.Recover():
-                self._must_recover = self._ledger_changed = True
+            case messages.Recover(up_to):
+                self._recover_up_to, self._ledger_changed = up_to, True
             case messages.TimeLost():
                 self._idle.not_seen()
                 self._ledger_changed = True
@@ -86,7 +86,7 @@ class RobotWorker:
     def readiness(self) -> messages.Readiness | None:
         """What the planner has to know to write a start together with its intent; None: nothing can be sent at once. Any thread may ask."""
         status, floor = self.seen.fresh_status, self.seen.highest
-        if not self.polled or status is None or floor is None or not self.robot.enabled or self._must_recover:
+        if not self.polled or status is None or floor is None or not self.robot.enabled or self._recover_up_to is not None:
             return None
         if self._s.holds.active(self.robot.id):
             return None
@@ -121,9 +121,7 @@ class RobotWorker:
 
     def _round(self) -> None:
         mono = self._clock.monotonic()
-        if self._must_recover:
-            self._submission.recover()
-            self._must_recover = False
+        self._recover()
         poll, self._poll_wanted = self._poll_wanted, False
         changed, self._ledger_changed = self._ledger_changed, False
         reads = poll or (self._is_live and mono >= self._next_live)
@@ -144,11 +142,14 @@ class RobotWorker:
             self._submission.run()
             self._note_sent(self._submission.may_be_with_the_robot or self._s.ledger.has_sent(self.robot.id))
 
+    def _recover(self) -> None:
+        if self._recover_up_to is not None:
+            self._submission.recover(self._recover_up_to)
+            self._recover_up_to = None
+
     def start_only(self, execution_id: int) -> float:
         """A one-shot command sends nothing but this execution. Returns the seconds until the next call is wanted."""
-        if self._must_recover:
-            self._submission.recover()
-            self._must_recover = False
+        self._recover()
         self._submission.run(only=execution_id)
         return max(0.0, self._submission.next_at - self._clock.monotonic())
 

@@ -163,18 +163,18 @@ def test_starts_left_out_go_with_their_schedule(db, schedule):
     assert SCHEDULES.skipped(db.read(), schedule.id) == set()
 
 
-def test_what_dispatch_has_to_know_of_a_robot(db, robot):
-    """An edit of the robot changes none of it."""
+def test_what_dispatch_has_to_know_of_a_robot_outlives_an_edit(db, robot):
     def known():
         c = db.read()
         return ROBOTS.last_accepted(c, robot.id), ROBOTS.idle_queue_id(c, robot.id)
     assert known() == (None, None)
-    db.write(lambda c: ROBOTS.note_accepted(c, robot.id, Accepted(39, "token")))
+    db.write(lambda c: ROBOTS.note_accepted(c, robot.id, Accepted(41, "token")))
     db.write(lambda c: ROBOTS.note_idle(c, robot.id, 40))
     db.write(lambda c: ROBOTS.update(c, replace(robot, name="Other")))
-    assert known() == ((39, "token"), 40)
+    db.write(lambda c: ROBOTS.note_identity(c, robot.id, software="9.9"))
+    assert known() == (Accepted(41, "token"), 40)
     db.write(lambda c: ROBOTS.note_idle(c, robot.id, None))
-    assert known() == ((39, "token"), None)
+    assert known() == (Accepted(41, "token"), None)
 
 
 def test_finding_the_due_ones_reads_an_index_and_never_the_table(db):

@@ -194,7 +194,7 @@ def test_what_decisions_read_from_the_history_before_is_kept_beside_what_they_ar
     assert [tuple(row) for row in plan] == [("2026-11-24T01", "2026-11-23T01"), ("2026-11-23T03", None), (None, None), (None, None)]
     skips = c.execute("SELECT schedule_id, planned_at FROM skips ORDER BY 1, 2").fetchall()
     assert [tuple(row) for row in skips] == [(2, "2026-11-25T03"), (4, "2026-11-25T04")]
-    robots = c.execute("SELECT last_queue_id, idle_queue_id FROM robots ORDER BY id").fetchall()
-    assert [tuple(row) for row in robots] == [(12, 14), (None, None)]
+    robots = c.execute("SELECT last_queue_id, last_token, idle_queue_id FROM robots ORDER BY id").fetchall()
+    assert [tuple(row) for row in robots] == [(12, "2026-11-23T06", 14), (None, None, None)]
     assert [row[0] for row in c.execute("SELECT DISTINCT revoked FROM executions")] == [None]
     db.close()
