@@ -34,6 +34,7 @@ class Copies:
     def __init__(self, client: RobotClient, shared: Shared, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
+        self._told: set[tuple[str, int]] = set()             # alarms by code and queue id
 
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
@@ -78,6 +79,10 @@ class Copies:
     def watch_for(self, row: Execution) -> None:
         """Its request was given up and may arrive all the same: the robot's queue is searched for it for a while."""
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
+
+    @property
+    def is_watching(self) -> bool:
+        return any(until > self._s.clock.monotonic() for _floor, until in self._watched.values())
 
     def heal(self, open_items: Sequence[QueueItem]) -> None:
         """Set right what the robot has more than once, or although its row has ended."""
@@ -134,7 +139,7 @@ class Copies:
         if item.is_pending:
             self.cancel(item.id)
             self._tell("duplicate_healed", row, item)
-        elif item.is_open:
+        elif item.is_open or item.state is QueueState.DONE:
             self._tell("duplicate_running", row, item)
 
     def _cancel_pending(self, queue_id: int, row: Execution) -> None:
@@ -148,5 +153,8 @@ class Copies:
             log.warning("Item %d of %r could not be cancelled yet: %s", queue_id, self._seen.robot.name, error.text)
 
     def _tell(self, code: str, row: Execution, item: QueueItem) -> None:
+        if (code, item.id) in self._told:                    # it is met at every read
+            return
+        self._told.add((code, item.id))
         self._s.alarms.raise_(code, f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._seen.robot.id, mission=row.mission,
                               queue_id=item.id)
