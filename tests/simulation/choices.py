@@ -204,7 +204,7 @@ class ChoiceSite(Site):
     def move(self, name: str) -> None:
         """To four minutes after it was first planned."""
         later = FIRST + timedelta(minutes=4)
-        self.container.catalogue.save_schedule(replace(self.schedule(name), start=later.replace(tzinfo=None)))
+        self.container.catalogue.save_schedule(replace(self.schedule(name), start=later.replace(tzinfo=None), enabled=True))
         self._took_back(name)
         self.wanted.append(Wanted(name, later))
 
@@ -300,7 +300,9 @@ class ChoiceSite(Site):
         """What the app remembers: everything that the engine and its workers hold that is not a connection or a service."""
         seen: set[int] = set()
         now = (self.clock.monotonic(), self.clock.now(), grain)
-        return (_remembered(self.engine, now, seen), [(key, [type(message).__name__ for message in inbox]) for key, inbox in self._inboxes.items()],
+        engine: Any = self.engine
+        held = [attempt.plan_version - engine.plan_version for worker in self._workers.values() for attempt in _attempts_of(worker)]
+        return (_remembered(engine, now, seen), engine._matched_version == engine._robots_version, held, [(key, [type(message).__name__ for message in inbox]) for key, inbox in self._inboxes.items()],
                 [(key, _remembered(at, now, seen)) for key, at in self._due.items()], rounded(self._next_round - now[0], grain),
                 sorted(self._blocked), self.container.holds.active() is not None)
 
@@ -372,7 +374,10 @@ def told(row: Execution) -> str:
 
 # ---------------------------------------------------------------------- the app's memory
 _KEPT_FROM = ("app.services.dispatch.",)
-_NOT_KEPT = ("Shared", "Ledger", "Planner")
+_NOT_KEPT = ("Shared", "Ledger", "Planner", "IdleWatch", "ClockReading")
+_WITHOUT_EFFECT = frozenset({          # here: when housekeeping was done last, and counters of which only the difference counts
+    "_beat_at", "_chores_at", "_evaluated", "_first_at", "_last_heartbeat", "_looked_at", "_matched_version", "_pruned_at", "_robots_version",
+    "_spans_saved_at", "_tidied_at", "_writes_to_prune", "plan_version", "user_name"})
 OLDEST = 130.0               # s; what lies further back is all the same
 
 
@@ -395,7 +400,9 @@ def _remembered(value: Any, now: tuple[float, datetime, float], seen: set[int]) 
         return value.id, value.state.value, value.attempts
     if isinstance(value, dict):
         return tuple((str(key), _remembered(item, now, seen)) for key, item in value.items()) + _attributes(value, now, seen)
-    if isinstance(value, (list, tuple, set, frozenset)):
+    if isinstance(value, (set, frozenset)):
+        return tuple(sorted(map(str, value)))
+    if isinstance(value, (list, tuple)):
         return tuple(_remembered(item, now, seen) for item in value)
     return _attributes(value, now, seen)
 
@@ -406,7 +413,13 @@ def _attributes(value: Any, now: tuple[float, datetime, float], seen: set[int]) 
         return ()
     seen.add(id(value))
     names = [*getattr(value, "__dict__", ()), *(name for base in kind.__mro__ for name in getattr(base, "__slots__", ()))]
+    names = [name for name in names if name not in _WITHOUT_EFFECT]
     return (kind.__name__, *((name, _remembered(getattr(value, name), now, seen)) for name in names))
+
+
+def _attempts_of(worker: Any) -> Iterator[Any]:
+    """Of those that are held, the versions of the plan count."""
+    return (attempt for attempt in worker._submission._attempts.values() if attempt.plan_version)
 
 
 def under_way() -> tuple[tuple[str, int], ...]:

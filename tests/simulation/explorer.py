@@ -63,6 +63,7 @@ class Explorer:
         self._left, self._grain, self._acts, self._most = faults, grain, acts, most
         self._known: dict[bytes, int] = {}           # by state: faults that were left
         self._new: dict[bytes, int] = {}             # of these, what the process that is waited for does not know yet
+        self._passed: set[bytes] = set()             # states of this run itself
         self._trace: list[str] = []
         self._number = 0                             # of the choice points of this run
         self._report: int | None = None              # where a copy of the process writes what it found
@@ -75,6 +76,7 @@ class Explorer:
         began = time.process_time(), os.times().children_user + os.times().children_system
         gc.collect()
         gc.freeze()
+        gc.disable()                 # it would touch, and so copy, every page of every copy of the process
         try:
             self.site.run_to_the_end()
             self.found.ends += 1
@@ -111,8 +113,8 @@ class Explorer:
         if not self._left and where != "at rest":
             return ""
         state = self._state()
-        if where == "at rest" and not self._is_new(("rest", state), self._left):
-            raise Known
+        if where == "at rest":
+            self._stop_if_known(state)
         if not self._left:
             return ""
         others = []
@@ -155,8 +157,17 @@ class Explorer:
                 self._note(key, left)
         return ""
 
+    def _stop_if_known(self, state: object) -> None:
+        """Another run has been here; this one may well be, while times change less than they are rounded."""
+        key = _digest(("rest", state))
+        if key not in self._passed and not self._is_new_key(key, self._left):
+            raise Known
+        self._passed.add(key)
+
     def _is_new(self, what: object, left: int) -> bool:
-        key = hashlib.blake2b(repr(what).encode(), digest_size=8).digest()
+        return self._is_new_key(_digest(what), left)
+
+    def _is_new_key(self, key: bytes, left: int) -> bool:
         if self._known.get(key, -1) >= left:
             return False
         if key not in self._known:
@@ -173,6 +184,10 @@ class Explorer:
 
     def _durable_state(self) -> object:
         return self.site.durable(self._grain), rounded(self.site.clock.now().timestamp() - FIRST.timestamp(), self._grain)
+
+
+def _digest(what: object) -> bytes:
+    return hashlib.blake2b(repr(what).encode(), digest_size=8).digest()
 
 
 class Replay:
