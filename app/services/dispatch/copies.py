@@ -20,7 +20,7 @@ from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
 
-LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too
+LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too, or that were given up
 MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT)      # nobody wanted it not to run
 
 
@@ -80,6 +80,13 @@ class Copies:
         """Its request was given up and may arrive all the same: the robot's queue is searched for it for a while."""
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
 
+    def watch_again(self) -> None:
+        """What an earlier run of the app gave up, of late."""
+        now = self._s.clock.now()
+        for row in self._ledger.planned_between(self._seen.robot.id, now - LOOKS_BACK, now):
+            if row.attempts > 1 or (row.attempts and row.queue_id is None and not row.state.is_open):
+                self.watch_for(row)
+
     @property
     def is_watching(self) -> bool:
         return any(until > self._s.clock.monotonic() for _floor, until in self._watched.values())
@@ -120,6 +127,8 @@ class Copies:
             later = row.queue_id
             if self._ledger.reopen(row, item.id):
                 self._cancel_pending(later, row)
+        elif row.cancel_code and item.is_open:               # nobody wants it, however often it comes
+            self._cancel_late(row, item)
         else:
             self.cancel_copy(item, row)
 
@@ -131,8 +140,11 @@ class Copies:
         if is_wanted and not is_too_late and (item.is_open or item.state is QueueState.DONE):
             self._ledger.reopen(row, item.id)
         elif item.is_open:
-            self.cancel(item.id)
-            self._tell("late_cancelled", row, item)
+            self._cancel_late(row, item)
+
+    def _cancel_late(self, row: Execution, item: QueueItem) -> None:
+        self.cancel(item.id)
+        self._tell("late_cancelled", row, item)
 
     def cancel_copy(self, item: QueueItem, row: Execution) -> None:
         """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised."""

@@ -68,6 +68,34 @@ def test_a_second_copy_that_has_run_before_anybody_saw_it_is_told_once(site, pla
     assert (alarm.count, alarm.details["queue_id"]) == (1, 2)
 
 
+def test_a_second_copy_is_found_by_the_next_run_of_the_app_too(site, plan):
+    """What was given up is looked for after a power cut as before it."""
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 220.0)
+    site.run(300 + 200)
+    site.power_cut(5)
+    site.run(10)
+    site.network.down.add("R1")
+    site.run(120)
+    site.network.down.clear()
+    site.run(300)
+    assert states(site) == ["Done", "Done"]
+    assert "duplicate_running" in alarms(site)
+
+
+def test_a_copy_of_what_a_person_cancelled_is_stopped_though_it_runs(site, plan):
+    """Its second try was cancelled on the robot, and then the first one lands there and begins at once."""
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 130.0)
+    site.run(300 + 100)
+    [row] = site.executions()
+    site.container.operator.cancel_execution(row.id)
+    site.run(300)
+    assert states(site) == ["Aborted", "Aborted"]
+    assert outcomes(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED, 2)]
+    assert "late_cancelled" in alarms(site)
+
+
 # ---------------------------------------------------------------------- the only item of a row that has ended
 def silent(site, plan, how):
     """The row ends in six minutes, while nobody knows that its item is or will be on the robot."""
