@@ -60,12 +60,10 @@ class Decisions(Protocol):
 
 @dataclass
 class Wanted:
-    """A start as the plan has it. ``taken_back``: seconds of true time at which the operator's act was over; ``is_cancel``: he cancelled it,
-    which also stops it on the robot."""
+    """A start as the plan has it. ``taken_back``: seconds of true time at which the operator's act was over."""
     schedule: str
     instant: datetime
     taken_back: float = math.inf
-    is_cancel: bool = False
 
 
 @dataclass(frozen=True)
@@ -202,8 +200,8 @@ class ChoiceSite(Site):
         self._took_back(name)
 
     def move(self, name: str) -> None:
-        """To four minutes after it was first planned."""
-        later = FIRST + timedelta(minutes=4)
+        """To four minutes after it was first planned, and a minute further each time."""
+        later = FIRST + timedelta(minutes=3 + sum(wanted.schedule == name for wanted in self.wanted))
         self.container.catalogue.save_schedule(replace(self.schedule(name), start=later.replace(tzinfo=None), enabled=True))
         self._took_back(name)
         self.wanted.append(Wanted(name, later))
@@ -216,12 +214,13 @@ class ChoiceSite(Site):
             self.container.operator.cancel_execution(row.id)
         except RobotError:
             return
-        self._took_back(name, is_cancel=True)
+        self._took_back(name, row.planned_at)
 
-    def _took_back(self, name: str, *, is_cancel: bool = False) -> None:
+    def _took_back(self, name: str, instant: datetime | None = None) -> None:
+        """What is planned of a schedule, or this one start of it."""
         for wanted in self.wanted:
-            if wanted.schedule == name and wanted.taken_back == math.inf:
-                wanted.taken_back, wanted.is_cancel = self.seconds(), is_cancel
+            if wanted.schedule == name and instant in (None, wanted.instant) and wanted.taken_back == math.inf:
+                wanted.taken_back = self.seconds()
 
     # ------------------------------------------------------------------ running
     def run_to_the_end(self) -> None:
@@ -288,7 +287,7 @@ class ChoiceSite(Site):
         items = [(item.id, names.get(item.description), str(item.state)) for item in self._items()]
         flights = [(names.get(flight.token), rounded(flight.at - now, grain)) for flight in self._flying()]
         beyond = [names.get(flight.token) for flight in self._flights() if flight.is_beyond]
-        judged = [(wanted.schedule, wanted.instant, wanted.taken_back == math.inf, wanted.is_cancel) for wanted in self.wanted]
+        judged = [(wanted.schedule, wanted.instant, wanted.taken_back == math.inf) for wanted in self.wanted]
         return rows, plan, robots, items, self._progress(grain), flights, beyond, judged
 
     def _progress(self, grain: float) -> tuple[float, ...]:

@@ -28,6 +28,9 @@ DATABASE = "amr-scheduler.db"
 READS = (("POST", f"{QUEUE}/search"),)
 
 
+COARSE = ("at rest", "after commit", f"before POST {QUEUE}", f"after POST {QUEUE}")
+
+
 class Known(BaseException):
     """This state was met before."""
 
@@ -56,11 +59,12 @@ class Found:
 
 
 class Explorer:
-    """``acts``: what the operator may do; ``grain`` in s. ``most``: violations after which it ends."""
+    """``acts``: what the operator may do; ``grain`` in s. ``most``: violations after which it ends. ``coarse``: beside requests that are
+    lost, nothing happens between two reads or before a commit."""
 
     def __init__(self, directory: Path, scenario: Scenario, faults: int, *, grain: float = 5.0, acts: tuple[str, ...] = tuple(ACTS),
-                 most: int = 20) -> None:
-        self._left, self._grain, self._acts, self._most = faults, grain, acts, most
+                 most: int = 20, coarse: bool = False) -> None:
+        self._left, self._grain, self._acts, self._most, self._coarse = faults, grain, acts, most, coarse
         self._known: dict[bytes, int] = {}           # by state: faults that were left
         self._new: dict[bytes, int] = {}             # of these, what the process that is waited for does not know yet
         self._passed: set[bytes] = set()             # states of this run itself
@@ -80,17 +84,23 @@ class Explorer:
         try:
             self.site.run_to_the_end()
             self.found.ends += 1
-            self.found.violations += [(problem, " ".join(self._trace)) for problem in self.site.violations()]
+            for problem in self.site.violations():
+                self._violated(problem)
         except Known:
             pass
         except BaseException:
-            self.found.violations.append((traceback.format_exc(), " ".join(self._trace)))
+            self._violated(traceback.format_exc())
         if self._report is not None:
             with os.fdopen(self._report, "wb") as pipe:
                 pickle.dump((self.found, self._new), pipe)
             os._exit(0)
         self.found.seconds = (time.process_time() - began[0]) + (os.times().children_user + os.times().children_system - began[1])
         return self.found
+
+    def _violated(self, problem: str) -> None:
+        trace = " ".join(self._trace)
+        self.found.violations.append((problem, trace))
+        print(f"{problem}\n    --replay '{trace}'", file=sys.stderr, flush=True)
 
     # ------------------------------------------------------------------ asked by the site
     def fate(self, method: str, path: str) -> str:
@@ -110,14 +120,14 @@ class Explorer:
     def point(self, where: str) -> str:
         self._number += 1
         self.found.points += 1
-        if not self._left and where != "at rest":
+        if (not self._left and where != "at rest") or (self._coarse and where not in COARSE):
             return ""
         state = self._state()
         if where == "at rest":
             self._stop_if_known(state)
         if not self._left:
             return ""
-        others = []
+        others: list[str] = []
         if self._is_new(("crash", self._durable_state()), self._left):
             others += [f"crash {seconds:g}" for seconds in OFF_FOR]
         if self._is_new(("acts", state), self._left):
@@ -241,6 +251,7 @@ def main() -> int:
     parser.add_argument("--quiet", type=int, default=Scenario.quiet, help="s after which a start that was not found may be sent again")
     parser.add_argument("--acts", default=",".join(ACTS))
     parser.add_argument("--most", type=int, default=20, help="violations after which it ends")
+    parser.add_argument("--coarse", action="store_true", help="nothing happens between two reads")
     parser.add_argument("--replay", default=None, help="a violation's trace")
     options = parser.parse_args()
     scenario = Scenario(apart=options.apart, quiet=options.quiet)
@@ -249,9 +260,8 @@ def main() -> int:
         problems = replay(scenario, options.replay)
         print("\n".join(problems) or "no violation")
         return 1 if problems else 0
-    found = explore(scenario, options.faults, grain=options.grain, acts=tuple(filter(None, options.acts.split(","))), most=options.most)
-    for problem, trace in found.violations:
-        print(f"{problem}\n    --replay '{trace}'")
+    found = explore(scenario, options.faults, grain=options.grain, acts=tuple(filter(None, options.acts.split(","))), most=options.most,
+                    coarse=options.coarse)
     print(found.line())
     return 1 if found.violations else 0
 
