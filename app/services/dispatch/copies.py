@@ -20,7 +20,7 @@ from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
 
-LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too
+LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too, or that were given up
 MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT)      # nobody wanted it not to run
 
 
@@ -34,6 +34,7 @@ class Copies:
     def __init__(self, client: RobotClient, shared: Shared, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
+        self._told: set[tuple[str, int]] = set()             # alarms by code and queue id
 
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
@@ -80,6 +81,17 @@ class Copies:
         """Its request was given up and may arrive all the same: the robot's queue is searched for it for a while."""
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
 
+    def watch_again(self) -> None:
+        """What an earlier run of the app gave up, of late."""
+        now = self._s.clock.now()
+        for row in self._ledger.planned_between(self._seen.robot.id, now - LOOKS_BACK, now):
+            if row.attempts > 1 or (row.attempts and row.queue_id is None and not row.state.is_open):
+                self.watch_for(row)
+
+    @property
+    def is_watching(self) -> bool:
+        return any(until > self._s.clock.monotonic() for _floor, until in self._watched.values())
+
     def heal(self, open_items: Sequence[QueueItem]) -> None:
         """Set right what the robot has more than once, or although its row has ended."""
         if self._s.holds.is_copy is not None:
@@ -116,6 +128,8 @@ class Copies:
             later = row.queue_id
             if self._ledger.reopen(row, item.id):
                 self._cancel_pending(later, row)
+        elif row.cancel_code and item.is_open:               # nobody wants it, however often it comes
+            self._cancel_late(row, item)
         else:
             self.cancel_copy(item, row)
 
@@ -127,15 +141,18 @@ class Copies:
         if is_wanted and not is_too_late and (item.is_open or item.state is QueueState.DONE):
             self._ledger.reopen(row, item.id)
         elif item.is_open:
-            self.cancel(item.id)
-            self._tell("late_cancelled", row, item)
+            self._cancel_late(row, item)
+
+    def _cancel_late(self, row: Execution, item: QueueItem) -> None:
+        self.cancel(item.id)
+        self._tell("late_cancelled", row, item)
 
     def cancel_copy(self, item: QueueItem, row: Execution) -> None:
         """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised."""
         if item.is_pending:
             self.cancel(item.id)
             self._tell("duplicate_healed", row, item)
-        elif item.is_open:
+        elif item.is_open or item.state is QueueState.DONE:
             self._tell("duplicate_running", row, item)
 
     def _cancel_pending(self, queue_id: int, row: Execution) -> None:
@@ -149,5 +166,8 @@ class Copies:
             log.warning("Item %d of %r could not be cancelled yet: %s", queue_id, self._seen.robot.name, error.text)
 
     def _tell(self, code: str, row: Execution, item: QueueItem) -> None:
+        if (code, item.id) in self._told:                    # it is met at every read
+            return
+        self._told.add((code, item.id))
         self._s.alarms.raise_(code, f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._seen.robot.id, mission=row.mission,
                               queue_id=item.id)

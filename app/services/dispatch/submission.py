@@ -49,6 +49,7 @@ class Submission:
             if row.id <= up_to and row.id not in self._attempts:
                 self._recovered.add(row.id)
                 self._doubt(row)
+        self._copies.watch_again()
 
     def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
         """Send each at its instant, however the wall clock is set meanwhile. One that came after it was looked for is not."""

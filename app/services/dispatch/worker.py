@@ -164,7 +164,7 @@ class RobotWorker:
     # ------------------------------------------------------------------ reading
     @property
     def _is_live(self) -> bool:
-        return self._has_sent or (self._watched and self.robot.enabled)
+        return self._has_sent or (self.robot.enabled and (self._watched or self._copies.is_watching))
 
     def _note_sent(self, has_sent: bool) -> None:
         """Whether something of ours is with the robot. After a submission the first read is put off: it would delay what others send."""
@@ -185,8 +185,8 @@ class RobotWorker:
         self.seen.save()
 
     def _read(self, *, full: bool) -> None:
-        """Read the robot and follow what runs on it; between polls (``full`` False) its queue only when it is on screen. What can't be read
-        stays as it was, with its age."""
+        """Read the robot and follow what runs on it; between polls (``full`` False) its queue only when it is on screen, or a request
+        that was given up may still arrive. What can't be read stays as it was, with its age."""
         mono = self._clock.monotonic()
         if not self.robot.enabled:
             self._follow_switched_off()
@@ -196,7 +196,7 @@ class RobotWorker:
                 self._give_way()
                 self.seen.identify()
                 self._following.give_up_moved(status.serial_number)
-                open_ids = self._read_queue(status, full) if full or self._watched else None
+                open_ids = self._read_queue(status, full) if full or self._watched or self._copies.is_watching else None
                 self._following.follow(open_ids)
             except AnotherRobot as error:
                 self._following.give_up_moved(error.params["found"])

@@ -35,7 +35,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
     "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
     "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
-    "duplicate_running": (Priority.HIGH, "A second copy of {mission} is running on {robot} (queue item {queue_id})"),
+    "duplicate_running": (Priority.HIGH, "A second copy of {mission} has started on {robot} (queue item {queue_id})"),
     "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
     "late_cancelled": (Priority.MEDIUM, "{mission} reached {robot} too late (queue item {queue_id}) and was cancelled"),
     "adopted_unproven": (Priority.MEDIUM, "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "

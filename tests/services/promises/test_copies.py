@@ -44,6 +44,58 @@ def test_of_two_items_that_both_wait_the_earlier_one_stays(site, plan):
     assert [(row.state, row.queue_id) for row in site.executions()] == [(State.COMPLETED, 1)]
 
 
+def test_a_first_try_that_lands_behind_the_second_one_is_cancelled_before_it_runs_however_rarely_robots_are_polled(site, plan):
+    """A robot with a request that was given up is read again and again, and not only when all robots are polled."""
+    site.container.catalogue.change_settings(poll_interval_seconds=600)
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 110.0)
+    site.run(900)
+    assert (sent_at(site), states(site)) == ([300, 395], ["Done", "Aborted"])
+    assert "duplicate_healed" in alarms(site)
+
+
+def test_a_second_copy_that_has_run_before_anybody_saw_it_is_told_once(site, plan):
+    """The robot was idle when it landed, and could not be asked until it had run."""
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 220.0)
+    site.run(300 + 215)
+    site.network.down.add("R1")
+    site.run(120)
+    site.network.down.clear()
+    site.run(300)
+    assert states(site) == ["Done", "Done"]
+    [alarm] = [alarm for alarm in site.container.alarms.open() if alarm.code == "duplicate_running"]
+    assert (alarm.count, alarm.details["queue_id"]) == (1, 2)
+
+
+def test_a_second_copy_is_found_by_the_next_run_of_the_app_too(site, plan):
+    """What was given up is looked for after a power cut as before it."""
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 220.0)
+    site.run(300 + 200)
+    site.power_cut(5)
+    site.run(10)
+    site.network.down.add("R1")
+    site.run(120)
+    site.network.down.clear()
+    site.run(300)
+    assert states(site) == ["Done", "Done"]
+    assert "duplicate_running" in alarms(site)
+
+
+def test_a_copy_of_what_a_person_cancelled_is_stopped_though_it_runs(site, plan):
+    """Its second try was cancelled on the robot, and then the first one lands there and begins at once."""
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 130.0)
+    site.run(300 + 100)
+    [row] = site.executions()
+    site.container.operator.cancel_execution(row.id)
+    site.run(300)
+    assert states(site) == ["Aborted", "Aborted"]
+    assert outcomes(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED, 2)]
+    assert "late_cancelled" in alarms(site)
+
+
 # ---------------------------------------------------------------------- the only item of a row that has ended
 def silent(site, plan, how):
     """The row ends in six minutes, while nobody knows that its item is or will be on the robot."""

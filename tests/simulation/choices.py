@@ -1,0 +1,435 @@
+"""A small site at which something else may happen at every step: two starts on one robot, driven through the real engine and worker.
+
+``Decisions`` is asked at every request, before and after every commit, and whenever the app is at rest. The site knows how to carry out each
+answer, what of its state matters for what comes next, and whether what came out is right. The judgement reads the robot's own history and a
+diary of the operator's acts, and of the app only its rows.
+"""
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from datetime import datetime, timedelta
+from enum import Enum
+from pathlib import Path
+from typing import Any, Protocol
+
+from app.domain.models import OPEN_STATES, Execution, Robot, Schedule, State
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import RobotError
+from app.mir.transport import Response
+from tests.simulation.world import Crash, ShakyWriter
+from tests.support.clock import VirtualClock
+from tests.support.network import QUEUE, Fate, Network, Planned, SimulatedTransport
+from tests.support.site import Site
+
+BEGIN = datetime.fromisoformat("2026-11-23T06:00:50+00:00")        # a Monday, ten seconds before the first start
+FIRST = BEGIN + timedelta(seconds=10)
+READ_TIMEOUT = 5.0       # s, the client's
+GRACE = 1.0              # s after which something that was taken back must not leave any more
+OFF_FOR = (1.0, 45.0)    # s that the tablet is off after a crash
+SETTLES_WITHIN = 900.0   # s of virtual time in which everything has ended
+LOOKED_AFTER = 60.0      # s that the site is watched once everything has ended
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """``apart``: minutes between the two starts. ``quiet``: s after which a start that was not found may be sent again."""
+    apart: int = 0
+    quiet: int = 20
+    window_minutes: int = 6
+    poll_interval: int = 30
+    robot_speed: float = 16.0
+
+    @property
+    def beyond(self) -> tuple[float, ...]:
+        """Seconds after which a late request arrives: within the quiet time, just before it ends, and beyond it."""
+        return READ_TIMEOUT + 3.0, READ_TIMEOUT + self.quiet - 1.0, READ_TIMEOUT + self.quiet + 4.0
+
+
+class Decisions(Protocol):
+    def fate(self, method: str, path: str) -> str:
+        """What this request meets: "fine", "refused", "lost", "answer_lost", or "late …" with its seconds."""
+
+    def point(self, where: str) -> str:
+        """What happens here besides: "", "crash …" with the seconds off, "restart", or an operator's act."""
+
+
+@dataclass
+class Wanted:
+    """A start as the plan has it. ``taken_back``: seconds of true time at which the operator's act was over."""
+    schedule: str
+    instant: datetime
+    taken_back: float = math.inf
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A request that the app gave up and that arrives later. ``at``: true time in s; ``is_beyond``: after the quiet time."""
+    token: str
+    at: float
+    is_beyond: bool
+
+
+class _ChosenNetwork(Network):
+    """Each request meets what the decisions say."""
+    sending = ""             # token of the submission under way
+    flights: list[Flight]
+    decisions: Decisions
+    scenario: Scenario
+
+    def fate_of(self, robot: str, method: str, path: str) -> Planned:
+        fate = self.decisions.fate(method, path)
+        name, _, seconds = fate.partition(" ")
+        if name == "late":
+            assert self.site is not None
+            if (method, path) == ("POST", QUEUE):
+                is_beyond = float(seconds) > READ_TIMEOUT + self.scenario.quiet
+                self.flights.append(Flight(self.sending, self.site.seconds() + float(seconds), is_beyond))
+            return Planned(method, path, Fate.LATE, float(seconds))
+        return Planned(method, path, Fate(name))
+
+
+class _ChosenTransport(SimulatedTransport):
+    def send(self, method: str, path: str, **values: Any) -> Response:
+        network = self._network
+        assert isinstance(network, _ChosenNetwork)
+        network.sending = (values.get("json") or {}).get("description", "") if (method, path) == ("POST", QUEUE) else ""
+        return super().send(method, path, **values)
+
+
+class _WaitingClock:
+    """The clock of a request: while one waits for its time-out everybody else goes on."""
+
+    def __init__(self, site: ChoiceSite, robot: str) -> None:
+        self._site, self._robot = site, robot
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._site.clock, name)
+
+    def advance(self, seconds: float) -> None:
+        if seconds < 1.0 or self._site.is_operator_acting:
+            self._site.clock.advance(seconds)
+        else:
+            self._site.others_go_on(self._robot, seconds)
+
+
+class ChoiceSite(Site):
+    """Two schedules A and B on one robot, from ten seconds before they fall due until everything has ended."""
+
+    def __init__(self, directory: Path, scenario: Scenario, decisions: Decisions) -> None:
+        network = _ChosenNetwork()
+        network.flights, network.decisions, network.scenario = [], decisions, scenario
+        self.decisions: Decisions = Undisturbed()
+        self.scenario, self.is_operator_acting = scenario, False
+        self.wanted: list[Wanted] = []
+        self.off: list[tuple[float, float]] = []               # true times between which the tablet was off
+        self.commits = 0
+        network.decisions = self.decisions
+        super().__init__(directory, now=BEGIN, network=network, robot_speed=scenario.robot_speed)
+        self._furnish()
+        self.run(5.0)
+        self.switched_on = self._watch_commits
+        self._watch_commits()
+        network.interrupt = lambda where: self._point(where)
+        self.decisions = network.decisions = decisions
+
+    def _furnish(self) -> None:
+        scenario, catalogue = self.scenario, self.container.catalogue
+        [robot] = self.add_robots()
+        mission = self.add_mission("Deliver")
+        catalogue.change_settings(poll_interval_seconds=scenario.poll_interval, unknown_outcome_quiet_seconds=scenario.quiet,
+                                  start_window_minutes=scenario.window_minutes, timezone="UTC")
+        for number, name in enumerate("AB"):
+            instant = FIRST + timedelta(minutes=number * scenario.apart)
+            catalogue.save_schedule(Schedule(name, robot.id, mission.id, instant.replace(tzinfo=None), "UTC"))
+            self.wanted.append(Wanted(name, instant))
+
+    # ------------------------------------------------------------------ where something else may happen
+    def _client(self, robot: Robot) -> RobotClient:
+        name = robot.address.removeprefix("http://").upper()
+        token = Token.from_header(robot.token or "")
+        clock: Any = _WaitingClock(self, name)
+        transport = _ChosenTransport(self.machines[name], self.network, clock, name, token)
+        return RobotClient(Address.parse(robot.address), token, transport=transport, clock=self.clock.monotonic)
+
+    def _watch_commits(self) -> None:
+        db: Any = self.container.db
+        db._writer = ShakyWriter(db._writer, self._at_commit)
+
+    def _at_commit(self, where: str) -> None:
+        self.commits += 1
+        self._point(where)
+
+    def _step(self) -> None:
+        self._point("at rest")
+        super()._step()
+
+    def _point(self, where: str) -> None:
+        if self.is_operator_acting:
+            return
+        what = self.decisions.point(where)
+        if what.startswith("crash"):
+            raise Crash(what)
+        if what == "restart":
+            raise Restart
+        if what:
+            self._act(what)
+
+    def _act(self, what: str) -> None:
+        """As another thread would: neither the engine's round nor the worker's step under way knows of it."""
+        engine: Any = self.engine
+        acting, self._acting = self._acting, None
+        advancing, engine._advancing = engine._advancing, None
+        self.is_operator_acting = True
+        try:
+            ACTS[what](self)
+        finally:
+            self.is_operator_acting = False
+            self._acting, engine._advancing = acting, advancing
+
+    # ------------------------------------------------------------------ the operator
+    def schedule(self, name: str) -> Schedule:
+        return next(schedule for schedule in self.container.catalogue.schedules() if schedule.name == name)
+
+    def switch_schedule_off(self, name: str) -> None:
+        self.container.catalogue.set_schedule_enabled(self.schedule(name).id, False)
+        self._took_back(name)
+
+    def move(self, name: str) -> None:
+        """To four minutes after it was first planned, and a minute further each time."""
+        later = FIRST + timedelta(minutes=3 + sum(wanted.schedule == name for wanted in self.wanted))
+        self.container.catalogue.save_schedule(replace(self.schedule(name), start=later.replace(tzinfo=None), enabled=True))
+        self._took_back(name)
+        self.wanted.append(Wanted(name, later))
+
+    def cancel(self, name: str) -> None:
+        row = next((row for row in self.container.history.open() if row.schedule == name), None)
+        if row is None:
+            return
+        try:
+            self.container.operator.cancel_execution(row.id)
+        except RobotError:
+            return
+        self._took_back(name, row.planned_at)
+
+    def _took_back(self, name: str, instant: datetime | None = None) -> None:
+        """What is planned of a schedule, or this one start of it."""
+        for wanted in self.wanted:
+            if wanted.schedule == name and instant in (None, wanted.instant) and wanted.taken_back == math.inf:
+                wanted.taken_back = self.seconds()
+
+    # ------------------------------------------------------------------ running
+    def run_to_the_end(self) -> None:
+        """Until everything has ended and some time has passed."""
+        end = self.clock.monotonic() + SETTLES_WITHIN
+        quiet_since = None
+        while self.clock.monotonic() < end:
+            try:
+                self.run(5.0)
+            except Crash as crash:
+                self._restart(cleanly=False, seconds=float(str(crash).split()[1]))
+            except Restart:
+                self._restart(cleanly=True, seconds=OFF_FOR[0])
+            now = self.clock.monotonic()
+            quiet_since = (quiet_since or now) if self.is_settled() else None
+            if quiet_since is not None and now - quiet_since >= LOOKED_AFTER:
+                return
+
+    def _restart(self, *, cleanly: bool, seconds: float) -> None:
+        """A crash in the start itself comes after a shorter absence."""
+        began = self.seconds()
+        self.is_operator_acting = False
+        while True:
+            try:
+                self.switch_off(cleanly=cleanly)
+                self.clock.advance(seconds)
+                self.switch_on()
+                break
+            except Crash as crash:
+                cleanly, seconds = False, float(str(crash).split()[1])
+            except Restart:
+                cleanly, seconds = True, OFF_FOR[0]
+        self.off.append((began, self.seconds()))
+
+    def is_settled(self) -> bool:
+        """Nothing is planned, open, on the robot or on its way any more."""
+        db = self.container.db.read()
+        open_states = ", ".join(f"'{state}'" for state in OPEN_STATES)
+        is_open = db.execute(f"SELECT 1 FROM executions WHERE state IN ({open_states}) UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL")
+        return is_open.fetchone() is None and not self._flying() and all(item.finished for item in self._items())
+
+    def _items(self) -> list[Any]:
+        machine = self.machines["R1"]
+        machine.catch_up()
+        return list(machine.queue)
+
+    def _flying(self) -> list[Flight]:
+        return [flight for flight in self._flights() if flight.at >= self.seconds()]
+
+    def _flights(self) -> list[Flight]:
+        assert isinstance(self.network, _ChosenNetwork)
+        return self.network.flights
+
+    # ------------------------------------------------------------------ what matters for what comes next
+    def durable(self, grain: float) -> tuple[object, ...]:
+        """What a crash leaves: the database, the robot, requests that still fly, and what the judgement remembers. Times rounded to
+        ``grain`` s."""
+        c, now = self.container.db.read(), self.seconds()
+        names = {row[0]: row[1] for row in c.execute("SELECT token, schedule || planned_at FROM executions")}
+        rows = [tuple(row) for row in c.execute("SELECT schedule, planned_at, state, reason_code, wait, attempts, queue_floor, queue_id, cancel_code,"
+                                                " revoked, hold_until IS NULL FROM executions ORDER BY id")]
+        plan = [tuple(row) for row in c.execute("SELECT name, start, enabled, next_at, planned_through, started_through FROM schedules")]
+        robots = [tuple(row) for row in c.execute("SELECT enabled, last_queue_id FROM robots")]
+        items = [(item.id, names.get(item.description), str(item.state)) for item in self._items()]
+        flights = [(names.get(flight.token), rounded(flight.at - now, grain)) for flight in self._flying()]
+        beyond = [names.get(flight.token) for flight in self._flights() if flight.is_beyond]
+        judged = [(wanted.schedule, wanted.instant, wanted.taken_back == math.inf) for wanted in self.wanted]
+        return rows, plan, robots, items, self._progress(grain), flights, beyond, judged
+
+    def _progress(self, grain: float) -> tuple[float, ...]:
+        """Of the mission that the robot executes."""
+        machine = self.machines["R1"]
+        return (machine.run.next_action, rounded(machine.run.elapsed(machine.now) / self.scenario.robot_speed, grain)) if machine.run else ()
+
+    def memory(self, grain: float) -> object:
+        """What the app remembers: everything that the engine and its workers hold that is not a connection or a service."""
+        seen: set[int] = set()
+        now = (self.clock.monotonic(), self.clock.now(), grain)
+        engine: Any = self.engine
+        held = [attempt.plan_version - engine.plan_version for worker in self._workers.values() for attempt in _attempts_of(worker)]
+        return (_remembered(engine, now, seen), engine._matched_version == engine._robots_version, held, [(key, [type(message).__name__ for message in inbox]) for key, inbox in self._inboxes.items()],
+                [(key, _remembered(at, now, seen)) for key, at in self._due.items()], rounded(self._next_round - now[0], grain),
+                sorted(self._blocked), self.container.holds.active() is not None)
+
+    # ------------------------------------------------------------------ the judgement
+    def violations(self) -> Iterator[str]:
+        rows = self.executions()
+        items = self._items()
+        beyond = {flight.token for flight in self._flights() if flight.is_beyond}
+        by_start = {(row.schedule, row.planned_at): row for row in rows}
+        for row in rows:
+            yield from self._about_row(row, [item for item in items if item.description == row.token], row.token in beyond)
+        tokens = {row.token for row in rows}
+        yield from (f"an item that no row knows: {item.id}" for item in items if item.description not in tokens)
+        for wanted in self.wanted:
+            row = by_start.get((wanted.schedule, wanted.instant))
+            if wanted.taken_back == math.inf:
+                if row is None:
+                    yield f"no row: {wanted.schedule} {wanted.instant:%H:%M}"
+                elif row.state is not State.COMPLETED:
+                    yield f"did not run: {told(row)}"
+            elif row is not None:
+                yield from (f"sent {post.at - wanted.taken_back:.1f} s after it was taken back: {told(row)}"
+                            for post in self.network.submissions if post.token == row.token and post.at > wanted.taken_back + GRACE)
+        yield from (f"sent early: {told(row)}" for row in rows for post in self.network.submissions
+                    if post.token == row.token and post.at < (row.planned_at - BEGIN).total_seconds() - 0.001)
+
+    def _about_row(self, row: Execution, items: list[Any], was_beyond: bool) -> Iterator[str]:
+        done = [item for item in items if item.state == "Done"]
+        if row.state.is_open:
+            yield f"has not ended: {told(row)}"
+        if len(items) > 1 and not was_beyond:
+            yield f"{len(items)} items ({', '.join(str(item.state) for item in items)}): {told(row)}"
+        if len(done) > 1 and was_beyond and not self._is_told(row):
+            yield f"ran twice and nobody was told: {told(row)}"
+        if (row.state is State.COMPLETED) != bool(done):
+            yield f"the robot says {', '.join(str(item.state) for item in items) or 'nothing'}: {told(row)}"
+        if row.state is State.COMPLETED and row.queue_id not in {item.id for item in done}:
+            yield f"another item than the one that ran: {told(row)}"
+
+    def _is_told(self, row: Execution) -> bool:
+        codes = self.container.db.read().execute("SELECT code FROM alarms WHERE key = ?", (f"execution:{row.id}",))
+        return bool({code for (code,) in codes} & {"duplicate_running", "duplicate_healed", "late_cancelled"})
+
+
+class Restart(BaseException):
+    """The app is ended properly and started again."""
+
+
+class Undisturbed:
+    """Nothing happens."""
+
+    def fate(self, method: str, path: str) -> str:
+        return "fine"
+
+    def point(self, where: str) -> str:
+        return ""
+
+
+ACTS: dict[str, Callable[[ChoiceSite], None]] = {
+    f"{name} {schedule}": (lambda site, act=act, schedule=schedule: act(site, schedule))      # type: ignore[misc]
+    for schedule in "AB"
+    for name, act in (("switch off", ChoiceSite.switch_schedule_off), ("cancel", ChoiceSite.cancel), ("move", ChoiceSite.move))}
+
+
+def told(row: Execution) -> str:
+    reason = f" {row.reason.code}" if row.reason else ""
+    return f"{row.schedule} {row.planned_at:%H:%M} {row.state}{reason}, {row.attempts} attempts, item {row.queue_id}"
+
+
+# ---------------------------------------------------------------------- the app's memory
+_KEPT_FROM = ("app.services.dispatch.",)
+_NOT_KEPT = ("Shared", "Ledger", "Planner", "IdleWatch", "ClockReading")
+_WITHOUT_EFFECT = frozenset({          # here: when housekeeping was done last, and counters of which only the difference counts
+    "_beat_at", "_chores_at", "_evaluated", "_first_at", "_last_heartbeat", "_looked_at", "_matched_version", "_pruned_at", "_robots_version",
+    "_spans_saved_at", "_tidied_at", "_writes_to_prune", "plan_version", "user_name"})
+OLDEST = 130.0               # s; what lies further back is all the same
+
+
+def rounded(seconds: float, grain: float) -> float:
+    return math.copysign(math.inf, seconds) if math.isinf(seconds) else float(round(max(seconds, -OLDEST) / grain))
+
+
+def _remembered(value: Any, now: tuple[float, datetime, float], seen: set[int]) -> Any:
+    """A value as plain tuples; instants become their distance from now."""
+    mono, wall, grain = now
+    if value is None or isinstance(value, (bool, str, Enum)):
+        return value
+    if isinstance(value, int):
+        return value
+    if isinstance(value, float):
+        return rounded(value - mono, grain) if value > 900.0 else round(value, 1)          # the virtual clock begins at 1000
+    if isinstance(value, datetime):
+        return rounded((value - wall).total_seconds(), grain)
+    if isinstance(value, Execution):
+        return value.id, value.state.value, value.attempts
+    if isinstance(value, dict):
+        return tuple((str(key), _remembered(item, now, seen)) for key, item in value.items()) + _attributes(value, now, seen)
+    if isinstance(value, (set, frozenset)):
+        return tuple(sorted(map(str, value)))
+    if isinstance(value, (list, tuple)):
+        return tuple(_remembered(item, now, seen) for item in value)
+    return _attributes(value, now, seen)
+
+
+def _attributes(value: Any, now: tuple[float, datetime, float], seen: set[int]) -> tuple[Any, ...]:
+    kind = type(value)
+    if not kind.__module__.startswith(_KEPT_FROM) or kind.__name__ in _NOT_KEPT or id(value) in seen:
+        return ()
+    seen.add(id(value))
+    names = [*getattr(value, "__dict__", ()), *(name for base in kind.__mro__ for name in getattr(base, "__slots__", ()))]
+    names = [name for name in names if name not in _WITHOUT_EFFECT]
+    return (kind.__name__, *((name, _remembered(getattr(value, name), now, seen)) for name in names))
+
+
+def _attempts_of(worker: Any) -> Iterator[Any]:
+    """Of those that are held, the versions of the plan count."""
+    return (attempt for attempt in worker._submission._attempts.values() if attempt.plan_version)
+
+
+def under_way() -> tuple[tuple[str, int], ...]:
+    """Where in the app's dispatch this is called from."""
+    places, frame = [], sys._getframe(1)
+    walked: Any = frame
+    while walked is not None:
+        if "/app/services/" in walked.f_code.co_filename:
+            places.append((walked.f_code.co_name, walked.f_lineno))
+        walked = walked.f_back
+    return tuple(places)
+
+
+__all__ = ["ACTS", "OFF_FOR", "ChoiceSite", "Decisions", "Scenario", "VirtualClock", "field", "told", "under_way"]
