@@ -69,7 +69,7 @@ class Judge:
         self._judge_clock(post, name)
         manual = next((each.manual[post.token] for each in wishes if post.token in each.manual), None)
         if manual is not None:
-            self._in_window(name, wall, manual.at, GENERAL_WINDOW)
+            self._in_window(name, wall, min(wall, manual.at), GENERAL_WINDOW)
             if (manual.robot, manual.guid) != (post.robot, post.mission_id):
                 self.object(f"safety: sent to the wrong robot or as another mission: {name}")
         elif key := self.diary.key_of(post.token, wall):
