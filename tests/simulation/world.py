@@ -1,31 +1,38 @@
-"""Hours of operation in seconds: the real services, simulated robots, and everything that can go wrong drawn by one seed.
+"""Hours of operation in seconds: the real services, simulated robots, and everything that people do and that can go wrong, drawn by one seed.
 
-The app is killed between any two steps (before a commit, after it, before a request leaves, after the robot has it), requests meet
-every fate of ``tests.support.network``, robots reboot and go silent, the wall clock is moved. The oracle never looks into the app's code:
-it knows the plan by counting minutes, and what ran by the robots' own histories.
+The app is killed between any two steps (before a commit, after it, before a request leaves, after the robot has it), requests meet every
+fate of ``tests.support.network``, and ``operator`` and ``weather`` say what else there is. Rough and calm times take turns. ``oracles``
+judges by the robots' own histories and by the ``diary``, never by the app's code.
 """
 from __future__ import annotations
 
 import random
-from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from app.domain.models import OPEN_STATES, Overlap, Schedule, State
-from app.mir.errors import RobotError
-from tests.support.network import Network
-from tests.support.site import Site
+from app.database.backups import restore
+from app.database.errors import DatabaseError
+from app.domain.models import Overlap, Schedule
+from mir_sim import SimulatedRobot
+from tests.simulation.diary import Diary, Manual
+from tests.simulation.operator import IDLE_MISSION, Person
+from tests.simulation.oracles import Judge
+from tests.simulation.profile import Findings, Nature, Profile
+from tests.simulation.weather import SPEED, PowerOff, Weather
+from tests.support.network import HARMFUL, Fate, Network, Planned
+from tests.support.site import GUIDS, Site
 
-START = datetime(2026, 10, 24, 12, 0, tzinfo=UTC)        # the night of the autumn change comes first
-ZONE = "Europe/Helsinki"
-
-
-class Crash(BaseException):
-    """The app is gone. Not an Exception, so that nothing in the app can catch it."""
+START = datetime(2026, 10, 24, 22, 0, tzinfo=UTC)        # a Saturday; the night of the autumn change in Europe comes first
+MISSIONS = ("Deliver", "Wait at home", IDLE_MISSION)
+CHUNK = 300.0            # s between verdicts
+ATTENDED_EVERY = 900.0   # s
+SETTLING = 660.0         # s of calm, after which everything has to be in order
+FAULT_LASTS = 12.0       # s from a request that met one until the robot counts as well again
 
 
 class ShakyWriter:
@@ -44,140 +51,121 @@ class ShakyWriter:
         self._writer.close()
 
 
-@dataclass(frozen=True)
-class Profile:
-    """How rough the world is."""
-    robots: int = 5
-    every_minutes: int = 3                # one schedule per robot and this interval
-    poll_interval: int = 120
-    fault_rate: float = 0.03
-    crash_rate: float = 0.004              # per step at which the app can die
-    outage_every: float = 6 * 3600.0       # s, per robot
-    longest_outage: float = 1200.0
-    longest_off: float = 1500.0            # s that the tablet stays off after a crash
-    clock_steps_every: float = 12 * 3600.0
-    reboots_every: float = 24 * 3600.0
-    operator_every: float = 2 * 3600.0
-
-
-@dataclass
-class Findings:
-    """What the run brought, and everything that should not be."""
-    hours: float = 0.0
-    occurrences: int = 0
-    crashes: int = 0
-    steps: int = 0
-    faults: Counter[str] = field(default_factory=Counter)
-    states: Counter[str] = field(default_factory=Counter)
-    violations: list[str] = field(default_factory=list)
-
-    def line(self, profile: Profile, seed: int) -> str:
-        verdict = "ok" if not self.violations else f"{len(self.violations)} VIOLATIONS"
-        states = ", ".join(f"{name} {count}" for name, count in sorted(self.states.items()))
-        return (f"seed {seed}: {profile.robots} robots, poll every {profile.poll_interval} s, {self.hours:.0f} simulated hours, "
-                f"{self.occurrences} occurrences, {sum(self.faults.values())} faults, {self.crashes} app crashes, {self.steps} steps; "
-                f"{states}; verdict: {verdict}")
-
-
 class World:
-    def __init__(self, directory: Path, seed: int, profile: Profile) -> None:
-        self.rng = random.Random(f"world/{seed}")
-        self.profile, self.findings = profile, Findings()
-        network = Network(rate=profile.fault_rate, seed=seed)
-        self.site = Site(directory, robots=profile.robots, now=START, network=network, timezone=ZONE, robot_speed=16.0)
-        self.wall_shift = 0.0
+    def __init__(self, directory: Path, seed: int, profile: Profile | None = None) -> None:
+        self.profile = profile or Profile()
+        self.nature = Nature.drawn(random.Random(f"nature/{seed}"), self.profile)
+        self.rng, self._crashes = random.Random(f"world/{seed}"), random.Random(f"crashes/{seed}")
+        self.findings = Findings()
+        self.is_on = self._armed = False
+        self.is_calm = True
+        self.keeps_history = self.nature.history_limit is None
+        self.impostors: list[tuple[str, SimulatedRobot]] = []
+        self.container_with_bad_disk: object = None
+        network = Network(seed=seed, fates=(*HARMFUL, Fate.SLOW, Fate.SLOW, Fate.NOT_FOUND), interrupt=self._maybe_crash, met=self._met,
+                          others_wait=False, forgets_descriptions=self.nature.fleet == "forgetful",
+                          short_lists=10 if self.nature.fleet == "short lists" else None)
+        self.site = Site(directory, robots=self.nature.robots, now=START, network=network, robot_speed=SPEED,
+                         with_window=self.nature.with_window)
+        self.is_on = True
+        install_id = self.site.container.repositories.settings.install_id(self.site.container.db.read())
+        self.diary = Diary(install_id)
+        self.person = Person(self, random.Random(f"person/{seed}"))
+        self.weather = Weather(self, random.Random(f"weather/{seed}"))
+        self.judge = Judge(self)
+        network.submitted = self.judge.posted
+        self.missions: dict[int, str] = {}
         self._furnish()
-        network.interrupt = self._maybe_crash
-        self._armed = True
         self.site.switched_on = self._make_shaky
         self._make_shaky()
-        self._plan_trouble()
+        self._again(3600.0 / max(self.profile.acts_per_hour, 1e-9), self._act)
+        self._again(3600.0 / max(self.profile.events_per_hour, 1e-9), self._strike)
+        self.site.at(ATTENDED_EVERY, self._attend)
 
     # ------------------------------------------------------------------ the plan
     def _furnish(self) -> None:
-        site, profile = self.site, self.profile
-        mission = site.add_mission("Deliver")
+        site, nature = self.site, self.nature
         catalogue = site.container.catalogue
-        catalogue.change_settings(poll_interval_seconds=profile.poll_interval, history_limit=None, timezone=ZONE,
-                                  working_days=("MO", "TU", "WE", "TH", "FR", "SA", "SU"))
-        local = START.astimezone(ZoneInfo(ZONE)).replace(tzinfo=None)
+        catalogue.change_settings(poll_interval_seconds=nature.poll_interval, history_limit=nature.history_limit, timezone=nature.zone,
+                                  retry_limit=nature.retry_limit, unknown_outcome_quiet_seconds=nature.quiet_s,
+                                  working_days=self.diary.now.working_days)
+        for name in MISSIONS:
+            mission = site.add_mission(name)
+            self.missions[mission.id], self.diary.guids[mission.id] = name, mission.guid
+        local = START.astimezone(ZoneInfo(nature.zone)).replace(tzinfo=None)
+        deliver = next(iter(self.missions))
         for number, robot in enumerate(site.add_robots()):
+            self.diary.names[robot.id] = robot.name
             first = local + timedelta(minutes=1 + number)
-            often = f"FREQ=MINUTELY;INTERVAL={profile.every_minutes}"
-            catalogue.save_schedule(Schedule(f"often {robot.name}", robot.id, mission.id, first, ZONE, often, overlap=Overlap.QUEUE,
-                                             start_window_minutes=8))
-            catalogue.save_schedule(Schedule(f"nightly {robot.name}", robot.id, mission.id, first.replace(hour=3, minute=30), ZONE,
-                                             "FREQ=DAILY", priority=5))
+            overlap = self.rng.choice(tuple(Overlap))
+            self.plan(Schedule(f"Often {robot.name}", robot.id, deliver, first, nature.zone, f"FREQ=MINUTELY;INTERVAL={nature.every_minutes}",
+                               overlap=overlap, start_window_minutes=self.rng.choice((2, 8, 8, None, 60))))
+            self.plan(Schedule(f"Nightly {robot.name}", robot.id, deliver, first.replace(hour=3, minute=30), nature.zone, "FREQ=DAILY",
+                               priority=5))
+            self.plan(Schedule(f"Weekly {robot.name}", robot.id, deliver, first.replace(minute=45), nature.zone,
+                               "FREQ=WEEKLY;BYDAY=SA,SU,MO", minimum_battery_percent=30, start_window_minutes=120))
 
-    def expected(self, schedule: Schedule, until: datetime) -> Iterator[datetime]:
-        """Every instant of a schedule up to ``until``, counted by hand."""
-        first = schedule.start.replace(tzinfo=ZoneInfo(ZONE)).astimezone(UTC)
-        instant, day = first, schedule.start
-        while instant <= until:
-            if instant > START:
-                yield instant
-            if "MINUTELY" in (schedule.recurrence or ""):
-                instant += timedelta(minutes=self.profile.every_minutes)
-            else:
-                day += timedelta(days=1)
-                instant = day.replace(tzinfo=ZoneInfo(ZONE)).astimezone(UTC)
+    def plan(self, schedule: Schedule) -> None:
+        """A new schedule, as people want it from now on."""
+        with self.without_crash():
+            saved = self.site.container.catalogue.save_schedule(schedule)
+        self.diary.decide(self.site.seconds()).plans[saved.id] = replace(schedule, id=saved.id)
+        self.diary.ids.add(saved.id)
 
-    # ------------------------------------------------------------------ trouble
-    def _plan_trouble(self) -> None:
-        p = self.profile
-        for name in self.site.machines:
-            self._again(p.outage_every, lambda name=name: self._outage(name))  # type: ignore[misc]
-            self._again(p.reboots_every, lambda name=name: self._reboot(name))  # type: ignore[misc]
-        self.site.at(900.0, self._attend)
-        self._again(p.clock_steps_every, self._step_clock)
-        self._again(p.operator_every, self._operator)
+    def manual(self, robot: str, mission_id: int) -> Manual:
+        return Manual(robot, self.diary.guids[mission_id], self.site.clock.now())
 
-    def _again(self, mean: float, what) -> None:  # type: ignore[no-untyped-def]
+    @property
+    def idle_guid(self) -> str:
+        return GUIDS[IDLE_MISSION]
+
+    # ------------------------------------------------------------------ what comes again and again
+    def _again(self, mean: float, what: Callable[[], None]) -> None:
         def happen() -> None:
-            what()
             self.site.at(self.rng.expovariate(1 / mean), happen)
+            what()
         self.site.at(self.rng.expovariate(1 / mean), happen)
 
+    def _act(self) -> None:
+        if self.profile.acts and self.is_on:
+            self.person.do(self.rng.choices(*zip(*self.profile.acts.items(), strict=True))[0])  # type: ignore[arg-type]
+            if not self.is_calm:
+                self._maybe_crash("after an act")
+
+    def _strike(self) -> None:
+        if self.profile.events and not self.is_calm:
+            self.weather.strike(self.rng.choices(*zip(*self.profile.events.items(), strict=True))[0])  # type: ignore[arg-type]
+
     def _attend(self) -> None:
-        """Somebody on the floor: clears errors, lets robots go on, plugs them in."""
-        for machine in self.site.machines.values():
-            machine.clear_errors()
-            machine.resume()
-            machine.set_battery(90.0)
-        self.site.at(900.0, self._attend)
+        self.weather.attend()
+        self.site.at(ATTENDED_EVERY, self._attend)
 
-    def _outage(self, name: str) -> None:
-        self.site.network.down.add(name)
-        self.findings.faults["outage"] += 1
-        self.site.at(self.rng.uniform(10, self.profile.longest_outage), lambda: self.site.network.down.discard(name))
+    def _met(self, robot: str, planned: Planned) -> None:
+        if planned.fate is Fate.SLOW:
+            self.diary.begin("slow", None, self.site.seconds(), (planned.seconds or 0.0) + 1.0)
+        elif planned.fate is not Fate.REFUSED or robot not in self.site.network.down:
+            self.diary.begin("network", robot, self.site.seconds(), FAULT_LASTS)
+            self.diary.begin("slow", None, self.site.seconds(), 6.0)
 
-    def _reboot(self, name: str) -> None:
-        self.findings.faults["reboot"] += 1
-        self.site.machines[name].reboot(self.rng.uniform(10, 60))
+    def note_holds(self) -> None:
+        """What a person holds, for how long it will be so as the tablet's clock goes now."""
+        now, wall = self.site.seconds(), self.site.clock.now()
+        for trouble in self.diary.troubles:
+            if trouble.kind == "hold":
+                trouble.end = min(trouble.end, now + 2.0)
+        for robot, until in self.diary.now.holds.items():
+            left = float("inf") if until is None else (until - wall).total_seconds()
+            if left > 0:
+                self.diary.begin("hold", robot, now, left + 3.0)
 
-    def _step_clock(self) -> None:
-        """NTP corrections; the shift stays small, or the plan itself would be another."""
-        shift = self.rng.uniform(-45, 45) - self.wall_shift
-        self.wall_shift += shift
-        self.findings.faults["clock step"] += 1
-        self.site.clock.step(shift)
-
-    def _operator(self) -> None:
-        """Somebody at the tablet: cancels, clears, runs now."""
-        container = self.site.container
-        open_ones = container.history.open()
-        robot = self.rng.choice(container.repositories.robots.all(container.db.read()))
+    # ------------------------------------------------------------------ crashes
+    @contextmanager
+    def without_crash(self) -> Iterator[None]:
+        before, self._armed = self._armed, False
         try:
-            match self.rng.randrange(8):
-                case 0 if open_ones:
-                    container.operator.cancel_execution(self.rng.choice(open_ones).id)
-                case 1:
-                    container.operator.clear_queue(robot.id)
-                case 2:
-                    container.operator.run_now(robot.id, container.repositories.missions.all(container.db.read())[0].id)
-                    self.site.kick()                          # as the app's own loop does when the ledger tells it
-        except RobotError:
-            pass                                              # shown to the operator, who may press again
+            yield
+        finally:
+            self._armed = before
 
     def _make_shaky(self) -> None:
         db = self.site.container.db
@@ -185,96 +173,85 @@ class World:
 
     def _maybe_crash(self, where: str) -> None:
         self.findings.steps += 1
-        if self._armed and self.rng.random() < self.profile.crash_rate:
-            raise Crash(where)
+        if self._armed and self._crashes.random() < self.profile.crash_rate:
+            raise PowerOff("cut")
+
+    def _off(self, how: str) -> None:
+        """Power is back after a while; the start itself may be cut short too."""
+        trouble = self.diary.begin("app", None, self.site.seconds())
+        while True:
+            self.findings.crashes += how == "cut"
+            self.is_on = False
+            self._switch_off(how)
+            self.site.stay_off(self.rng.uniform(1, self.profile.longest_off if self.rng.random() < .2 else 60))
+            try:
+                if how == "restore":
+                    self._restore()
+                self.site.switch_on()
+            except PowerOff as off:
+                how = off.how
+                continue
+            break
+        self.is_on = True
+        self.judge.came_back(trouble.start)
+        trouble.end = self.site.seconds() + 5.0
+
+    def _switch_off(self, how: str) -> None:
+        try:
+            with self.without_crash():
+                self.site.switch_off(cleanly=how != "cut")
+        except DatabaseError:
+            self.site.container.db.close()
+
+    def _restore(self) -> None:
+        file, wall, wishes = self.person.backups[-1]
+        restore(file, self.site.container.db.path, self.site.clock.now())
+        self.diary.restores.append((wall, self.site.clock.now()))
+        self.diary.wishes.append((self.site.seconds(), wishes.copy()))
+        self.note_holds()
+
+    def was_restored_since(self, true_time: float) -> bool:
+        return any(restored >= START + timedelta(seconds=true_time + self.diary.ahead(true_time)) for _made, restored in self.diary.restores)
+
+    def woke_up(self, seconds: float) -> None:
+        self.judge.came_back(self.site.seconds() - seconds)
 
     # ------------------------------------------------------------------ running
-    def run(self, hours: float) -> Findings:
-        end = self.site.clock.monotonic() + hours * 3600
-        while self.site.clock.monotonic() < end:
-            try:
-                self.site.run(min(600.0, end - self.site.clock.monotonic()))
-            except Crash:
-                self._recover()
-            self._check_doubles()
-        self._settle()
-        self.findings.hours = hours
+    def run(self, hours: float, stop_at: str | None = None) -> Findings:
+        """``stop_at``: end as soon as there is a violation with that word in it."""
+        end = self.site.seconds() + hours * 3600
+        while self.site.seconds() < end - 0.01 and not self._is_found(stop_at):
+            self._rough(min(self.profile.rough_s, end - self.site.seconds()), stop_at)
+            if self.profile.calm_s and not self._is_found(stop_at):
+                self._calm(self.profile.calm_s, stop_at)
+        if not self._is_found(stop_at):
+            self._calm(2 * SETTLING, stop_at)
+        self.findings.hours = self.site.seconds() / 3600
         self.findings.faults.update(self.site.network.counts)
-        self._verdict()
+        self.judge.last_verdict()
+        self.site.container.db.close()
         return self.findings
 
-    def _recover(self) -> None:
-        """Power is back after a while; the start itself may be cut short too."""
-        while True:
-            self.findings.crashes += 1
-            self.site.switch_off(cleanly=False)
-            self.site.clock.advance(self.rng.uniform(1, self.profile.longest_off if self.rng.random() < .2 else 60))
+    def _is_found(self, stop_at: str | None) -> bool:
+        return stop_at is not None and any(stop_at in problem for problem in self.findings.violations)
+
+    def _rough(self, seconds: float, stop_at: str | None) -> None:
+        self.is_calm, self._armed, self.site.network.rate = False, True, self.profile.fault_rate
+        self._pass(seconds, stop_at)
+
+    def _calm(self, seconds: float, stop_at: str | None) -> None:
+        self.is_calm, self._armed, self.site.network.rate = True, False, 0.0
+        self.weather.clear_up()
+        self._pass(seconds, stop_at)
+        if not self._is_found(stop_at):
+            self.judge.all_is_well(SETTLING)
+
+    def _pass(self, seconds: float, stop_at: str | None) -> None:
+        end = self.site.seconds() + seconds
+        while (left := end - self.site.seconds()) > 0.01 and not self._is_found(stop_at):
             try:
-                self.site.switch_on()
-                return
-            except Crash:
-                continue
-
-    def _settle(self) -> None:
-        """Calm weather until everything has ended."""
-        self._armed = False
-        network = self.site.network
-        network.rate = 0.0
-        network.down.clear()
-        self.site.run(1000)                                    # time to see what was missed while it was off
-        schedules = self.site.container.repositories.schedules.all(self.site.container.db.read())
-        for schedule in schedules:
-            self.site.container.catalogue.set_schedule_enabled(schedule.id, False)
-        self.stopped_at = self.site.clock.now()
-        self.schedules = schedules
-        self.site.run(3600)
-
-    # ------------------------------------------------------------------ the oracle
-    def _items(self) -> Iterator[tuple[str, object]]:
-        for name, machine in self.site.machines.items():
-            for item in machine.queue:
-                yield name, item
-
-    def _check_doubles(self) -> None:
-        tokens = Counter(item.description for _, item in self._items() if item.description)      # type: ignore[attr-defined]
-        self.findings.violations += [f"{count} items with one token {token}" for token, count in tokens.items() if count > 1]
-
-    def _verdict(self) -> None:
-        rows = self.site.executions()
-        self.findings.states = Counter(row.state.value for row in rows)
-        self.findings.violations += [f"stuck: {row}" for row in rows if row.state in OPEN_STATES]
-        self._every_occurrence_has_its_row(rows)
-        self._rows_agree_with_robots(rows)
-        self._kpis_agree(rows)
-
-    def _every_occurrence_has_its_row(self, rows: list) -> None:
-        found = Counter((row.schedule, row.planned_at) for row in rows if row.schedule)
-        slack = timedelta(seconds=120)                       # around the moment when the plan was switched off, and clock steps
-        wanted = {(s.name, instant) for s in self.schedules for instant in self.expected(s, self.stopped_at - slack)}
-        self.findings.occurrences = len(found)
-        self.findings.violations += [f"no row: {key}" for key in wanted - found.keys()]
-        self.findings.violations += [f"{count} rows: {key}" for key, count in found.items() if count > 1]
-        possible = {(s.name, instant) for s in self.schedules for instant in self.expected(s, self.stopped_at + slack)}
-        self.findings.violations += [f"never planned: {key}" for key in found.keys() - possible]
-
-    def _rows_agree_with_robots(self, rows: list) -> None:
-        items = {item.description: str(item.state) for _, item in self._items() if item.description}     # type: ignore[attr-defined]
-        for row in rows:
-            item = items.pop(row.token, None)
-            match row.state:
-                case State.COMPLETED:
-                    agrees = item == "Done"
-                case State.FAILED | State.CANCELLED:
-                    agrees = item in ("Aborted", None) or row.reason.code in ("vanished", "unknown_outcome")
-                case _:
-                    agrees = item is None
-            if not agrees:
-                self.findings.violations.append(f"row says {row.state} ({row.reason}), robot says {item}")
-        self.findings.violations += [f"an item without a row: {token}" for token in items]
-
-    def _kpis_agree(self, rows: list) -> None:
-        completed = [row for row in rows if row.state is State.COMPLETED]
-        failed = [row for row in rows if row.state is State.FAILED]
-        kpis = self.site.container.kpis.thesis()
-        if kpis.completed != len(completed) or kpis.failed != len(failed):
-            self.findings.violations.append(f"KPIs count {kpis.completed}/{kpis.failed}, the ledger {len(completed)}/{len(failed)}")
+                self.site.run(min(CHUNK, left))
+            except PowerOff as off:
+                self._off(off.how)
+            self.judge.now_and_then()
+            self.diary.forget(self.site.seconds())

@@ -11,7 +11,7 @@ import json as json_module
 import random
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from email.utils import format_datetime
 from enum import StrEnum
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tests.support.site import Site
 
 LATENCY = 0.02           # s
+LONGEST_ANSWER = 9.0     # s, of a robot that answers slowly but well
 QUEUE = "/mission_queue"
 
 
@@ -72,6 +73,8 @@ class Submission:
     robot: str
     mission_id: str
     token: str
+    fate: Fate = Fate.FINE
+    lands_at: float | None = None    # of a late one: true time at which the robot handles it
 
 
 @dataclass
@@ -88,12 +91,16 @@ class Network:
     planned: list[Planned] = field(default_factory=list)
     interrupt: Callable[[str], None] = lambda where: None                  # the simulation crashes the app here
     submissions: list[Submission] = field(default_factory=list)            # every POST to a queue that left, arrived or not
+    submitted: Callable[[Submission], None] = lambda submission: None      # called for each of them as it leaves
+    met: Callable[[str, Planned], None] = lambda robot, planned: None      # called for every request that meets something
+    others_wait: bool = True         # while one robot's worker waits for a time-out; as the app is, they don't
     # what robots are like
     forgets_descriptions: bool = False                                     # they don't give back what they were sent
     short_lists: int | None = None      # no search, and a list is always the oldest so many items, whatever page is asked for
     unreadable: set[tuple[str, int]] = field(default_factory=set)          # (robot, queue id): asked for, that item answers 500
     shown: dict[tuple[str, int], dict[str, Any]] = field(default_factory=dict)     # fields of an item as the robot gives them
     words: dict[str, str] = field(default_factory=dict)                    # its own words for states of items
+    impostors: dict[str, SimulatedRobot] = field(default_factory=dict)     # other machines that answer at a robot's address
 
     def __post_init__(self) -> None:
         self.rng = random.Random(self.seed)
@@ -106,16 +113,26 @@ class Network:
         for entry in self.planned:
             if entry.fits(robot, method, path):
                 self.planned.remove(entry)
-                return self._counted(entry)
+                return self._counted(replace(entry, robot=robot))
         if robot in self.down:
-            return self._counted(Planned(method, path, Fate.REFUSED))
+            return self._counted(Planned(method, path, Fate.REFUSED, robot=robot))
         if self.rate and self.only(method, path) and self.rng.random() < self.rate:
-            return self._counted(Planned(method, path, self.rng.choice(self.fates)))
+            fate = self.rng.choice(self.fates)
+            return self._counted(Planned(method, path, fate, self.rng.uniform(0.5, LONGEST_ANSWER) if fate is Fate.SLOW else None, robot))
         return Planned(method, path, Fate.FINE)
 
     def _counted(self, planned: Planned) -> Planned:
         self.counts[planned.fate] += 1
+        self.met(planned.robot, planned)
         return planned
+
+    def time_out(self, seconds: float) -> None:
+        """The app waits in vain for an answer."""
+        assert self.site is not None
+        if self.others_wait:
+            self.site.clock.advance(seconds)
+        else:
+            self.site.others_go_on(seconds)
 
     def posts(self, robot: str = "*") -> list[Submission]:
         """The submissions to one robot, or to all."""
@@ -151,6 +168,8 @@ class SimulatedTransport:
         network.interrupt(f"before {method} {path}")
         planned = network.fate_of(self._name, method, path)
         fate = planned.fate
+        if fate is Fate.LATE and planned.seconds is None:
+            planned = replace(planned, seconds=timeout.read + network.rng.uniform(0, network.latest))
         self._clock.advance(LATENCY)
         if fate is Fate.REFUSED:
             raise Unreachable(code="refused", address=self._name)
@@ -159,19 +178,18 @@ class SimulatedTransport:
         if is_wanted is not None and not is_wanted():
             raise NotWanted(address=self._name)
         if (method, path) == ("POST", QUEUE):
-            network.submissions.append(Submission(self._clock.elapsed(), self._name, json["mission_id"], json.get("description", "")))
+            self._note(planned, json)
 
         def handle() -> Response:
             return self._handle(method, path, query or {}, body)
         match fate:
             case Fate.LOST:
-                self._clock.advance(timeout.read)
+                network.time_out(timeout.read)
                 raise TimedOut(address=self._name, seconds=timeout.read)
             case Fate.LATE:
                 assert network.site is not None
-                late = timeout.read + network.rng.uniform(0, network.latest) if planned.seconds is None else planned.seconds
-                network.site.at(late, handle)
-                self._clock.advance(timeout.read)
+                network.site.at(planned.seconds or 0.0, handle)
+                network.time_out(timeout.read)
                 raise TimedOut(address=self._name, seconds=timeout.read)
             case Fate.ERROR_BEFORE:
                 return Response(500, b'{"error_code": "internal", "error_human": "no"}', {})
@@ -181,7 +199,7 @@ class SimulatedTransport:
         network.interrupt(f"after {method} {path}")
         match fate:
             case Fate.ANSWER_LOST:
-                self._clock.advance(timeout.read)
+                network.time_out(timeout.read)
                 raise TimedOut(address=self._name, seconds=timeout.read)
             case Fate.ERROR_AFTER:
                 return Response(503, b'{"error_code": "service_unavailable", "error_human": "busy"}', {})
@@ -191,12 +209,20 @@ class SimulatedTransport:
                 raise ConnectionLost(address=self._name)
             case Fate.SLOW:
                 assert network.site is not None
-                network.site.others_go_on(self._name, planned.seconds or 0.0)
+                network.site.others_go_on(planned.seconds or 0.0)
         return answer
+
+    def _note(self, planned: Planned, json: Any) -> None:
+        """A submission leaves."""
+        at = self._clock.elapsed()
+        lands_at = at + (planned.seconds or 0.0) if planned.fate is Fate.LATE else None
+        submission = Submission(at, self._name, json["mission_id"], json.get("description", ""), planned.fate, lands_at)
+        self._network.submissions.append(submission)
+        self._network.submitted(submission)
 
     def _handle(self, method: str, path: str, query: Mapping[str, str], body: bytes) -> Response:
         """What the robot answers now."""
-        network, machine = self._network, self._machine
+        network, machine = self._network, self._network.impostors.get(self._name, self._machine)
         if path.startswith(f"{QUEUE}/") and method == "GET" and (self._name, int(path.rsplit("/", 1)[1])) in network.unreadable:
             return Response(500, b'{"error_code": "internal", "error_human": "Internal server error"}', self._date())
         if network.short_lists is not None and path == f"{QUEUE}/search":

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from app.container import Container
 from app.database.connection import Database, DatabaseUnavailable
-from app.domain.models import Mission, Robot, State
+from app.domain.models import Execution, Mission, Robot, State
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
@@ -71,7 +71,8 @@ class Site:
         self._due: dict[int, float] = {}           # when each worker is to go on
         self._next_round = self.clock.monotonic()
         self._acting: int | None = None            # the worker that is going on
-        self._blocked: set[int] = set()            # workers that wait for an answer
+        self._blocked: set[RobotWorker] = set()    # those that wait for an answer
+        self._closing: dict[RobotWorker, list[Execution]] = {}     # those of them that are not needed any more, and what they were not given
         self.engine.attach(self, self._wake)
         self.switched_on()
         self.engine.start()
@@ -97,7 +98,11 @@ class Site:
     def close(self, robot_id: int) -> None:
         del self._due[robot_id]
         intents = [intent for message in self._inboxes.pop(robot_id) if isinstance(message, messages.Start) for intent in message.intents]
-        self._workers.pop(robot_id).close(intents)
+        worker = self._workers.pop(robot_id)
+        if worker in self._blocked:                # its thread ends when it has its answer
+            self._closing[worker] = intents
+        else:
+            worker.close(intents)
 
     def post(self, robot_id: int, message: messages.Message) -> None:
         if robot_id in self._workers and not (isinstance(message, messages.LedgerChanged) and robot_id == self._acting):
@@ -130,7 +135,7 @@ class Site:
         """Let time pass."""
         end = self.clock.monotonic() + seconds
         while True:
-            due = (at for key, at in self._due.items() if key not in self._blocked)
+            due = (at for key, at in self._due.items() if self._workers[key] not in self._blocked)
             instant = min(self._next_round, min(due, default=math.inf), self._later[0][0] if self._later else math.inf)
             if instant > end:
                 break
@@ -160,7 +165,7 @@ class Site:
                 wait = self._database_failed(error)
             self._next_round = min(self._next_round, self.clock.monotonic() + wait)
         for key in sorted(self._due, key=self._due.__getitem__):
-            if key not in self._blocked and self._due.get(key, math.inf) <= self.clock.monotonic():
+            if key in self._due and self._workers[key] not in self._blocked and self._due[key] <= self.clock.monotonic():
                 self._go_on(key)
 
     def _until_next_round(self, wanted: float) -> float:
@@ -186,15 +191,18 @@ class Site:
         self._due[key] = math.inf
         inbox, self._inboxes[key] = self._inboxes[key], []
         self._acting = key
+        self._acting_worker = worker = self._workers[key]
         try:
             for message in inbox:
-                self._workers[key].handle(message)
-            wait = self._workers[key].advance()
+                worker.handle(message)
+            wait = worker.advance()
         except DatabaseUnavailable as error:
-            self._workers[key].handle(messages.Recover())
+            worker.handle(messages.Recover())
             wait = self._database_failed(error)
         finally:
             self._acting = None
+        if worker in self._closing:
+            worker.close(self._closing.pop(worker))
         if key in self._due:
             self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
 
@@ -207,18 +215,27 @@ class Site:
     # ------------------------------------------------------------------ the world
     tablet = "the tablet"         # which machine the app runs on
 
-    def others_go_on(self, robot: str, seconds: float) -> None:
-        """An answer of that robot takes so long, a good one. Meanwhile its worker waits and everybody else goes on."""
-        acting, key = self._acting, self._key_of(robot)
-        self._blocked.add(key)
+    def others_go_on(self, seconds: float) -> None:
+        """An answer takes so long. Meanwhile who asked waits and everybody else goes on."""
+        if self._acting is None:                  # a person's request, on a connection of its own
+            self.run(seconds)
+            return
+        acting, worker = self._acting, self._acting_worker
+        self._acting = None                       # what others do meanwhile its worker is told
+        self._blocked.add(worker)
         try:
             self.run(seconds)
         finally:
-            self._blocked.discard(key)
-            self._acting = acting
+            self._blocked.discard(worker)
+            self._acting, self._acting_worker = acting, worker
 
-    def _key_of(self, name: str) -> int:
-        return next((robot.id for robot in self.container.catalogue.robots() if robot.address == f"http://{name.lower()}"), 0)
+    def stay_off(self, seconds: float) -> None:
+        """Time passes for everybody but the app, which has been switched off."""
+        end = self.clock.monotonic() + seconds
+        while self._later and self._later[0][0] <= end:
+            self._go_to(self._later[0][0])
+            heapq.heappop(self._later)[2]()
+        self._go_to(end)
 
     def suspend(self, seconds: float) -> None:
         """The tablet sleeps. Robots go on; nothing of the app does, and its monotonic clock stands still."""

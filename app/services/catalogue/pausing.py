@@ -77,6 +77,9 @@ class Pausing:
         row = rules.scheduled(schedule, robot, mission, settings, self._settings.install_id(c), schedule.next_at, now)
         self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
         self._schedules.skip(c, schedule.id, schedule.next_at)
-        following = next_occurrence(schedule, max(now, schedule.next_at), working_calendar(c, settings))
+        calendar, skipped = working_calendar(c, settings), self._schedules.skipped(c, schedule.id)
+        following = next_occurrence(schedule, schedule.next_at, calendar)         # which may be due as well: it is not skipped
+        while following in skipped:
+            following = next_occurrence(schedule, following, calendar)
         self._schedules.advance(c, schedule.id, following)
         return schedule.next_at

@@ -184,11 +184,16 @@ class Submission:
         elif hold := self._s.holds.active(self._robot_id):
             self._ledger.waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
             self._later(row, RECHECK)
-        elif timedelta() < (early := row.planned_at - now) <= rules.INTENT_LEAD:     # released by a worker that was closed
-            self._later(row, early.total_seconds())
+        elif (early := self._seconds_early(row)) > 0:
+            self._later(row, min(early, RECHECK))
         elif not self._is_listed_first(row):
             return not self._attempts.is_asleep(row.id, self._clock.monotonic())
         return False
+
+    def _seconds_early(self, row: Execution) -> float:
+        """Until its instant, which may be still to come: a worker that was closed released it, or the clock was set back. What a person started
+        or idleness waits for no instant."""
+        return (row.planned_at - self._clock.now()).total_seconds() if row.trigger is Trigger.SCHEDULED else 0.0
 
     def _is_listed_first(self, row: Execution) -> bool:
         """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first seen."""

@@ -1,6 +1,7 @@
 """A clock that may be wrong sends nothing and writes nothing off, until robots or the operator say that it is right (D3, D4)."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -182,3 +183,48 @@ def test_a_clock_that_was_rightly_set_ahead_counts_once_a_person_says_so(site, p
     site.container.holds.confirm_clock()
     site.run(120)
     assert started(site) == [(day, State.MISSED) for day in (23, 24, 25)]
+
+
+# ---------------------------------------------------------------------- what people do while it is wrong
+@pytest.mark.parametrize("jump", [1500.0, 3 * DAY])
+@pytest.mark.parametrize("edit", ["move", "undo", "off and on", "skip", "working days"])
+def test_what_is_edited_while_the_clock_is_ahead_is_planned_from_the_true_time(site, plan, jump, edit):
+    """An edit finds its next start by the clock that it has; when that is set right the starts in between run."""
+    schedule = plan("2026-11-23T06:02", "FREQ=MINUTELY;INTERVAL=10", respect_working_days=True)
+    site.run(60)
+    site.clock.step(jump)
+    site.run(30)
+    c = site.container
+    skipped = None
+    match edit:
+        case "move":
+            c.catalogue.save_schedule(replace(schedule, start=schedule.start.replace(minute=1)))
+        case "undo":
+            c.catalogue.restore(c.catalogue.remove_schedule(schedule.id))
+        case "off and on":
+            c.catalogue.set_schedule_enabled(schedule.id, False)
+            c.catalogue.set_schedule_enabled(schedule.id, True)
+        case "skip":
+            skipped = c.pausing.skip_next(schedule.id)
+        case "working days":
+            c.catalogue.change_settings(working_days=("MO", "TU", "WE", "TH", "FR", "SA"))
+    site.run(30)
+    site.clock.step(-jump)
+    site.run(2000)
+    minutes = [1, 11, 21, 31] if edit == "move" else [2, 12, 22, 32]
+    wanted = [minute for minute in minutes if minute > 2 and (skipped is None or minute != skipped.minute or skipped.hour != 6)]
+    assert [at for at in sent_at(site) if at > 180] == [60 * minute for minute in wanted]
+
+
+def test_a_start_that_waits_when_the_clock_is_set_back_waits_for_its_instant(site, plan):
+    """It fell due by a clock that was some minutes ahead; it is not sent before its time."""
+    plan("2026-11-23T06:05")
+    site.network.down.add("R1")
+    site.run(30)
+    site.clock.step(500)
+    site.run(60)
+    site.clock.step(-500)
+    site.network.down.clear()
+    site.run(900)
+    assert sent_at(site) == [300]
+    assert outcomes(site)[0][0] is State.COMPLETED

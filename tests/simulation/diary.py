@@ -1,0 +1,181 @@
+"""The world's own diary: what people decided, what was wrong when, which machine had which items. The oracles judge by it alone."""
+from __future__ import annotations
+
+import copy
+import math
+import uuid
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import UTC, date, datetime, timedelta
+from zoneinfo import ZoneInfo
+
+from app.domain.models import WEEKDAYS, Schedule
+from mir_sim.mission_queue import QueueItem
+
+KEPT_S = 6 * 3600.0          # longer than the longest window: older troubles and decisions explain nothing any more
+MINUTE = timedelta(minutes=1)
+Key = tuple[int, datetime]   # of a start: its schedule's id and its instant
+
+
+@dataclass(eq=False)
+class Trouble:
+    """``robot`` None: of all. ``start`` and ``end`` in seconds of true time."""
+    kind: str
+    robot: str | None
+    start: float
+    end: float = math.inf
+
+
+@dataclass(frozen=True)
+class Manual:
+    robot: str
+    guid: str
+    at: datetime             # of the press, by the tablet
+
+
+@dataclass
+class Wishes:
+    """What people want, as they have decided it."""
+    plans: dict[int, Schedule] = field(default_factory=dict)
+    off: set[str] = field(default_factory=set)                             # robots
+    holds: dict[str | None, datetime | None] = field(default_factory=dict)    # robot (None: all), until when by the tablet's clock
+    paused: dict[int, datetime] = field(default_factory=dict)
+    skipped: set[Key] = field(default_factory=set)
+    stopped: set[Key] = field(default_factory=set)                         # for good, by a pause or a robot that was switched off
+    cancelled: set[str] = field(default_factory=set)                       # tokens
+    manual: dict[str, Manual] = field(default_factory=dict)
+    idle: dict[str, str] = field(default_factory=dict)                     # robot: guid of its mission
+    working_days: tuple[str, ...] = WEEKDAYS
+    closed: frozenset[date] = frozenset()
+
+    def copy(self) -> Wishes:
+        return Wishes(**{name: copy.copy(value) for name, value in vars(self).items()})
+
+    def is_held(self, robot: str, wall: datetime) -> bool:
+        return any(who in (None, robot) and (until is None or wall < until) for who, until in self.holds.items())
+
+
+def instants(plan: Schedule, start: datetime, end: datetime) -> Iterator[datetime]:
+    """Those of a schedule from ``start`` up to ``end``, counted by hand. Working days are left out of it."""
+    zone = ZoneInfo(plan.timezone)
+    first = plan.start.replace(tzinfo=zone).astimezone(UTC)
+    if plan.recurrence is None:
+        if start <= first < end:
+            yield first
+        return
+    if "MINUTELY" in plan.recurrence:
+        step = timedelta(minutes=int(plan.recurrence.rpartition("=")[2]))
+        at = first + max(0, math.ceil((start - first) / step)) * step
+        while at < end:
+            yield at
+            at += step
+        return
+    day = max(plan.start.date(), (start - timedelta(days=2)).date())
+    while day <= (end + timedelta(days=2)).date():
+        at = datetime.combine(day, plan.start.time(), zone).astimezone(UTC)
+        if start <= at < end and at >= first and ("DAILY" in plan.recurrence or WEEKDAYS[day.weekday()] in plan.recurrence):
+            yield at
+        day += timedelta(days=1)
+
+
+class Diary:
+    """``names``: of robots by id. ``guids``: of missions by id."""
+
+    def __init__(self, install_id: str) -> None:
+        self._namespace = uuid.UUID(install_id)
+        self.names: dict[int, str] = {}
+        self.guids: dict[int, str] = {}
+        self.wishes: list[tuple[float, Wishes]] = [(0.0, Wishes())]
+        self.troubles: list[Trouble] = []
+        self.clock: list[tuple[float, float]] = [(0.0, 0.0)]           # true time, and what the tablet's clock is ahead from then on
+        self.excused: dict[str, str] = {}                              # tokens of which the robot lost or hid what it did, and how
+        self.uncertain: set[str] = set()                               # tokens whose cancellation may or may not have been noted
+        self.restores: list[tuple[datetime, datetime]] = []            # when a backup was made and when it was restored, by the tablet
+        self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)    # by machine: of queues that began anew
+        self.started_at: float = 0.0                                   # the app's last start
+        self._tokens: dict[str, Key] = {}
+        self._made: dict[int, set[datetime]] = defaultdict(set)
+        self.ids: set[int] = set()                                     # of all schedules that there ever were
+
+    # ------------------------------------------------------------------ decisions
+    @property
+    def now(self) -> Wishes:
+        return self.wishes[-1][1]
+
+    def decide(self, at: float) -> Wishes:
+        """A copy of what holds, to be changed: it holds from now on."""
+        self.wishes.append((at, self.now.copy()))
+        return self.now
+
+    def between(self, start: float, end: float) -> list[Wishes]:
+        """What held at any moment of this time."""
+        begins = [at for at, _wishes in self.wishes] + [math.inf]
+        return [wishes for (at, wishes), until in zip(self.wishes, begins[1:], strict=True) if at <= end and until >= start]
+
+    def wants(self, wishes: Wishes, key: Key, days: bool = True) -> bool:
+        """Whether that start is planned; ``days`` False: whatever days are working days."""
+        plan, instant = wishes.plans.get(key[0]), key[1]
+        if plan is None or not plan.enabled or self.names[plan.robot_id] in wishes.off or key in wishes.skipped or key in wishes.stopped:
+            return False
+        if instant < wishes.paused.get(key[0], instant):
+            return False
+        if days and plan.respect_working_days:
+            local = instant.astimezone(ZoneInfo(plan.timezone)).date()
+            if local in wishes.closed or WEEKDAYS[local.weekday()] not in wishes.working_days:
+                return False
+        return next(instants(plan, instant, instant + MINUTE), None) == instant
+
+    # ------------------------------------------------------------------ tokens
+    def token(self, key: Key) -> str:
+        return str(uuid.uuid5(self._namespace, f"{key[0]}|{key[1]:%Y-%m-%dT%H:%M:%S}Z"))
+
+    def key_of(self, token: str, wall: datetime) -> Key | None:
+        """Which start of which schedule a token stands for; None: of none around that time."""
+        if token in self._tokens:
+            return self._tokens[token]
+        around = wall.replace(second=0, microsecond=0)
+        for schedule_id in self.ids:
+            known = self._made[schedule_id]
+            for minutes in range(-260, 20):
+                instant = around + minutes * MINUTE
+                if instant not in known:
+                    known.add(instant)
+                    self._tokens[self.token((schedule_id, instant))] = (schedule_id, instant)
+        return self._tokens.get(token)
+
+    # ------------------------------------------------------------------ troubles
+    def begin(self, kind: str, robot: str | None, at: float, seconds: float = math.inf) -> Trouble:
+        self.troubles.append(Trouble(kind, robot, at, at + seconds))
+        return self.troubles[-1]
+
+    def clear_spans(self, robot: str, start: float, end: float, but: tuple[str, ...] = ("slow",)) -> list[tuple[float, float]]:
+        """Times in which nothing was wrong for that robot."""
+        spans, at = [], start
+        found = [each for each in self.troubles if each.robot in (None, robot) and each.kind not in but and each.end > start and each.start < end]
+        for trouble in sorted(found, key=lambda each: each.start):
+            if trouble.start > at:
+                spans.append((at, trouble.start))
+            at = max(at, trouble.end)
+        return [*spans, (at, end)] if at < end else spans
+
+    def is_clear(self, robot: str, start: float, end: float, but: tuple[str, ...] = ("slow",)) -> bool:
+        return self.clear_spans(robot, start, end, but) == [(start, end)]
+
+    def was_wrong(self, kind: str, robot: str | None, start: float, end: float) -> bool:
+        return any(each.kind == kind and robot in (None, each.robot) and each.start < end and each.end > start for each in self.troubles)
+
+    def ahead(self, at: float) -> float:
+        """s by which the tablet's clock was ahead of true time."""
+        return next(offset for since, offset in reversed(self.clock) if since <= at)
+
+    def is_steady(self, since: float) -> bool:
+        """Whether the tablet's clock has not been set since then, but for some seconds."""
+        now = self.clock[-1][1]
+        offsets = [self.ahead(since), *(offset for at, offset in self.clock if at > since)]
+        return all(abs(offset - now) < 5.0 for offset in offsets)
+
+    def forget(self, now: float) -> None:
+        self.troubles = [each for each in self.troubles if each.end > now - KEPT_S]
+        old = [index for index, (at, _wishes) in enumerate(self.wishes) if at < now - KEPT_S]
+        self.wishes = self.wishes[old[-1]:] if old else self.wishes

@@ -1,0 +1,350 @@
+"""What people do at the tablet, drawn by the seed and written into the diary when it has taken effect."""
+from __future__ import annotations
+
+import json
+import random
+import uuid
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from zoneinfo import ZoneInfo
+
+from app.database.backups import back_up
+from app.database.errors import DatabaseError
+from app.domain.models import DayException, InvalidInput, Overlap, Schedule
+from app.mir.errors import RobotError
+from app.services.catalogue.configuration import import_configuration
+from tests.simulation.diary import MINUTE, Wishes, instants
+
+if TYPE_CHECKING:
+    from tests.simulation.world import World
+
+MOST_PLANS = 14
+LONGEST_WINDOW = timedelta(minutes=241)
+WINDOWS = (None, 1, 2, 5, 8, 15, 60, 240)
+IDLE_MISSION = "Home"
+
+
+class Person:
+    """``world`` is asked for the site and the diary, and protects what a person does with one write from a crash in the middle of it."""
+
+    def __init__(self, world: World, rng: random.Random) -> None:
+        self.world, self.rng, self.diary = world, rng, world.diary
+        self.backups: list[tuple[Path, datetime, Wishes]] = []
+
+    def do(self, name: str) -> None:
+        """One act, unless the app says that it can't be."""
+        try:
+            getattr(self, name)()
+        except (InvalidInput, RobotError, DatabaseError, LookupError):
+            return                                           # shown to the operator, who may press again
+        self.world.findings.acts[name] += 1
+
+    # ------------------------------------------------------------------ helpers
+    @property
+    def _app(self) -> Any:
+        return self.world.site.container
+
+    @property
+    def _wall(self) -> datetime:
+        return self.world.site.clock.now()
+
+    def _decide(self, act: Callable[[], Any], note: Callable[[Wishes], Any]) -> Any:
+        """Do it with one write of the app, and note it."""
+        with self.world.without_crash():
+            result = act()
+        note(self.diary.decide(self.world.site.seconds()))
+        return result
+
+    def _robot(self) -> str:
+        return self.rng.choice(list(self.diary.names.values()))
+
+    def _id(self, robot: str) -> int:
+        return next(key for key, name in self.diary.names.items() if name == robot)
+
+    def _plan(self) -> Schedule:
+        plans = self.diary.now.plans
+        if not plans:
+            raise LookupError
+        return plans[self.rng.choice(sorted(plans))]
+
+    def _mission(self) -> int:
+        return self.rng.choice([key for key, guid in self.diary.guids.items() if guid != self.world.idle_guid])
+
+    def _edit(self, plan: Schedule, **changes: Any) -> None:
+        stored = self._app.repositories.schedules.get(self._app.db.read(), plan.id)
+
+        def note(wishes: Wishes) -> None:
+            wishes.plans[plan.id] = replace(plan, **changes)
+            if changes.keys() & {"start", "robot_id"}:            # skips are of instants that it had
+                wishes.stopped -= {key for key in wishes.stopped if key[0] == plan.id and key[1] > self._wall}
+        self._decide(lambda: self._app.catalogue.save_schedule(replace(stored, **changes)), note)
+
+    def _stop_due(self, wishes: Wishes, plans: list[Schedule]) -> None:
+        """What is due of these now has been stopped for good, if its row has been written."""
+        if self.diary.is_clear(self.diary.names[plans[0].robot_id], self.world.site.seconds() - 20.0, self.world.site.seconds(), but=("slow", "network",
+                               "battery", "robot", "hold")):
+            for plan in plans:
+                due = instants(plan, self._wall - LONGEST_WINDOW, self._wall - timedelta(seconds=2))
+                wishes.stopped |= {(plan.id, instant) for instant in due}
+
+    # ------------------------------------------------------------------ schedules
+    def rename(self) -> None:
+        plan = self._plan()
+        self._edit(plan, name=f"{plan.name.partition(' /')[0]} / {self.rng.randrange(10**6)}")
+
+    def change_window(self) -> None:
+        self._edit(self._plan(), start_window_minutes=self.rng.choice(WINDOWS))
+
+    def change_battery(self) -> None:
+        self._edit(self._plan(), minimum_battery_percent=self.rng.choice((None, 0, 5, 30, 40)))
+
+    def change_mission(self) -> None:
+        self._edit(self._plan(), mission_id=self._mission(), priority=self.rng.randrange(5))
+
+    def change_overlap(self) -> None:
+        plan = self._plan()
+        self._edit(plan, overlap=Overlap.QUEUE if plan.overlap is Overlap.SKIP else Overlap.SKIP)
+
+    def move(self) -> None:
+        plan = self._plan()
+        self._edit(plan, start=plan.start + timedelta(minutes=self.rng.choice((-7, -1, 1, 4, 11, 60))))
+
+    def other_robot(self) -> None:
+        self._edit(self._plan(), robot_id=self._id(self._robot()))
+
+    def switch_schedule(self) -> None:
+        plan = self._plan()
+        self._edit(plan, enabled=not plan.enabled)
+
+    def plan_once(self) -> None:
+        local = self._wall.astimezone(ZoneInfo(self.world.nature.zone)).replace(second=0, microsecond=0, tzinfo=None)
+        ended = [plan for plan in self.diary.now.plans.values() if plan.recurrence is None]
+        if len(ended) > MOST_PLANS // 2:
+            self._remove(ended[0])
+        self._add(start=local + timedelta(minutes=self.rng.choice((0, 1, 2, 5, 9))), respect_working_days=False)
+
+    def plan_often(self) -> None:
+        if len(self.diary.now.plans) > MOST_PLANS:
+            self._remove(self._plan())
+        local = self._wall.astimezone(ZoneInfo(self.world.nature.zone)).replace(second=0, microsecond=0, tzinfo=None)
+        self._add(start=local + timedelta(minutes=self.rng.randrange(1, 8)), recurrence=f"FREQ=MINUTELY;INTERVAL={self.rng.choice((4, 7, 15, 30))}")
+
+    def _add(self, **values: Any) -> None:
+        made = Schedule(f"Plan {self.rng.randrange(10**9)}", self._id(self._robot()), self._mission(), timezone=self.world.nature.zone,
+                        start_window_minutes=self.rng.choice(WINDOWS), overlap=self.rng.choice(tuple(Overlap)), priority=self.rng.randrange(5),
+                        minimum_battery_percent=self.rng.choice((None, 0, 30)), **values)
+        self.world.plan(made)
+
+    def import_plan(self) -> None:
+        """A file with one schedule, a new one or a changed one."""
+        plan = self._plan()
+        changed = replace(plan, start_window_minutes=self.rng.choice(WINDOWS[1:]), priority=self.rng.randrange(5), enabled=True)
+        document = {"format": "amr-scheduler/1", "schedules": [{
+            "name": changed.name, "robot": self.diary.names[plan.robot_id], "mission": self.world.missions[plan.mission_id],
+            "start": f"{plan.start:%Y-%m-%dT%H:%M}", "timezone": plan.timezone, "recurrence": plan.recurrence, "enabled": True,
+            "start_window_minutes": changed.start_window_minutes, "priority": changed.priority}]}
+        self._decide(lambda: import_configuration(self._app.catalogue, json.dumps(document).encode()),
+                     lambda wishes: wishes.plans.update({plan.id: changed}))
+
+    # ------------------------------------------------------------------ deletions, most of them undone
+    def delete(self) -> None:
+        self._remove(self._plan(), undo_after=self.rng.choice((None, 0.0, 3.0, 40.0, 200.0)))
+
+    def _remove(self, plan: Schedule, undo_after: float | None = None) -> None:
+        removed = self._decide(lambda: self._app.catalogue.remove_schedule(plan.id), lambda wishes: wishes.plans.pop(plan.id))
+        self._undo_later(removed, [plan], undo_after)
+
+    def delete_mission(self) -> None:
+        mission_id = self._mission()
+        plans = [plan for plan in self.diary.now.plans.values() if plan.mission_id == mission_id]
+        removed = self._decide(lambda: self._app.catalogue.remove_mission(mission_id),
+                               lambda wishes: [wishes.plans.pop(plan.id) for plan in plans])
+        self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True)
+
+    def delete_robot(self) -> None:
+        robot = self._robot()
+        robot_id, was_off = self._id(robot), robot in self.diary.now.off
+        plans = [plan for plan in self.diary.now.plans.values() if plan.robot_id == robot_id]
+        for row in self._app.history.open():
+            if row.robot_id == robot_id:
+                self.diary.excused[row.token] = "its robot was removed"
+
+        def note(wishes: Wishes) -> None:
+            for plan in plans:
+                wishes.plans.pop(plan.id)
+            wishes.off.add(robot)
+            if self.diary.now.manual:
+                wishes.cancelled |= {token for token, manual in wishes.manual.items() if manual.robot == robot}
+        removed = self._decide(lambda: self._app.catalogue.remove_robot(robot_id), note)
+        self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True, on_again=None if was_off else robot)
+
+    def _undo_later(self, removed: Any, plans: list[Schedule], after: float | None, must: bool = False, on_again: str | None = None) -> None:
+        """``must``: tried again until it succeeds, so that there is something to simulate."""
+        if after is None:
+            return
+
+        def note(wishes: Wishes) -> None:
+            wishes.plans.update({plan.id: plan for plan in plans})
+            if on_again:
+                wishes.off.discard(on_again)
+
+        def undo() -> None:
+            if self.world.is_on and not self.world.was_restored_since(made_at):
+                try:
+                    self._decide(lambda: self._app.catalogue.restore(removed), note)
+                except (InvalidInput, DatabaseError):
+                    if must:
+                        self.world.site.at(30.0, undo)
+            elif must and not self.world.is_on:
+                self.world.site.at(30.0, undo)
+        made_at = self.world.site.seconds()
+        self.world.site.at(after, undo)
+
+    # ------------------------------------------------------------------ stopping and going on
+    def switch_robot(self) -> None:
+        robot = self._robot()
+        is_on = robot not in self.diary.now.off
+        plans = [plan for plan in self.diary.now.plans.values() if self.diary.names[plan.robot_id] == robot]
+
+        def note(wishes: Wishes) -> None:
+            (wishes.off.add if is_on else wishes.off.discard)(robot)
+            if is_on:
+                wishes.cancelled |= {token for token, manual in wishes.manual.items() if manual.robot == robot}
+                if plans:
+                    self._stop_due(wishes, plans)
+        self._decide(lambda: self._app.catalogue.set_robot_enabled(self._id(robot), not is_on), note)
+        if is_on:
+            self.world.site.at(self.rng.choice((0.5, 30.0, 400.0)), lambda: self._switch_on(robot))
+
+    def _switch_on(self, robot: str) -> None:
+        if not self.world.is_on or robot not in self.diary.now.off or self._app.catalogue.robot(self._id(robot)) is None:
+            return
+        try:
+            self._decide(lambda: self._app.catalogue.set_robot_enabled(self._id(robot), True), lambda wishes: wishes.off.discard(robot))
+        except (InvalidInput, DatabaseError):
+            self.world.site.at(60.0, lambda: self._switch_on(robot))
+
+    def pause(self) -> None:
+        plan, until = self._plan(), self._wall + timedelta(seconds=self.rng.choice((30, 400, 3000)))
+
+        def note(wishes: Wishes) -> None:
+            wishes.paused[plan.id] = until
+            self._stop_due(wishes, [plan])
+        self._decide(lambda: self._app.pausing.pause(plan.id, until), note)
+
+    def resume(self) -> None:
+        paused = sorted(self.diary.now.paused.keys() & self.diary.now.plans.keys())
+        if paused:
+            schedule_id = self.rng.choice(paused)
+            self._decide(lambda: self._app.pausing.resume(schedule_id), lambda wishes: wishes.paused.pop(schedule_id))
+
+    def skip(self) -> None:
+        plan = self._plan()
+        with self.world.without_crash():
+            instant = self._app.pausing.skip_next(plan.id)
+        self.diary.decide(self.world.site.seconds()).skipped.add((plan.id, instant))
+
+    def hold(self) -> None:
+        robot = self.rng.choice((None, *self.diary.names.values()))
+        until = self.rng.choice((None, self._wall + timedelta(seconds=self.rng.choice((5, 60, 600)))))
+        self._decide(lambda: self._app.holds.hold("a meeting", until, robot and self._id(robot)),
+                     lambda wishes: wishes.holds.update({robot: until}))
+        self.world.note_holds()
+        self.world.site.at(self.rng.choice((20.0, 200.0, 1200.0)), lambda: self.release(robot))
+
+    def release(self, robot: str | None = None) -> None:
+        if self.world.is_on and robot in self.diary.now.holds:
+            try:
+                self._decide(lambda: self._app.holds.release(robot and self._id(robot)), lambda wishes: wishes.holds.pop(robot))
+            except DatabaseError:
+                self.world.site.at(60.0, lambda: self.release(robot))
+            self.world.note_holds()
+
+    # ------------------------------------------------------------------ single starts
+    def run_now(self) -> None:
+        robot, mission_id = self._robot(), self._mission()
+        token = str(uuid.UUID(int=self.rng.getrandbits(128), version=4))
+        parameters = {"Time": "00:00:30.000000"} if self.world.missions[mission_id] == "Wait at home" and self.rng.random() < .5 else {}
+        self._decide(lambda: self._app.operator.run_now(self._id(robot), mission_id, parameters, token),
+                     lambda wishes: wishes.manual.update({token: self.world.manual(robot, mission_id)}))
+        self.world.site.kick()
+
+    def cancel(self) -> None:
+        open_ones = self._app.history.open()
+        if not open_ones:
+            raise LookupError
+        row = self.rng.choice(open_ones)
+        self.diary.uncertain.add(row.token)
+        self._app.operator.cancel_execution(row.id)
+        self.diary.decide(self.world.site.seconds()).cancelled.add(row.token)
+
+    def clear(self) -> None:
+        robot_id = self._id(self._robot())
+        tokens = {row.token for row in self._app.history.open() if row.robot_id == robot_id}
+        self.diary.uncertain |= tokens
+        self._app.operator.clear_queue(robot_id)
+        self.diary.decide(self.world.site.seconds()).cancelled |= tokens
+
+    # ------------------------------------------------------------------ the integrator
+    def idle_rule(self) -> None:
+        robot, is_on = self._robot(), self.rng.random() < .8
+
+        def note(wishes: Wishes) -> None:
+            wishes.idle.pop(robot, None)
+            if is_on:
+                wishes.idle[robot] = self.world.idle_guid
+        home = next(key for key, guid in self.diary.guids.items() if guid == self.world.idle_guid)
+        self._decide(lambda: self._app.catalogue.save_idle_rule(self._id(robot), home, self.rng.choice((5, 8)), is_on), note)
+
+    def working_days(self) -> None:
+        days = self.rng.choice((("MO", "TU", "WE", "TH", "FR"), ("MO", "TU", "WE", "TH", "FR", "SA", "SU"), ("SA", "SU", "MO")))
+        self._decide(lambda: self._app.catalogue.change_settings(working_days=days),
+                     lambda wishes: setattr(wishes, "working_days", days))
+        if len(days) < 7:
+            self.world.site.at(600.0, self._work_every_day)
+
+    def _work_every_day(self) -> None:
+        days = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
+        if self.world.is_on and self.diary.now.working_days != days:
+            try:
+                self._decide(lambda: self._app.catalogue.change_settings(working_days=days),
+                             lambda wishes: setattr(wishes, "working_days", days))
+            except DatabaseError:
+                self.world.site.at(60.0, self._work_every_day)
+
+    def day_off(self) -> None:
+        today = self._wall.astimezone(ZoneInfo(self.world.nature.zone)).date()
+        entries = self._app.catalogue.day_exceptions()
+        if entries:
+            self._decide(lambda: self._app.catalogue.remove_days(*(entry.id for entry in entries)),
+                         lambda wishes: setattr(wishes, "closed", frozenset()))
+        else:
+            self._decide(lambda: self._app.catalogue.save_days(DayException("Inventory", today, today)),
+                         lambda wishes: setattr(wishes, "closed", frozenset({today})))
+            self.world.site.at(900.0, lambda: self.world.is_on and self.diary.now.closed and self.do("day_off"))
+
+    def history_limit(self) -> None:
+        with self.world.without_crash():
+            self._app.catalogue.change_settings(history_limit=self.rng.choice((1, 5, 50, None)))
+        self.world.keeps_history = False
+
+    def watch(self) -> None:
+        self._app.engine.watch(self.rng.choice((None, *self.diary.names)))
+
+    def confirm_clock(self) -> None:
+        """Somebody looks at the clock, which is right, and says so."""
+        hold = self._app.holds.active()
+        if hold is not None and hold.clock and abs(self.diary.ahead(self.world.site.seconds())) < 60:
+            self._app.holds.confirm_clock()
+
+    def back_up(self) -> None:
+        file = self.world.site.directory / f"backup-{len(self.backups)}.db"
+        with self.world.without_crash():
+            back_up(self._app.db.path, file)
+        self.backups = [*self.backups, (file, self._wall, self.diary.now.copy())][-3:]
+
+
+__all__ = ["IDLE_MISSION", "MINUTE", "Person"]

@@ -1,0 +1,256 @@
+"""What has to hold of every run: safety, liveness, truth. Judged by the robots' own histories and by the diary, never by the app's code."""
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import TYPE_CHECKING
+
+from app.domain.models import Overlap
+from mir_sim import SimulatedRobot
+from mir_sim.mission_queue import ItemState, QueueItem
+from tests.simulation.diary import Key, Wishes, instants
+from tests.simulation.truth import Truth
+from tests.simulation.weather import SPEED
+from tests.support.network import Fate, Submission
+
+if TYPE_CHECKING:
+    from tests.simulation.world import World
+
+GRACE = 1.0              # s within which what people decide takes effect
+LATE = 1.0               # s that a start may be late when nothing is wrong
+TOGETHER = 180.0         # s for which robot and app have to be well within the window
+GENERAL_WINDOW = 15      # min
+LISTED_FOR = 28.0        # s for which late starts after an absence are shown first, where there is a window
+ABSENCE = 80.0           # s from which on that is so, a heartbeat included
+IMPOSTOR_SEEN = 3.0      # s within which another machine at the address is noticed
+
+
+@dataclass(frozen=True)
+class Found:
+    machine: SimulatedRobot
+    robot: str
+    item: QueueItem
+
+
+class Judge:
+    def __init__(self, world: World) -> None:
+        self.world, self.diary, self.findings = world, world.diary, world.findings
+        self._said: set[str] = set()
+        self._first_post: dict[str, float] = {}
+        self._ran: set[Key] = set()
+        self._back_at, self._away_since = -1e9, -1e9            # after the last absence
+        self.truth = Truth(world, self)
+
+    def object(self, what: str) -> None:
+        if what not in self._said:
+            self._said.add(what)
+            self.findings.violations.append(f"{what} (at {self.world.site.seconds():.1f} s, {self.world.site.clock.now():%d %H:%M:%S})")
+
+    def came_back(self, away_since: float) -> None:
+        self._away_since, self._back_at = away_since, self.world.site.seconds()
+
+    # ------------------------------------------------------------------ safety: each submission as it leaves
+    def posted(self, post: Submission) -> None:
+        self.findings.submissions += 1
+        wall, wishes = self.world.site.clock.now(), self.diary.between(post.at - GRACE, post.at)
+        name = f"{post.robot} {post.token[:8]}"
+        if all(each.is_held(post.robot, wall - timedelta(seconds=GRACE)) for each in wishes) and all(
+                each.is_held(post.robot, wall) for each in wishes):
+            self.object(f"safety: sent under a hold: {name}")
+        if all(post.robot in each.off for each in wishes):
+            self.object(f"safety: sent to a robot that is switched off: {name}")
+        if any(each.kind == "impostor" and each.robot == post.robot and each.start + 15000.0 < post.at - IMPOSTOR_SEEN and each.end > post.at + 6
+               for each in self.diary.troubles):
+            self.object(f"safety: sent to another machine: {name}")
+        if all(post.token in each.cancelled for each in wishes):
+            self.object(f"safety: sent though it was cancelled: {name}")
+        self._judge_clock(post, name)
+        manual = next((each.manual[post.token] for each in wishes if post.token in each.manual), None)
+        if manual is not None:
+            self._in_window(name, wall, min(wall, manual.at), GENERAL_WINDOW)
+            if (manual.robot, manual.guid) != (post.robot, post.mission_id):
+                self.object(f"safety: sent to the wrong robot or as another mission: {name}")
+        elif key := self.diary.key_of(post.token, wall):
+            self._judge_start(post, key, wishes, wall)
+        elif post.mission_id == self.world.idle_guid:
+            if not any(each.idle.get(post.robot) for each in wishes):
+                self.object(f"safety: an idle mission without a rule: {name}")
+        elif not self._knew_manual(post.token):
+            self.object(f"safety: never planned: {name}")
+        self._first_post.setdefault(post.token, post.at)
+
+    def _knew_manual(self, token: str) -> bool:
+        return any(token in wishes.manual for _at, wishes in self.diary.wishes)
+
+    def _judge_clock(self, post: Submission, name: str) -> None:
+        """While the tablet's clock is far ahead and robots could say so, nothing leaves."""
+        ahead = self.diary.ahead(post.at)
+        since = next((at for at, offset in reversed(self.diary.clock) if abs(offset - ahead) > 60), 0.0)
+        if ahead > 60.0 * GENERAL_WINDOW + 60 and not self.diary.was_wrong("app", None, since, post.at) and post.at > since:
+            self.object(f"safety: sent while the clock was {ahead:.0f} s ahead: {name}")
+
+    def _judge_start(self, post: Submission, key: Key, wishes: list[Wishes], wall: datetime) -> None:
+        name = f"{post.robot} {self._shown(key)}"
+        wanted = [each for each in wishes if self.diary.wants(each, key, days=False)]
+        if not wanted:
+            self.object(f"safety: sent though it had been taken back: {name}")
+            return
+        plans = [each.plans[key[0]] for each in wanted]
+        if not any((self.diary.names[plan.robot_id], self.diary.guids[plan.mission_id]) == (post.robot, post.mission_id) for plan in plans):
+            self.object(f"safety: sent to the wrong robot or as another mission: {name}")
+        windows = [GENERAL_WINDOW if plan.start_window_minutes is None else plan.start_window_minutes for plan in plans]
+        self._in_window(name, wall, key[1], max(windows))
+        if self.world.nature.with_window and self._away_since < self._true(key[1], post.at) <= self._back_at - 1 and \
+                post.token not in self._first_post and self._back_at - self._away_since > ABSENCE and post.at < self._back_at + LISTED_FOR:
+            self.object(f"safety: started late after an absence without the list: {name}")
+        self._judge_punctuality(post, key, name)
+
+    def _in_window(self, name: str, wall: datetime, planned: datetime, minutes: int) -> None:
+        early = (planned - wall).total_seconds()
+        if early > 0.001 and not self.diary.was_wrong("clock", None, self.world.site.seconds() - 2.0, self.world.site.seconds()):
+            self.object(f"safety: sent {early:.1f} s before its instant: {name}")
+        if early < -60.0 * max(1, minutes) - 0.05:
+            self.object(f"safety: sent after its window: {name}")
+
+    def _judge_punctuality(self, post: Submission, key: Key, name: str) -> None:
+        due = self._true(key[1], post.at)
+        if post.token in self._first_post or not self.diary.is_clear(post.robot, due - 90.0, post.at, but=()):
+            return
+        if self._is_settled(key, due - 90.0, post.at):
+            self.findings.punctual += 1
+            if post.at - due > LATE:
+                self.object(f"liveness: {post.at - due:.1f} s late, and nothing was wrong: {name}")
+
+    # ------------------------------------------------------------------ liveness
+    def _true(self, instant: datetime, at: float) -> float:
+        """When the tablet's clock, as it goes at a true time, shows that instant."""
+        return (instant - self.world.site.clock.now()).total_seconds() + self.world.site.seconds() - (
+            self.diary.ahead(at) - self.diary.ahead(self.world.site.seconds()))
+
+    def _is_settled(self, key: Key, start: float, end: float) -> bool:
+        """Whether it was wanted all this time, on the same robot and within the same window."""
+        wishes = self.diary.between(start, end)
+        if not all(self.diary.wants(each, key) for each in wishes):
+            return False
+        plans = [each.plans[key[0]] for each in wishes]
+        return len({(plan.robot_id, plan.start_window_minutes, plan.start, plan.recurrence, plan.minimum_battery_percent) for plan in plans}) == 1
+
+    def _judge_liveness(self, sent: set[str]) -> None:
+        wall, now = self.world.site.clock.now(), self.world.site.seconds()
+        if abs(self.diary.ahead(now)) > 600:
+            return
+        for plan in self.diary.now.plans.values():
+            minutes = GENERAL_WINDOW if plan.start_window_minutes is None else plan.start_window_minutes
+            for instant in instants(plan, wall - timedelta(minutes=min(minutes, 120) + 15), wall - timedelta(seconds=self._together)):
+                key = (plan.id, instant)
+                if key in self._ran:
+                    continue
+                if (token := self.diary.token(key)) in sent:
+                    self._ran.add(key)
+                    self.findings.occurrences += 1
+                elif token not in self.diary.excused and token not in self.diary.uncertain and (span := self._chance(key, max(1, minutes))):
+                    self._ran.add(key)
+                    self.object(f"liveness: never ran: {plan.name} {self._shown(key)}, well from {span[0]:.0f} to {span[1]:.0f} s")
+
+    @property
+    def _together(self) -> float:
+        nature = self.world.nature
+        return max(TOGETHER, nature.poll_interval + nature.quiet_s + 60.0)
+
+    def _chance(self, key: Key, minutes: int) -> tuple[float, float] | None:
+        """A time within its window in which robot and app were well together for long enough."""
+        now, plan = self.world.site.seconds(), self.diary.now.plans[key[0]]
+        due, robot = self._true(key[1], now), self.diary.names[plan.robot_id]
+        end = min(now, due + 60.0 * minutes)
+        if due < 60 or not self.diary.is_steady(due - 60.0) or not self._is_settled(key, due - 2.0, end) or key in self.diary.now.stopped:
+            return None
+        if plan.overlap is Overlap.SKIP and self._may_overlap(key, due):
+            return None
+        for start, until in self.diary.clear_spans(robot, due, end):
+            if until - start < self._together or self._gave_up(robot, due, start):
+                continue
+            between = next(instants(plan, key[1] + timedelta(seconds=1), key[1] + timedelta(seconds=start - due + 35.0)), None)
+            if between is None or start == due:
+                self.findings.judged += 1
+                return start, until
+        return None
+
+    def _gave_up(self, robot: str, due: float, start: float) -> bool:
+        """Whether what was wrong before may have used up its tries, or have hidden what became of them."""
+        nature = self.world.nature
+        tries = sum(min(2.0 ** attempt, nature.poll_interval) for attempt in range(1, nature.retry_limit + 1))
+        if nature.fleet != "normal" and start > due:
+            return True
+        return start - due > .6 * tries or (start > due and self.diary.was_wrong("queue", robot, due, start))
+
+    def _may_overlap(self, key: Key, due: float) -> bool:
+        """Whether an earlier start of the schedule may have been open then."""
+        plan = self.diary.now.plans[key[0]]
+        minutes = GENERAL_WINDOW if plan.start_window_minutes is None else plan.start_window_minutes
+        earlier = list(instants(plan, key[1] - timedelta(hours=4), key[1]))
+        for instant in earlier:
+            items = self._items_of.get(self.diary.token((plan.id, instant)), [])
+            if not items and self._true(instant, due) + 60.0 * max(1, minutes) + 180 > due:
+                return True
+            if any(self._ended_before(found, due) < 120.0 + 2 * self.world.nature.poll_interval for found in items):
+                return True
+        return not self.diary.is_clear(self.diary.names[plan.robot_id], due - 600.0, due)
+
+    def _ended_before(self, found: Found, at: float) -> float:
+        """For how long an item had ended then, in s; negative: it had not."""
+        if found.item.finished is None:
+            return -1.0
+        local = found.machine.clock.local(self.world.site.seconds() * SPEED)
+        ago = (local - datetime.fromisoformat(found.item.finished)).total_seconds() / SPEED
+        return at - (self.world.site.seconds() - ago)
+
+    # ------------------------------------------------------------------ verdicts
+    def items(self) -> Iterator[Found]:
+        for name, machine in [*self.world.site.machines.items(), *self.world.impostors]:
+            machine.catch_up()
+            for item in [*(self.diary.lost_items[name] if self.world.site.machines.get(name) is machine else ()), *machine.queue]:
+                if item.description:
+                    yield Found(machine, name, item)
+
+    def now_and_then(self) -> None:
+        self._items_of: dict[str, list[Found]] = defaultdict(list)
+        for found in self.items():
+            self._items_of[found.item.description].append(found)
+        for token, items in self._items_of.items():
+            if len(items) > 1:
+                self._judge_copies(token, items)
+        self._judge_liveness({*self._items_of, *(post.token for post in self.world.site.network.submissions if post.fate is Fate.LATE)})
+
+    def _judge_copies(self, token: str, items: list[Found]) -> None:
+        posts = [post for post in self.world.site.network.submissions if post.token == token]
+        late = [post for post in posts if post.lands_at is not None and post.lands_at - post.at > self.world.nature.quiet_s]
+        shown = [f"{found.robot}#{found.item.id} {found.item.state}" for found in items]
+        if token in self.diary.excused:
+            return
+        if len(items) > 1 + len(late):
+            self.object(f"safety: {len(items)} items with one token: {token[:8]} {shown}")
+            return
+        ran = sorted((found for found in items if found.item.started is not None), key=lambda found: found.item.id)
+        patience = self.world.nature.poll_interval + 20.0
+        for found in ran[1:]:
+            waited = datetime.fromisoformat(found.item.started or "") - datetime.fromisoformat(found.item.ordered)
+            begins = self.world.site.seconds() + self._ended_before(found, 0.0) if found.item.finished else None
+            if waited.total_seconds() / SPEED > patience and begins is not None and self.diary.is_clear(
+                    found.robot, -begins - patience, -begins) and self.world.keeps_history:
+                self.object(f"safety: a second copy ran after it had waited: {token[:8]} {shown}")
+
+    def all_is_well(self, since: float) -> None:
+        """Everything has been well for that long (s)."""
+        self.now_and_then()
+        self.truth.judge(since)
+
+    def last_verdict(self) -> None:
+        self.truth.count()
+
+    def is_open(self, found: Found) -> bool:
+        return found.item.state in (ItemState.PENDING, ItemState.EXECUTING, ItemState.ABORT)
+
+    def _shown(self, key: Key) -> str:
+        return f"#{key[0]} {key[1]:%d %H:%M}"

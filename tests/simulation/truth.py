@@ -1,0 +1,79 @@
+"""Truth: when all has been well for ten minutes, each row tells what its item on the robot tells, and figures equal a recount."""
+from __future__ import annotations
+
+from collections import Counter
+from datetime import timedelta
+from typing import TYPE_CHECKING
+
+from app.domain.models import Execution, State
+from mir_sim.mission_queue import ItemState
+
+if TYPE_CHECKING:
+    from tests.simulation.oracles import Found, Judge
+    from tests.simulation.world import World
+
+JUST_NOW = 20.0          # s that the app may be behind the robot
+ENDS_WITHIN = 600.0      # s in which every row of a robot that is well ends
+
+
+class Truth:
+    def __init__(self, world: World, judge: Judge) -> None:
+        self.world, self.judge_, self.diary = world, judge, world.diary
+
+    def judge(self, since: float) -> None:
+        """Everything has been well for that long (s)."""
+        items = self.judge_._items_of
+        rows = self.world.site.executions()
+        for row in rows:
+            found = items.get(row.token, [])
+            if row.state.is_open:
+                self._judge_open(row, found, since)
+            elif row.token not in self.diary.excused and not self._is_of_restored_time(row):
+                self._judge_ended(row, found)
+        if self.world.keeps_history and not self.diary.restores:
+            for token in items.keys() - {row.token for row in rows} - self.diary.excused.keys():
+                if self.diary.key_of(token, self.world.site.clock.now()) or any(token in each.manual for _at, each in self.diary.wishes):
+                    self.judge_.object(f"truth: an item without a row: {token[:8]}")
+        self._count_again(rows)
+
+    def _is_of_restored_time(self, row: Execution) -> bool:
+        return any(made - timedelta(hours=4) <= row.planned_at <= restored for made, restored in self.diary.restores)
+
+    def _judge_open(self, row: Execution, found: list[Found], since: float) -> None:
+        """Nothing is in its way, so it ends."""
+        world = self.world
+        age = (world.site.clock.now() - row.planned_at).total_seconds()
+        is_busy = any(self.judge_.is_open(each) or self.judge_._ended_before(each, world.site.seconds()) < JUST_NOW + world.nature.poll_interval
+                      for each in found)
+        now = world.site.seconds()
+        is_clear = self.diary.is_clear(row.robot, now - ENDS_WITHIN, now) and row.robot not in self.diary.now.off
+        if age > ENDS_WITHIN and since >= ENDS_WITHIN and not is_busy and is_clear:
+            self.judge_.object(f"liveness: open for {age:.0f} s: {self._shown(row)}")
+        if row.state in (State.QUEUED, State.EXECUTING) and not found and row.token not in self.diary.excused and is_clear:
+            self.judge_.object(f"truth: no such item: {self._shown(row)}")
+
+    def _judge_ended(self, row: Execution, found: list[Found]) -> None:
+        states = {each.item.state for each in found}
+        if any(self.judge_._ended_before(each, self.world.site.seconds()) < JUST_NOW + self.world.nature.poll_interval for each in found):
+            return
+        match row.state:
+            case State.COMPLETED:
+                agrees = ItemState.DONE in states
+            case State.FAILED | State.CANCELLED:
+                agrees = ItemState.DONE not in states
+            case _:
+                agrees = not states
+        if not agrees:
+            self.judge_.object(f"truth: {self._shown(row)}, the robot says {sorted(states) or 'nothing'}")
+
+    def _shown(self, row: Execution) -> str:
+        code = f" ({row.reason.code})" if row.reason else f" [{row.wait}]" if row.state is State.WAITING else ""
+        return f"{row.robot} {row.schedule or row.trigger} {row.planned_at:%d %H:%M:%S} {row.token[:8]} is {row.state}{code}"
+
+    def _count_again(self, rows: list[Execution]) -> None:
+        kpis, count = self.world.site.container.kpis.thesis(), Counter(row.state for row in rows)
+        if (kpis.completed, kpis.failed, kpis.cancelled) != (count[State.COMPLETED], count[State.FAILED], count[State.CANCELLED]):
+            self.judge_.object(f"truth: KPIs count {kpis.completed}/{kpis.failed}/{kpis.cancelled}, the rows say {dict(count)}")
+
+    def count(self) -> None:
+        self.world.findings.states = Counter(row.state.value for row in self.world.site.executions())
