@@ -50,7 +50,7 @@ class ScheduleRepository:
                           to_text(now), to_optional_text(lately) or "", limit)
 
     def planned_beyond(self, c: sqlite3.Connection, now: datetime) -> list[Schedule]:
-        """Those for which instants that are still to come have their rows, and those that were planned or changed at a time still to come."""
+        """Those of which instants that are still to come have their rows, and those that were planned or changed at such a time."""
         return self._list(c, "WHERE planned_through > ? OR changed_at > ?", to_text(now), to_text(now))
 
     def set_plan(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None, planned_through: datetime | None) -> None:

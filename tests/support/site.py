@@ -72,7 +72,7 @@ class Site:
         self._next_round = self.clock.monotonic()
         self._acting: int | None = None            # the worker that is going on
         self._blocked: set[RobotWorker] = set()    # those that wait for an answer
-        self._closing: dict[RobotWorker, list[Execution]] = {}     # those of them that are not needed any more, and what they were not given
+        self._closing: dict[RobotWorker, list[Execution]] = {}     # no longer needed, and what they were not given
         self.engine.attach(self, self._wake)
         self.switched_on()
         self.engine.start()

@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Iterable, Sequence
-from datetime import timedelta
 
 from app.database.executions import Unsent
 from app.domain import rules
@@ -191,8 +190,8 @@ class Submission:
         return False
 
     def _seconds_early(self, row: Execution) -> float:
-        """Until its instant, which may be still to come: a worker that was closed released it, or the clock was set back. What a person started
-        or idleness waits for no instant."""
+        """Until its instant, which may be still to come: a worker that was closed released it, or the clock was set back. What a person
+        started, or idleness, waits for no instant."""
         return (row.planned_at - self._clock.now()).total_seconds() if row.trigger is Trigger.SCHEDULED else 0.0
 
     def _is_listed_first(self, row: Execution) -> bool:
