@@ -1,28 +1,26 @@
 """A small site at which something else may happen at every step: two starts on one robot, driven through the real engine and worker.
 
-``Decisions`` is asked at every request, before and after every commit, and whenever the app is at rest. The site knows how to carry out each
-answer, what of its state matters for what comes next, and whether what came out is right. The judgement reads the robot's own history and a
-diary of the operator's acts, and of the app only its rows.
+``Decisions`` is asked at every request, before and after every commit, and whenever the app is at rest. The site knows how to carry out
+each answer, what of its state matters for what comes next, and whether what came out is right. The judgement reads the robot's own history
+and a diary of the operator's acts, and of the app only its rows.
 """
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
-from enum import Enum
 from pathlib import Path
 from typing import Any, Protocol
 
-from app.domain.models import OPEN_STATES, Execution, Robot, Schedule, State
+from app.domain.models import Execution, Robot, Schedule, State
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import RobotError
 from app.mir.transport import Response
+from tests.simulation.memory import memory_of, rounded
 from tests.simulation.world import Crash, ShakyWriter
-from tests.support.clock import VirtualClock
 from tests.support.network import QUEUE, Fate, Network, Planned, SimulatedTransport
 from tests.support.site import Site
 
@@ -39,10 +37,10 @@ LOOKED_AFTER = 60.0      # s that the site is watched once everything has ended
 class Scenario:
     """``apart``: minutes between the two starts. ``quiet``: s after which a start that was not found may be sent again."""
     apart: int = 0
-    quiet: int = 20
+    quiet: int = 8
     window_minutes: int = 6
     poll_interval: int = 30
-    robot_speed: float = 16.0
+    robot_speed: float = 30.0
 
     @property
     def beyond(self) -> tuple[float, ...]:
@@ -258,8 +256,7 @@ class ChoiceSite(Site):
     def is_settled(self) -> bool:
         """Nothing is planned, open, on the robot or on its way any more."""
         db = self.container.db.read()
-        open_states = ", ".join(f"'{state}'" for state in OPEN_STATES)
-        is_open = db.execute(f"SELECT 1 FROM executions WHERE state IN ({open_states}) UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL")
+        is_open = db.execute("SELECT 1 FROM executions WHERE ended_at IS NULL UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL")
         return is_open.fetchone() is None and not self._flying() and all(item.finished for item in self._items())
 
     def _items(self) -> list[Any]:
@@ -280,8 +277,8 @@ class ChoiceSite(Site):
         ``grain`` s."""
         c, now = self.container.db.read(), self.seconds()
         names = {row[0]: row[1] for row in c.execute("SELECT token, schedule || planned_at FROM executions")}
-        rows = [tuple(row) for row in c.execute("SELECT schedule, planned_at, state, reason_code, wait, attempts, queue_floor, queue_id, cancel_code,"
-                                                " revoked, hold_until IS NULL FROM executions ORDER BY id")]
+        rows = [tuple(row) for row in c.execute("SELECT schedule, planned_at, state, reason_code, wait, attempts, queue_floor, queue_id,"
+                                                " cancel_code, revoked, hold_until IS NULL FROM executions ORDER BY id")]
         plan = [tuple(row) for row in c.execute("SELECT name, start, enabled, next_at, planned_through, started_through FROM schedules")]
         robots = [tuple(row) for row in c.execute("SELECT enabled, last_queue_id FROM robots")]
         items = [(item.id, names.get(item.description), str(item.state)) for item in self._items()]
@@ -293,17 +290,16 @@ class ChoiceSite(Site):
     def _progress(self, grain: float) -> tuple[float, ...]:
         """Of the mission that the robot executes."""
         machine = self.machines["R1"]
-        return (machine.run.next_action, rounded(machine.run.elapsed(machine.now) / self.scenario.robot_speed, grain)) if machine.run else ()
+        run = machine.run
+        return (run.next_action, rounded(run.elapsed(machine.now) / self.scenario.robot_speed, grain)) if run else ()
 
     def memory(self, grain: float) -> object:
-        """What the app remembers: everything that the engine and its workers hold that is not a connection or a service."""
-        seen: set[int] = set()
-        now = (self.clock.monotonic(), self.clock.now(), grain)
-        engine: Any = self.engine
-        held = [attempt.plan_version - engine.plan_version for worker in self._workers.values() for attempt in _attempts_of(worker)]
-        return (_remembered(engine, now, seen), engine._matched_version == engine._robots_version, held, [(key, [type(message).__name__ for message in inbox]) for key, inbox in self._inboxes.items()],
-                [(key, _remembered(at, now, seen)) for key, at in self._due.items()], rounded(self._next_round - now[0], grain),
-                sorted(self._blocked), self.container.holds.active() is not None)
+        """What the app remembers besides."""
+        mono, wall = self.clock.monotonic(), self.clock.now()
+        inboxes = [(key, [type(message).__name__ for message in inbox]) for key, inbox in self._inboxes.items()]
+        due = [(key, rounded(at - mono, grain)) for key, at in self._due.items()]
+        return (memory_of(self.engine, mono, wall, grain), inboxes, due, rounded(self._next_round - mono, grain), sorted(self._blocked),
+                self.container.holds.active() is not None)
 
     # ------------------------------------------------------------------ the judgement
     def violations(self) -> Iterator[str]:
@@ -369,67 +365,3 @@ ACTS: dict[str, Callable[[ChoiceSite], None]] = {
 def told(row: Execution) -> str:
     reason = f" {row.reason.code}" if row.reason else ""
     return f"{row.schedule} {row.planned_at:%H:%M} {row.state}{reason}, {row.attempts} attempts, item {row.queue_id}"
-
-
-# ---------------------------------------------------------------------- the app's memory
-_KEPT_FROM = ("app.services.dispatch.",)
-_NOT_KEPT = ("Shared", "Ledger", "Planner", "IdleWatch", "ClockReading")
-_WITHOUT_EFFECT = frozenset({          # here: when housekeeping was done last, and counters of which only the difference counts
-    "_beat_at", "_chores_at", "_evaluated", "_first_at", "_last_heartbeat", "_looked_at", "_matched_version", "_pruned_at", "_robots_version",
-    "_spans_saved_at", "_tidied_at", "_writes_to_prune", "plan_version", "user_name"})
-OLDEST = 130.0               # s; what lies further back is all the same
-
-
-def rounded(seconds: float, grain: float) -> float:
-    return math.copysign(math.inf, seconds) if math.isinf(seconds) else float(round(max(seconds, -OLDEST) / grain))
-
-
-def _remembered(value: Any, now: tuple[float, datetime, float], seen: set[int]) -> Any:
-    """A value as plain tuples; instants become their distance from now."""
-    mono, wall, grain = now
-    if value is None or isinstance(value, (bool, str, Enum)):
-        return value
-    if isinstance(value, int):
-        return value
-    if isinstance(value, float):
-        return rounded(value - mono, grain) if value > 900.0 else round(value, 1)          # the virtual clock begins at 1000
-    if isinstance(value, datetime):
-        return rounded((value - wall).total_seconds(), grain)
-    if isinstance(value, Execution):
-        return value.id, value.state.value, value.attempts
-    if isinstance(value, dict):
-        return tuple((str(key), _remembered(item, now, seen)) for key, item in value.items()) + _attributes(value, now, seen)
-    if isinstance(value, (set, frozenset)):
-        return tuple(sorted(map(str, value)))
-    if isinstance(value, (list, tuple)):
-        return tuple(_remembered(item, now, seen) for item in value)
-    return _attributes(value, now, seen)
-
-
-def _attributes(value: Any, now: tuple[float, datetime, float], seen: set[int]) -> tuple[Any, ...]:
-    kind = type(value)
-    if not kind.__module__.startswith(_KEPT_FROM) or kind.__name__ in _NOT_KEPT or id(value) in seen:
-        return ()
-    seen.add(id(value))
-    names = [*getattr(value, "__dict__", ()), *(name for base in kind.__mro__ for name in getattr(base, "__slots__", ()))]
-    names = [name for name in names if name not in _WITHOUT_EFFECT]
-    return (kind.__name__, *((name, _remembered(getattr(value, name), now, seen)) for name in names))
-
-
-def _attempts_of(worker: Any) -> Iterator[Any]:
-    """Of those that are held, the versions of the plan count."""
-    return (attempt for attempt in worker._submission._attempts.values() if attempt.plan_version)
-
-
-def under_way() -> tuple[tuple[str, int], ...]:
-    """Where in the app's dispatch this is called from."""
-    places, frame = [], sys._getframe(1)
-    walked: Any = frame
-    while walked is not None:
-        if "/app/services/" in walked.f_code.co_filename:
-            places.append((walked.f_code.co_name, walked.f_lineno))
-        walked = walked.f_back
-    return tuple(places)
-
-
-__all__ = ["ACTS", "OFF_FOR", "ChoiceSite", "Decisions", "Scenario", "VirtualClock", "field", "told", "under_way"]

@@ -21,7 +21,8 @@ import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tests.simulation.choices import ACTS, FIRST, OFF_FOR, ChoiceSite, Scenario, rounded, under_way
+from tests.simulation.choices import ACTS, FIRST, OFF_FOR, ChoiceSite, Scenario
+from tests.simulation.memory import rounded, under_way
 from tests.support.network import QUEUE
 
 DATABASE = "amr-scheduler.db"
@@ -90,6 +91,9 @@ class Explorer:
             pass
         except BaseException:
             self._violated(traceback.format_exc())
+        finally:
+            gc.enable()
+            gc.unfreeze()
         if self._report is not None:
             with os.fdopen(self._report, "wb") as pipe:
                 pickle.dump((self.found, self._new), pipe)

@@ -183,8 +183,8 @@ class Stress:
         schedules = [once_now(self._rng.choice(fleet.robots).name, MISSION, f"import-{life}-{number}") for number in range(5)]
         path = write_configuration(self._data.with_name("import.json"), {"format": "amr-scheduler/1", "schedules": schedules})
         app = App(self._data)
-        importing = subprocess.Popen(command(self._data, "--import-config", path), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                     env=environment())
+        importing = subprocess.Popen(command(self._data, "--import-config", path), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                     text=True, env=environment())
         time.sleep(for_seconds)
         app.kill()
         importing.communicate(timeout=60)
@@ -274,7 +274,8 @@ def _sent_though_taken_back(events: list[dict[str, Any]], rows: list[sqlite3.Row
 
 
 def _told(row: sqlite3.Row) -> str:
-    return f"#{row['id']} {row['schedule'] or row['trigger']} on {row['robot']}: {row['state']} {row['reason_code']}, {row['attempts']} attempts"
+    what = row["schedule"] or row["trigger"]
+    return f"#{row['id']} {what} on {row['robot']}: {row['state']} {row['reason_code']}, {row['attempts']} attempts"
 
 
 def stress(seconds: float, seed: int = 1) -> Result:

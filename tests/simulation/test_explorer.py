@@ -1,0 +1,77 @@
+"""Every order of faults at a small site, and the proof that such a search would find a bug if there were one."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.database.executions import ExecutionRepository
+from app.domain.message import message
+from app.domain.models import State
+from app.services.dispatch.copies import Copies
+from app.services.dispatch.ledger import NOT_WITH_THE_ROBOT, Ledger
+from app.services.dispatch.submission import Submission
+from tests.simulation.choices import Scenario
+from tests.simulation.explorer import explore
+
+ACTS = ("switch off A", "cancel A", "move A")
+
+
+@pytest.mark.parametrize("apart", [0, pytest.param(1, marks=pytest.mark.long)])
+def test_no_single_fault_at_any_step_doubles_loses_or_hides_a_start(apart):
+    found = explore(Scenario(apart=apart), 1, acts=ACTS, coarse=True)
+    assert found.violations == []
+    assert found.transitions >= 100
+
+
+@pytest.mark.long
+def test_no_two_faults_in_any_order_double_lose_or_hide_a_start():
+    """All three by hand: ``python -m tests.simulation.explorer --faults 3``."""
+    found = explore(Scenario(), 2, acts=ACTS, coarse=True, grain=20.0)
+    assert found.violations == []
+    assert found.transitions >= 1500
+
+
+# ---------------------------------------------------------------- planted bugs: each must be found
+def is_found(words: str, faults: int = 1, acts: tuple[str, ...] = ()) -> bool:
+    found = explore(Scenario(), faults, acts=acts, coarse=True, grain=20.0, most=1)
+    return any(words in problem for problem, _trace in found.violations)
+
+
+def test_a_blind_retry_is_found(monkeypatch):
+    """Whatever failed is sent again, as if the robot certainly did not have it."""
+    monkeypatch.setattr(Submission, "_reconcile", lambda self, row: self._failed([row], message("no answer"), waited=True))
+    assert is_found("2 items")
+
+
+def test_an_intent_that_is_not_committed_is_found(monkeypatch):
+    """The POST leaves before its row says so: a crash in between forgets it."""
+    add, accepted = ExecutionRepository.add_each_once, Ledger.accepted
+
+    def forgetful(self, c, executions):
+        added = add(self, c, [replace(row, state=State.WAITING, attempts=0) if row.state is State.SUBMITTING else row for row in executions])
+        return [replace(row, state=State.SUBMITTING, attempts=1) for row in added]
+    monkeypatch.setattr(ExecutionRepository, "add_each_once", forgetful)
+    monkeypatch.setattr(Ledger, "accepted", lambda *given: replace(accepted(*given), expected=NOT_WITH_THE_ROBOT))
+    assert is_found("2 items")
+
+
+def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
+    """After a crash what was on its way is taken for not sent."""
+    def recover(self):
+        self._release(self._ledger.open_for(self._robot_id, (State.SUBMITTING,)))
+    monkeypatch.setattr(Submission, "recover", recover)
+    assert is_found("2 items")
+
+
+def test_a_second_copy_that_nobody_looks_for_is_found(monkeypatch):
+    """Of a request that lands after the quiet time nobody is told."""
+    monkeypatch.setattr(Copies, "watch_for", lambda self, row: None)
+    assert is_found("nobody was told")
+
+
+@pytest.mark.long
+def test_a_start_that_is_sent_again_although_it_was_taken_back_is_found(monkeypatch):
+    """A request is lost, its schedule is switched off, and after the quiet time it leaves again."""
+    monkeypatch.setattr(Submission, "_taken_back", lambda self, row: None)
+    assert is_found("after it was taken back", faults=2, acts=("switch off A",))
