@@ -66,7 +66,7 @@ def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
 
 def test_a_second_copy_that_nobody_looks_for_is_found(monkeypatch):
     """Of a request that lands after the quiet time nobody is told."""
-    monkeypatch.setattr(Copies, "watch_for", lambda self, row: None)
+    monkeypatch.setattr(Copies, "heal", lambda self, open_items: None)
     assert is_found("nobody was told")
 
 
