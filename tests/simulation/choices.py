@@ -13,15 +13,11 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, Protocol
 
-from app.domain.models import Execution, Robot, Schedule, State
-from app.mir.address import Address
-from app.mir.client import RobotClient
-from app.mir.credentials import Token
+from app.domain.models import Execution, Schedule, State
 from app.mir.errors import RobotError
-from app.mir.transport import Response
 from tests.simulation.memory import memory_of, rounded
-from tests.simulation.world import Crash, ShakyWriter
-from tests.support.network import QUEUE, Fate, Network, Planned, SimulatedTransport
+from tests.simulation.world import ShakyWriter
+from tests.support.network import Fate, Network, Planned, Submission
 from tests.support.site import Site
 
 BEGIN = datetime.fromisoformat("2026-11-23T06:00:50+00:00")        # a Monday, ten seconds before the first start
@@ -64,63 +60,20 @@ class Wanted:
     taken_back: float = math.inf
 
 
-@dataclass(frozen=True)
-class Flight:
-    """A request that the app gave up and that arrives later. ``at``: true time in s; ``is_beyond``: after the quiet time."""
-    token: str
-    at: float
-    is_beyond: bool
-
-
 class _ChosenNetwork(Network):
     """Each request meets what the decisions say."""
-    sending = ""             # token of the submission under way
-    flights: list[Flight]
     decisions: Decisions
-    scenario: Scenario
 
     def fate_of(self, robot: str, method: str, path: str) -> Planned:
-        fate = self.decisions.fate(method, path)
-        name, _, seconds = fate.partition(" ")
-        if name == "late":
-            assert self.site is not None
-            if (method, path) == ("POST", QUEUE):
-                is_beyond = float(seconds) > READ_TIMEOUT + self.scenario.quiet
-                self.flights.append(Flight(self.sending, self.site.seconds() + float(seconds), is_beyond))
-            return Planned(method, path, Fate.LATE, float(seconds))
-        return Planned(method, path, Fate(name))
-
-
-class _ChosenTransport(SimulatedTransport):
-    def send(self, method: str, path: str, **values: Any) -> Response:
-        network = self._network
-        assert isinstance(network, _ChosenNetwork)
-        network.sending = (values.get("json") or {}).get("description", "") if (method, path) == ("POST", QUEUE) else ""
-        return super().send(method, path, **values)
-
-
-class _WaitingClock:
-    """The clock of a request: while one waits for its time-out everybody else goes on."""
-
-    def __init__(self, site: ChoiceSite, robot: str) -> None:
-        self._site, self._robot = site, robot
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._site.clock, name)
-
-    def advance(self, seconds: float) -> None:
-        if seconds < 1.0 or self._site.is_operator_acting:
-            self._site.clock.advance(seconds)
-        else:
-            self._site.others_go_on(self._robot, seconds)
+        name, _, seconds = self.decisions.fate(method, path).partition(" ")
+        return Planned(method, path, Fate(name), float(seconds) if seconds else None)
 
 
 class ChoiceSite(Site):
     """Two schedules A and B on one robot, from ten seconds before they fall due until everything has ended."""
 
     def __init__(self, directory: Path, scenario: Scenario, decisions: Decisions) -> None:
-        network = _ChosenNetwork()
-        network.flights, network.decisions, network.scenario = [], decisions, scenario
+        network = _ChosenNetwork(others_wait=False)
         self.decisions: Decisions = Undisturbed()
         self.scenario, self.is_operator_acting = scenario, False
         self.wanted: list[Wanted] = []
@@ -147,13 +100,6 @@ class ChoiceSite(Site):
             self.wanted.append(Wanted(name, instant))
 
     # ------------------------------------------------------------------ where something else may happen
-    def _client(self, robot: Robot) -> RobotClient:
-        name = robot.address.removeprefix("http://").upper()
-        token = Token.from_header(robot.token or "")
-        clock: Any = _WaitingClock(self, name)
-        transport = _ChosenTransport(self.machines[name], self.network, clock, name, token)
-        return RobotClient(Address.parse(robot.address), token, transport=transport, clock=self.clock.monotonic)
-
     def _watch_commits(self) -> None:
         db: Any = self.container.db
         db._writer = ShakyWriter(db._writer, self._at_commit)
@@ -244,7 +190,7 @@ class ChoiceSite(Site):
         while True:
             try:
                 self.switch_off(cleanly=cleanly)
-                self.clock.advance(seconds)
+                self.stay_off(seconds)
                 self.switch_on()
                 break
             except Crash as crash:
@@ -264,12 +210,14 @@ class ChoiceSite(Site):
         machine.catch_up()
         return list(machine.queue)
 
-    def _flying(self) -> list[Flight]:
-        return [flight for flight in self._flights() if flight.at >= self.seconds()]
+    def _flying(self) -> list[Submission]:
+        """Requests that the app gave up, and that arrive later."""
+        return [late for late in self.network.submissions if late.lands_at is not None and late.lands_at >= self.seconds()]
 
-    def _flights(self) -> list[Flight]:
-        assert isinstance(self.network, _ChosenNetwork)
-        return self.network.flights
+    def _beyond(self) -> set[str]:
+        """Tokens of those that arrived, or will, after the quiet time."""
+        longest = READ_TIMEOUT + self.scenario.quiet
+        return {late.token for late in self.network.submissions if late.lands_at is not None and late.lands_at - late.at > longest}
 
     # ------------------------------------------------------------------ what matters for what comes next
     def durable(self, grain: float) -> tuple[object, ...]:
@@ -282,8 +230,8 @@ class ChoiceSite(Site):
         plan = [tuple(row) for row in c.execute("SELECT name, start, enabled, next_at, planned_through, started_through FROM schedules")]
         robots = [tuple(row) for row in c.execute("SELECT enabled, last_queue_id FROM robots")]
         items = [(item.id, names.get(item.description), str(item.state)) for item in self._items()]
-        flights = [(names.get(flight.token), rounded(flight.at - now, grain)) for flight in self._flying()]
-        beyond = [names.get(flight.token) for flight in self._flights() if flight.is_beyond]
+        flights = [(names.get(late.token), rounded((late.lands_at or 0.0) - now, grain)) for late in self._flying()]
+        beyond = sorted(str(names.get(token)) for token in self._beyond())
         judged = [(wanted.schedule, wanted.instant, wanted.taken_back == math.inf) for wanted in self.wanted]
         return rows, plan, robots, items, self._progress(grain), flights, beyond, judged
 
@@ -298,14 +246,15 @@ class ChoiceSite(Site):
         mono, wall = self.clock.monotonic(), self.clock.now()
         inboxes = [(key, [type(message).__name__ for message in inbox]) for key, inbox in self._inboxes.items()]
         due = [(key, rounded(at - mono, grain)) for key, at in self._due.items()]
-        return (memory_of(self.engine, mono, wall, grain), inboxes, due, rounded(self._next_round - mono, grain), sorted(self._blocked),
+        blocked = sorted(worker.robot.id for worker in self._blocked)
+        return (memory_of(self.engine, mono, wall, grain), inboxes, due, rounded(self._next_round - mono, grain), blocked,
                 self.container.holds.active() is not None)
 
     # ------------------------------------------------------------------ the judgement
     def violations(self) -> Iterator[str]:
         rows = self.executions()
         items = self._items()
-        beyond = {flight.token for flight in self._flights() if flight.is_beyond}
+        beyond = self._beyond()
         by_start = {(row.schedule, row.planned_at): row for row in rows}
         for row in rows:
             yield from self._about_row(row, [item for item in items if item.description == row.token], row.token in beyond)
@@ -340,6 +289,10 @@ class ChoiceSite(Site):
     def _is_told(self, row: Execution) -> bool:
         codes = self.container.db.read().execute("SELECT code FROM alarms WHERE key = ?", (f"execution:{row.id}",))
         return bool({code for (code,) in codes} & {"duplicate_running", "duplicate_healed", "late_cancelled"})
+
+
+class Crash(BaseException):
+    """The app is gone, for as many seconds as the text ends with. Not an Exception, so that nothing in the app can catch it."""
 
 
 class Restart(BaseException):

@@ -49,7 +49,7 @@ def test_an_intent_that_is_not_committed_is_found(monkeypatch):
     add, accepted = ExecutionRepository.add_each_once, Ledger.accepted
 
     def forgetful(self, c, executions):
-        added = add(self, c, [replace(row, state=State.WAITING, attempts=0) if row.state is State.SUBMITTING else row for row in executions])
+        added = add(self, c, [replace(row, state=State.WAITING, attempts=0) for row in executions])
         return [replace(row, state=State.SUBMITTING, attempts=1) for row in added]
     monkeypatch.setattr(ExecutionRepository, "add_each_once", forgetful)
     monkeypatch.setattr(Ledger, "accepted", lambda *given: replace(accepted(*given), expected=NOT_WITH_THE_ROBOT))
