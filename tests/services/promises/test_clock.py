@@ -228,3 +228,19 @@ def test_a_start_that_waits_when_the_clock_is_set_back_waits_for_its_instant(sit
     site.run(900)
     assert sent_at(site) == [300]
     assert outcomes(site)[0][0] is State.COMPLETED
+
+
+def test_an_absence_by_a_wrong_clock_makes_nothing_late_once_it_is_set_right(tmp_path):
+    """With a window, what falls due after an absence is listed first: not what falls due after the clock has been set back."""
+    site = Site(tmp_path, with_window=True)
+    robot, mission = site.add_robots()[0], site.add_mission("Deliver")
+    site.run(60)
+    site.switch_off()
+    site.clock.step(2 * DAY)
+    site.switch_on()
+    site.run(60)
+    site.clock.step(-2 * DAY)
+    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:10"), "UTC"))
+    site.run(900)
+    assert sent_at(site) == [600]
+    site.switch_off()
