@@ -57,6 +57,10 @@ class ScheduleRepository:
         c.execute("UPDATE schedules SET next_at = ?, planned_through = ? WHERE id = ?",
                   (to_optional_text(next_at), to_optional_text(planned_through), schedule_id))
 
+    def days_changed(self, c: sqlite3.Connection, now: datetime) -> None:
+        """Other days are working days since then."""
+        c.execute("UPDATE schedules SET changed_at = ? WHERE respect_working_days = 1 AND recurrence IS NOT NULL", (to_text(now),))
+
     # ------------------------------------------------------------------ starts left out in advance
     def skip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
         c.execute("INSERT OR IGNORE INTO skips VALUES (?, ?)", (schedule_id, to_text(instant)))

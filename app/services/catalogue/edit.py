@@ -116,6 +116,7 @@ class Edit:
             is_due = schedule.next_at is not None and schedule.next_at <= self.now
             if schedule.respect_working_days and schedule.recurrence is not None and not is_due:
                 self.schedules.advance(self.c, schedule.id, self._first_due(schedule, calendar))
+        self.schedules.days_changed(self.c, self.now)
         self.topics.add(Topic.SCHEDULES)
 
     def _first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:

@@ -77,6 +77,8 @@ class ClockGuard:
             self._beat(now, mono)
             absent_since, self._absent_since = self._absent_since, None
             went_back, self._went_back = self._went_back, False
+            if went_back:
+                self._downtime.forget_beyond(now)
             return Judgement(True, absent_since, went_back)
         if problem is not None:
             self._holds.distrust_clock(problem)

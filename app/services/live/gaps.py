@@ -29,6 +29,11 @@ class Downtime:
         with self._lock:
             self._gaps = [*self._gaps, gap][-self.KEPT:]
 
+    def forget_beyond(self, now: datetime) -> None:
+        """The clock has been set back: what it showed since says nothing about times still to come."""
+        with self._lock:
+            self._gaps = [Gap(gap.start, min(gap.end, now), gap.clock) for gap in self._gaps if gap.start < now]
+
     def at(self, instant: datetime) -> Gap | None:
         """The gap that this instant fell into."""
         with self._lock:

@@ -228,3 +228,34 @@ def test_a_start_that_waits_when_the_clock_is_set_back_waits_for_its_instant(sit
     site.run(900)
     assert sent_at(site) == [300]
     assert outcomes(site)[0][0] is State.COMPLETED
+
+
+def test_days_that_become_working_days_while_the_clock_is_ahead_run_when_it_is_set_right(site, plan):
+    """What seems to be due by the wrong clock is still to come by the true one."""
+    plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10", respect_working_days=True)
+    site.run(30)
+    site.container.catalogue.change_settings(working_days=("TU", "WE", "TH", "FR"))
+    site.run(30)
+    site.clock.step(2 * DAY)
+    site.run(30)
+    site.container.catalogue.change_settings(working_days=("MO", "TU", "WE", "TH", "FR"))
+    site.run(30)
+    site.clock.step(-2 * DAY)
+    site.run(1200)
+    assert sent_at(site) == [300, 900]
+
+
+def test_an_absence_by_a_wrong_clock_makes_nothing_late_once_it_is_set_right(tmp_path):
+    """With a window, what falls due after an absence is listed first: not what falls due after the clock has been set back."""
+    site = Site(tmp_path, with_window=True)
+    robot, mission = site.add_robots()[0], site.add_mission("Deliver")
+    site.run(60)
+    site.switch_off()
+    site.clock.step(2 * DAY)
+    site.switch_on()
+    site.run(60)
+    site.clock.step(-2 * DAY)
+    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:10"), "UTC"))
+    site.run(900)
+    assert sent_at(site) == [600]
+    site.switch_off()
