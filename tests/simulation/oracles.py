@@ -1,7 +1,8 @@
 """What has to hold of every run: safety, liveness, truth. Judged by the robots' own histories and by the diary, never by the app's code."""
 from __future__ import annotations
 
-from collections import defaultdict
+import math
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -12,7 +13,7 @@ from mir_sim import SimulatedRobot
 from mir_sim.mission_queue import ItemState, QueueItem
 from tests.simulation.diary import Key, Wishes, instants
 from tests.simulation.truth import Truth
-from tests.simulation.weather import SPEED
+from tests.simulation.weather import FLAT, SPEED
 from tests.support.network import Fate, Submission
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ GENERAL_WINDOW = 15      # min
 LISTED_FOR = 28.0        # s for which late starts after an absence are shown first, where there is a window
 ABSENCE = 80.0           # s from which on that is so, a heartbeat included
 IMPOSTOR_SEEN = 3.0      # s within which another machine at the address is noticed
+CLOCK_ASKED = 20.0       # s within which a robot that is well has been asked for its time
+READ = 6.0               # s within which a battery that is low is known to be
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,7 @@ class Judge:
         self._said: set[str] = set()
         self._first_post: dict[str, float] = {}
         self._ran: set[Key] = set()
+        self._idle: set[str] = set()                            # tokens
         self._back_at, self._away_since = -1e9, -1e9            # after the last absence
         self.truth = Truth(world, self)
 
@@ -75,11 +79,21 @@ class Judge:
         elif key := self.diary.key_of(post.token, wall):
             self._judge_start(post, key, wishes, wall)
         elif post.mission_id == self.world.idle_guid:
-            if not any(each.idle.get(post.robot) for each in wishes):
-                self.object(f"safety: an idle mission without a rule: {name}")
+            self._judge_idle(post, wishes, name)
         elif not self._knew_manual(post.token):
             self.object(f"safety: never planned: {name}")
         self._first_post.setdefault(post.token, post.at)
+
+    def _judge_idle(self, post: Submission, wishes: list[Wishes], name: str) -> None:
+        """Its robot has a rule, and somebody has used it since its last idle mission."""
+        if not any(each.idle.get(post.robot) for each in wishes):
+            self.object(f"safety: an idle mission without a rule: {name}")
+        machine = self.world.site.machines[post.robot]
+        machine.catch_up()
+        items = [item for item in machine.queue if item.description != post.token]
+        if items and items[-1].description in self._idle and not self.diary.restores and items[-1].description not in self.diary.excused:
+            self.object(f"safety: two idle missions and nothing between: {name}")
+        self._idle.add(post.token)
 
     def _knew_manual(self, token: str) -> bool:
         return any(token in wishes.manual for _at, wishes in self.diary.wishes)
@@ -88,13 +102,17 @@ class Judge:
         """While the tablet's clock is far ahead and robots could say so, nothing leaves."""
         ahead = self.diary.ahead(post.at)
         since = next((at for at, offset in reversed(self.diary.clock) if abs(offset - ahead) > 60), 0.0)
-        if ahead > 60.0 * GENERAL_WINDOW + 60 and not self.diary.was_wrong("app", None, since, post.at) and post.at > since:
+        since = max(since, *(each.end for each in self.diary.troubles if each.kind == "app" and each.end < post.at), 0.0)
+        could_ask = any(until - start > CLOCK_ASKED for name in self.diary.names.values() if not self.diary.was_wrong("robot's clock", name, since, post.at)
+                        for start, until in self.diary.clear_spans(name, since, post.at, but=("slow", "clock", "battery", "hold", "queue", "disk")))
+        if ahead > 60.0 * GENERAL_WINDOW + 60 and could_ask:
             self.object(f"safety: sent while the clock was {ahead:.0f} s ahead: {name}")
 
     def _judge_start(self, post: Submission, key: Key, wishes: list[Wishes], wall: datetime) -> None:
         name = f"{post.robot} {self._shown(key)}"
         wanted = [each for each in wishes if self.diary.wants(each, key, days=False)]
-        if not wanted:
+        due = self._true(key[1], post.at)
+        if not wanted or not any(self.diary.wants(each, key) for each in self.diary.between(min(due, post.at) - 5.0, post.at)):
             self.object(f"safety: sent though it had been taken back: {name}")
             return
         plans = [each.plans[key[0]] for each in wanted]
@@ -105,7 +123,22 @@ class Judge:
         if self.world.nature.with_window and self._away_since < self._true(key[1], post.at) <= self._back_at - 1 and \
                 post.token not in self._first_post and self._back_at - self._away_since > ABSENCE and post.at < self._back_at + LISTED_FOR:
             self.object(f"safety: started late after an absence without the list: {name}")
+        if all((plan.minimum_battery_percent or 0) > FLAT for plan in plans) and any(
+                each.kind == "battery" and each.robot == post.robot and each.start < post.at - READ and each.end == math.inf
+                for each in self.diary.troubles):
+            self.object(f"safety: sent on a low battery: {name}")
+        if all(plan.overlap is Overlap.SKIP for plan in plans) and self._is_settled(key, due - 5.0, post.at):
+            self._judge_overlap(key, due, post, name)
         self._judge_punctuality(post, key, name)
+
+    def _judge_overlap(self, key: Key, due: float, post: Submission, name: str) -> None:
+        """The start before it, of a schedule that does not overlap, was with the robot when it fell due and is there still."""
+        tokens = {self.diary.token((key[0], instant)) for instant in instants(self.diary.now.plans[key[0]], key[1] - timedelta(hours=2), key[1])}
+        tokens -= self.diary.excused.keys() | self.diary.uncertain
+        for item in self.world.site.machines[post.robot].queue:
+            if item.description in tokens and item.finished is None and self._first_post.get(item.description, due) < due - 10.0 and \
+                    self.diary.is_clear(post.robot, due - 30.0, due, but=("battery", "hold", "slow")):
+                self.object(f"safety: sent though the one before it is still there: {name}")
 
     def _in_window(self, name: str, wall: datetime, planned: datetime, minutes: int) -> None:
         early = (planned - wall).total_seconds()
@@ -135,7 +168,7 @@ class Judge:
         if not all(self.diary.wants(each, key) for each in wishes):
             return False
         plans = [each.plans[key[0]] for each in wishes]
-        return len({(plan.robot_id, plan.start_window_minutes, plan.start, plan.recurrence, plan.minimum_battery_percent) for plan in plans}) == 1
+        return len({(plan.robot_id, plan.start_window_minutes, plan.start, plan.recurrence, plan.minimum_battery_percent, plan.overlap) for plan in plans}) == 1
 
     def _judge_liveness(self, sent: set[str]) -> None:
         wall, now = self.world.site.clock.now(), self.world.site.seconds()
@@ -150,6 +183,7 @@ class Judge:
                 if (token := self.diary.token(key)) in sent:
                     self._ran.add(key)
                     self.findings.occurrences += 1
+                    self.findings.judged += self._chance(key, max(1, minutes)) is not None
                 elif token not in self.diary.excused and token not in self.diary.uncertain and (span := self._chance(key, max(1, minutes))):
                     self._ran.add(key)
                     self.object(f"liveness: never ran: {plan.name} {self._shown(key)}, well from {span[0]:.0f} to {span[1]:.0f} s")
@@ -173,7 +207,6 @@ class Judge:
                 continue
             between = next(instants(plan, key[1] + timedelta(seconds=1), key[1] + timedelta(seconds=start - due + 35.0)), None)
             if between is None or start == due:
-                self.findings.judged += 1
                 return start, until
         return None
 
@@ -219,9 +252,22 @@ class Judge:
         for found in self.items():
             self._items_of[found.item.description].append(found)
         for token, items in self._items_of.items():
-            if len(items) > 1:
+            if len(items) > 1 and self.world.nature.fleet != "forgetful":
                 self._judge_copies(token, items)
+        if self.world.nature.fleet == "forgetful":
+            self._judge_numbers()
         self._judge_liveness({*self._items_of, *(post.token for post in self.world.site.network.submissions if post.fate is Fate.LATE)})
+
+    def _judge_numbers(self) -> None:
+        """Where robots forget whose an item is: not more of a mission than there were starts of it."""
+        posts = self.world.site.network.submissions
+        starts = {(post.robot, post.mission_id, post.token) for post in posts}
+        starts_of = Counter((robot, mission) for robot, mission, _token in starts)
+        late = Counter((post.robot, post.mission_id) for post in posts if post.fate is Fate.LATE)
+        items_of = Counter((found.robot, found.item.mission_id) for items in self._items_of.values() for found in items)
+        for key, number in items_of.items():
+            if number > starts_of[key] + late[key] and not self.diary.excused:
+                self.object(f"safety: more items with one token than starts: {key[0]} {number} for {starts_of[key]}")
 
     def _judge_copies(self, token: str, items: list[Found]) -> None:
         posts = [post for post in self.world.site.network.submissions if post.token == token]

@@ -54,13 +54,15 @@ class Truth:
 
     def _judge_ended(self, row: Execution, found: list[Found]) -> None:
         states = {each.item.state for each in found}
+        if self.world.nature.fleet != "normal":
+            return                                         # which item is whose can't be known there
         if any(self.judge_._ended_before(each, self.world.site.seconds()) < JUST_NOW + self.world.nature.poll_interval for each in found):
             return
         match row.state:
             case State.COMPLETED:
                 agrees = ItemState.DONE in states
             case State.FAILED | State.CANCELLED:
-                agrees = ItemState.DONE not in states
+                agrees = states != {ItemState.DONE}            # of two copies the earlier one counts
             case _:
                 agrees = not states
         if not agrees:

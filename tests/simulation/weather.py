@@ -70,6 +70,8 @@ class Weather:
     # ------------------------------------------------------------------ the network
     def outage(self) -> None:
         name, down = self._name(), self.world.site.network.down
+        if name in down:
+            return
         down.add(name)
         self._lasts(self.rng.uniform(5, self.world.profile.longest_outage), self._trouble("network", name), lambda: down.discard(name))
 
@@ -98,6 +100,8 @@ class Weather:
 
     def low_battery(self) -> None:
         name = self._name()
+        if self.diary.was_wrong("battery", name, self.world.site.seconds(), float("inf")):
+            return
         self._machine(name).set_battery(FLAT)
         self._lasts(self.rng.uniform(60, 2400), self._trouble("battery", name), lambda: self._machine(name).set_battery(FULL), 5.0)
 
@@ -138,7 +142,10 @@ class Weather:
         def cure() -> None:
             network.unreadable.discard(place)
             network.shown.pop(place, None)
-        self._lasts(self.rng.uniform(20, 1500), self._trouble("slow", name), cure)
+        if self.rng.random() < .5:
+            self._lasts(self.rng.uniform(20, 1500), self._trouble("slow", name), cure)
+        else:                                             # however calm it is
+            self.world.site.at(self.rng.uniform(2000, 6000), cure)
 
     def queue_begins_anew(self) -> None:
         """The robot's database is set up anew: its queue and its history are gone."""
@@ -157,6 +164,8 @@ class Weather:
     def another_robot(self) -> None:
         """For a while another machine answers at the address."""
         name, site = self._name(), self.world.site
+        if name in site.network.impostors:
+            return
         other = SimulatedRobot(f"X{self.rng.randrange(1000)}", seed=self.rng.randrange(10**6), clock=lambda: site.seconds() * SPEED,
                                start=site.machines[name].clock.start, battery=FULL)
         site.network.impostors[name] = other
@@ -166,8 +175,7 @@ class Weather:
             del site.network.impostors[name]
         trouble = self._trouble("impostor", name)
         trouble.start -= 15000.0                          # what was due before ends as "wrong robot" too
-        if name in site.network.impostors:
-            self._lasts(self.rng.uniform(20, 600), trouble, cure, 5.0)
+        self._lasts(self.rng.uniform(20, 600), trouble, cure, 5.0)
 
     def wrong_clock(self) -> None:
         """One of at least three robots has another time."""

@@ -7,6 +7,7 @@ judges by the robots' own histories and by the ``diary``, never by the app's cod
 from __future__ import annotations
 
 import random
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -68,7 +69,9 @@ class World:
         self.site = Site(directory, robots=self.nature.robots, now=START, network=network, robot_speed=SPEED,
                          with_window=self.nature.with_window)
         self.is_on = True
-        install_id = self.site.container.repositories.settings.install_id(self.site.container.db.read())
+        install_id = str(uuid.UUID(int=random.Random(f"install/{seed}").getrandbits(128), version=4))       # or tokens would be others in each run
+        settings = self.site.container.repositories.settings
+        self.site.container.db.write(lambda c: settings.put(c, "install_id", install_id))
         self.diary = Diary(install_id)
         self.person = Person(self, random.Random(f"person/{seed}"))
         self.weather = Weather(self, random.Random(f"weather/{seed}"))
