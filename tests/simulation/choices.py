@@ -26,7 +26,7 @@ READ_TIMEOUT = 5.0       # s, the client's
 GRACE = 1.0              # s after which something that was taken back must not leave any more
 OFF_FOR = (1.0, 45.0)    # s that the tablet is off after a crash
 SETTLES_WITHIN = 900.0   # s of virtual time in which everything has ended
-LOOKED_AFTER = 60.0      # s that the site is watched once everything has ended
+LOOKED_AFTER = 35.0      # s that the site is watched once everything has ended
 
 
 @dataclass(frozen=True)
@@ -124,15 +124,15 @@ class ChoiceSite(Site):
             self._act(what)
 
     def _act(self, what: str) -> None:
-        """As another thread would: neither the engine's round nor the worker's step under way knows of it."""
+        """As another thread would: neither the engine's round nor the worker's step under way knows of it, nor goes on before it is over."""
         engine: Any = self.engine
         acting, self._acting = self._acting, None
         advancing, engine._advancing = engine._advancing, None
-        self.is_operator_acting = True
+        self.is_operator_acting = self.network.others_wait = True
         try:
             ACTS[what](self)
         finally:
-            self.is_operator_acting = False
+            self.is_operator_acting = self.network.others_wait = False
             self._acting, engine._advancing = acting, advancing
 
     # ------------------------------------------------------------------ the operator
@@ -186,7 +186,7 @@ class ChoiceSite(Site):
     def _restart(self, *, cleanly: bool, seconds: float) -> None:
         """A crash in the start itself comes after a shorter absence."""
         began = self.seconds()
-        self.is_operator_acting = False
+        self.is_operator_acting = self.network.others_wait = False
         while True:
             try:
                 self.switch_off(cleanly=cleanly)

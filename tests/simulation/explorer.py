@@ -61,11 +61,12 @@ class Found:
 
 class Explorer:
     """``acts``: what the operator may do; ``grain`` in s. ``most``: violations after which it ends. ``coarse``: beside requests that are
-    lost, nothing happens between two reads or before a commit."""
+    lost, nothing happens between two reads or before a commit. ``off_for``: s that the tablet is off after a crash."""
 
     def __init__(self, directory: Path, scenario: Scenario, faults: int, *, grain: float = 5.0, acts: tuple[str, ...] = tuple(ACTS),
-                 most: int = 20, coarse: bool = False) -> None:
-        self._left, self._grain, self._acts, self._most, self._coarse = faults, grain, acts, most, coarse
+                 most: int = 20, coarse: bool = False, off_for: tuple[float, ...] = OFF_FOR) -> None:
+        self._left, self._grain, self._most, self._coarse = faults, grain, most, coarse
+        self._acts, self._crashes = acts, [f"crash {seconds:g}" for seconds in off_for]
         self._known: dict[bytes, int] = {}           # by state: faults that were left
         self._new: dict[bytes, int] = {}             # of these, what the process that is waited for does not know yet
         self._passed: set[bytes] = set()             # states of this run itself
@@ -133,7 +134,7 @@ class Explorer:
             return ""
         others: list[str] = []
         if self._is_new(("crash", self._durable_state()), self._left):
-            others += [f"crash {seconds:g}" for seconds in OFF_FOR]
+            others += self._crashes
         if self._is_new(("acts", state), self._left):
             others += self._acts
             if where == "at rest":
@@ -255,6 +256,7 @@ def main() -> int:
     parser.add_argument("--quiet", type=int, default=Scenario.quiet, help="s after which a start that was not found may be sent again")
     parser.add_argument("--acts", default=",".join(ACTS))
     parser.add_argument("--most", type=int, default=20, help="violations after which it ends")
+    parser.add_argument("--off", default=",".join(f"{seconds:g}" for seconds in OFF_FOR), help="s that the tablet is off after a crash")
     parser.add_argument("--coarse", action="store_true", help="nothing happens between two reads")
     parser.add_argument("--replay", default=None, help="a violation's trace")
     options = parser.parse_args()
@@ -264,8 +266,8 @@ def main() -> int:
         problems = replay(scenario, options.replay)
         print("\n".join(problems) or "no violation")
         return 1 if problems else 0
-    found = explore(scenario, options.faults, grain=options.grain, acts=tuple(filter(None, options.acts.split(","))), most=options.most,
-                    coarse=options.coarse)
+    acts, off_for = tuple(filter(None, options.acts.split(","))), tuple(map(float, options.off.split(",")))
+    found = explore(scenario, options.faults, grain=options.grain, acts=acts, most=options.most, coarse=options.coarse, off_for=off_for)
     print(found.line())
     return 1 if found.violations else 0
 
