@@ -313,8 +313,8 @@ class Edit:
         kept = [row for row in self._executions.unsent_of_schedule(self.c, schedule.id)
                 if schedule.enabled and schedule.robot_id == stored.robot_id
                 and first_due(replace(schedule, planned_through=None), self.settings, row.planned_at, calendar) == row.planned_at]
-        gone = self._take_back(stored, except_for=[row.id for row in kept])
-        if gone:                               # as if they had never been planned
+        gone = [row for row in self._take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0]
+        if gone:                               # never sent: as if they had never been planned
             last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
             schedule = replace(schedule, planned_through=last)
         schedule = replace(schedule, next_at=self._first_due(schedule, calendar))
