@@ -124,7 +124,7 @@ class ChoiceSite(Site):
             self._act(what)
 
     def _act(self, what: str) -> None:
-        """As another thread would: neither the engine's round nor the worker's step under way knows of it, nor goes on before it is over."""
+        """As another thread would: neither the engine's round nor the worker's step under way knows of it, nor goes on meanwhile."""
         engine: Any = self.engine
         acting, self._acting = self._acting, None
         advancing, engine._advancing = engine._advancing, None
