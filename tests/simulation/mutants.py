@@ -18,6 +18,8 @@ PEOPLE = Profile(acts_per_hour=60, events_per_hour=20).only(
     events="lost_request outage slow_answers low_battery", crash_rate=0.0, site={"quiet_s": 90, "fleet": "normal"})
 LOST = Profile(events_per_hour=40).only(acts="run_now", events="lost_request very_late_request", fault_rate=0.0, crash_rate=0.0,
                                         site={"every_minutes": 3, "fleet": "normal"})
+OUTAGES = Profile(events_per_hour=30).only(acts="", events="outage", fault_rate=0.0, crash_rate=0.0, longest_outage=90.0,
+                                           site={"every_minutes": 3, "fleet": "normal", "retry_limit": 10, "poll_interval": 30})
 CRASHES = Profile(crash_rate=0.01).only(acts="run_now", events="lost_request", fault_rate=0.0, site={"every_minutes": 3, "fleet": "normal"})
 ROBOTS = Profile(events_per_hour=30).only(
     acts="run_now idle_rule", events="another_robot robot_pauses mission_fails person_queues person_cancels poison low_battery very_late_request",
@@ -80,14 +82,12 @@ MUTANTS = (
     # ------------------------------------------------------------------ never twice
     Mutant("whatever failed is sent again", f"{SUBMISSION}._post", "error.delivery is Delivery.NOT_SENT", "error.delivery is not Delivery.REFUSED",
            "items with one token", LOST),
-    Mutant("an unknown outcome is never looked for", f"{SUBMISSION}._reconcile", "if found := self._copies.of(row):", "if found := []:",
-           "items with one token", LOST),
+    Mutant("an unknown outcome is never looked for", f"{COPIES}.of", "found = [item for item in newer if item.description == row.token]",
+           "found = []", "items with one token", LOST),
     Mutant("no quiet time", f"{SUBMISSION}._reconcile", "quiet_left = settings.unknown_outcome_quiet_seconds - (", "quiet_left = 0 * (",
            "items with one token", LOST),
     Mutant("an intent that is not on disk", f"{LEDGER}.begin_attempt", "return self._change(execution, (State.WAITING,), quietly=True, ",
            "from dataclasses import replace; return replace(execution, ", "items with one token", CRASHES),
-    Mutant("after a crash everything is sent again", f"{SUBMISSION}.recover", "self._doubt(row)",
-           "self._ledger.make([self._ledger.attempt_failed(row, '')])", "items with one token", CRASHES),
     Mutant("a restored row is sent unasked", f"{SUBMISSION}._already_there", "if through is None or row.planned_at > through:", "if True:",
            "items with one token", BACK),
     Mutant("after a restore intents are written ahead", f"{PLANNER.replace('Planner', '_RowMaker')}.submitting",
@@ -98,7 +98,7 @@ MUTANTS = (
            "candidates = [item for item in newer if self._may_be_of(row, item)][:1]", "candidates = []", "more items with one token", FORGETFUL),
     Mutant("an answer that makes no sense is a failure", "mir.client:RobotClient.enqueue", "return self._read(answer, parse.queue_id)",
            "found = self._read(answer, parse.queue_id)\n    if found % 7 == 0:\n        raise Rejected(status=503, reason='', address='x')\n    return found",
-           "items with one token", CALM),
+           "truth", CALM),
     # ------------------------------------------------------------------ never lost
     Mutant("all rows missed", f"{PLANNER}._row", "if context.now >= rules.closes_at(", "if True or context.now >= rules.closes_at(",
            "never ran", CALM),
@@ -107,13 +107,13 @@ MUTANTS = (
     Mutant("everything fails without a request", f"{SUBMISSION}.send_due", "self._post(intent)",
            "self._ledger.end(intent, Reason(ReasonCode.REFUSED))", "never ran", CALM),
     Mutant("no back-off", f"{RULES}:back_off", "return float(min(2 ** min(attempts, 12), settings.poll_interval_seconds))", "return 0.0",
-           "never ran", PEOPLE),
+           "never ran", OUTAGES),
     Mutant("one failed try ends it", f"{RULES}:after_failed_attempt", "execution.attempts > settings.retry_limit", "execution.attempts > 0",
-           "never ran", PEOPLE),
+           "never ran", OUTAGES),
     Mutant("what did not arrive is given up", f"{SUBMISSION}._absent", "if is_closed and", "if True or is_closed and", "never ran", LOST),
     Mutant("low battery, for ever", f"{SUBMISSION}._try", "self._later(row, RECHECK)", "self._later(row, 1e9)", "never ran", ROBOTS),
     Mutant("a hold without end", "services.live.holds:Hold.is_over", "return self.until is not None and self.until <= now", "return False",
-           "never ran", PEOPLE),
+           "liveness", PEOPLE),
     Mutant("every start overlaps", f"{PLANNER}._row", "if previous := context.open_of_schedule.get(schedule.id):",
            "if previous := schedule.overlap is Overlap.SKIP and schedule.next_at:", "never ran", CALM),
     Mutant("what a crash left is nobody's", f"{SUBMISSION}.recover", "if row.id not in self._attempts:", "if False:", "open for", CRASHES),
