@@ -169,6 +169,10 @@ class Diary:
         """s by which the tablet's clock was ahead of true time."""
         return next(offset for since, offset in reversed(self.clock) if since <= at)
 
+    def most_back(self) -> float:
+        """s by which the clock has been set back at most."""
+        return max((before[1] - after[1] for before, after in zip(self.clock, self.clock[1:], strict=False)), default=0.0) + 2.0
+
     def is_steady(self, since: float) -> bool:
         """Whether the tablet's clock has not been set since then, but for some seconds."""
         now = self.clock[-1][1]

@@ -200,8 +200,9 @@ class Judge:
         end = min(now, due + 60.0 * minutes)
         if due < 60 or not self.diary.is_steady(due - 60.0) or not self._is_settled(key, due - 2.0, end) or key in self.diary.now.stopped:
             return None
-        if plan.overlap is Overlap.SKIP and self._may_overlap(key, due):
-            return None
+        edited_at = next((at for at, wishes in reversed(self.diary.wishes) if wishes.plans.get(key[0]) != plan), -math.inf)
+        if plan.overlap is Overlap.SKIP and self._may_overlap(key, due) or edited_at > due - self.diary.most_back():
+            return None                                     # it was past when it was planned so, before the clock was set back
         for start, until in self.diary.clear_spans(robot, due, end):
             if until - start < self._together or self._gave_up(robot, due, start):
                 continue
