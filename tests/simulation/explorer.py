@@ -16,7 +16,6 @@ import os
 import pickle
 import sys
 import tempfile
-import time
 import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -64,8 +63,9 @@ class Explorer:
     lost, nothing happens between two reads or before a commit. ``off_for``: s that the tablet is off after a crash."""
 
     def __init__(self, directory: Path, scenario: Scenario, faults: int, *, grain: float = 5.0, acts: tuple[str, ...] = tuple(ACTS),
-                 most: int = 20, coarse: bool = False, off_for: tuple[float, ...] = OFF_FOR) -> None:
-        self._left, self._grain, self._most, self._coarse = faults, grain, most, coarse
+                 most: int = 20, coarse: bool = False, off_for: tuple[float, ...] = OFF_FOR,
+                 says_how_far: bool = False) -> None:
+        self._left, self._grain, self._most, self._coarse, self._says_how_far = faults, grain, most, coarse, says_how_far
         self._acts, self._crashes = acts, [f"crash {seconds:g}" for seconds in off_for]
         self._known: dict[bytes, int] = {}           # by state: faults that were left
         self._new: dict[bytes, int] = {}             # of these, what the process that is waited for does not know yet
@@ -79,7 +79,7 @@ class Explorer:
         self._files = [os.open(directory / f"{DATABASE}{end}", os.O_RDWR) for end in ("", "-wal", "-shm")]
 
     def run(self) -> Found:
-        began = time.process_time(), os.times().children_user + os.times().children_system
+        self._began = _processor_time()
         gc.collect()
         gc.freeze()
         gc.disable()                 # it would touch, and so copy, every page of every copy of the process
@@ -99,7 +99,7 @@ class Explorer:
             with os.fdopen(self._report, "wb") as pipe:
                 pickle.dump((self.found, self._new), pipe)
             os._exit(0)
-        self.found.seconds = (time.process_time() - began[0]) + (os.times().children_user + os.times().children_system - began[1])
+        self.found.seconds = _processor_time() - self._began
         return self.found
 
     def _violated(self, problem: str) -> None:
@@ -170,6 +170,9 @@ class Explorer:
             self.found.add(found)
             for key, left in known.items():
                 self._note(key, left)
+        if self._report is None and others and self._says_how_far:
+            self.found.seconds = _processor_time() - self._began
+            print(f"step {self._number}: {self.found.line()}", file=sys.stderr, flush=True)
         return ""
 
     def _stop_if_known(self, state: object) -> None:
@@ -199,6 +202,11 @@ class Explorer:
 
     def _durable_state(self) -> object:
         return self.site.durable(self._grain), rounded(self.site.clock.now().timestamp() - FIRST.timestamp(), self._grain)
+
+
+def _processor_time() -> float:
+    """s, of this process and its children."""
+    return sum(os.times()[:4])
 
 
 def _digest(what: object) -> bytes:
@@ -267,7 +275,8 @@ def main() -> int:
         print("\n".join(problems) or "no violation")
         return 1 if problems else 0
     acts, off_for = tuple(filter(None, options.acts.split(","))), tuple(map(float, options.off.split(",")))
-    found = explore(scenario, options.faults, grain=options.grain, acts=acts, most=options.most, coarse=options.coarse, off_for=off_for)
+    found = explore(scenario, options.faults, grain=options.grain, acts=acts, most=options.most, coarse=options.coarse, off_for=off_for,
+                    says_how_far=options.faults > 1)
     print(found.line())
     return 1 if found.violations else 0
 

@@ -134,11 +134,11 @@ class Copies:
             self.cancel_copy(item, row)
 
     def _came_late(self, row: Execution, item: QueueItem) -> None:
-        """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled; else the row is put
-        right."""
+        """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled unless it is done; else the
+        row is put right."""
         is_wanted = row.reason is not None and row.reason.code in MAY_COME_TRUE
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
-        if is_wanted and not is_too_late and (item.is_open or item.state is QueueState.DONE):
+        if item.state is QueueState.DONE or (is_wanted and not is_too_late and item.is_open):
             self._ledger.reopen(row, item.id)
         elif item.is_open:
             self._cancel_late(row, item)

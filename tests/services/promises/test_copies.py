@@ -158,6 +158,22 @@ def test_the_only_item_of_a_row_that_was_given_up_corrects_it_while_it_runs(site
     assert "duplicate_running" not in alarms(site)
 
 
+def test_what_was_taken_back_and_ran_all_the_same_says_so(site, plan):
+    """Its request was given up and landed after the quiet time, on a robot that could not be asked until the mission was done."""
+    schedule = plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 130.0)
+    site.run(310)
+    site.container.catalogue.set_schedule_enabled(schedule.id, False)
+    site.run(115)
+    assert outcomes(site) == [(State.CANCELLED, ReasonCode.SCHEDULE_CHANGED, 1)]
+    site.network.down.add("R1")
+    site.run(120)
+    site.network.down.clear()
+    site.run(120)
+    assert states(site) == ["Done"]
+    assert [(row.state, row.queue_id) for row in site.executions()] == [(State.COMPLETED, 1)]
+
+
 # ---------------------------------------------------------------------- a copied data directory
 @pytest.fixture
 def copy_of(tmp_path):
