@@ -1,4 +1,5 @@
 """The world's own diary: what people decided, what was wrong when, which machine had which items. The oracles judge by it alone."""
+
 from __future__ import annotations
 
 import copy
@@ -13,14 +14,15 @@ from zoneinfo import ZoneInfo
 from app.domain.models import WEEKDAYS, Schedule
 from mir_sim.mission_queue import QueueItem
 
-KEPT_S = 6 * 3600.0          # longer than the longest window: older troubles and decisions explain nothing any more
+KEPT_S = 6 * 3600.0  # longer than the longest window: older troubles and decisions explain nothing any more
 MINUTE = timedelta(minutes=1)
-Key = tuple[int, datetime]   # of a start: its schedule's id and its instant
+Key = tuple[int, datetime]  # of a start: its schedule's id and its instant
 
 
 @dataclass(eq=False)
 class Trouble:
     """``robot`` None: of all. ``start`` and ``end`` in seconds of true time."""
+
     kind: str
     robot: str | None
     start: float
@@ -31,21 +33,22 @@ class Trouble:
 class Manual:
     robot: str
     guid: str
-    at: datetime             # of the press, by the tablet
+    at: datetime  # of the press, by the tablet
 
 
 @dataclass
 class Wishes:
     """What people want, as they have decided it."""
+
     plans: dict[int, Schedule] = field(default_factory=dict)
-    off: set[str] = field(default_factory=set)                             # robots
-    holds: dict[str | None, datetime | None] = field(default_factory=dict)    # robot (None: all), until when by the tablet's clock
+    off: set[str] = field(default_factory=set)  # robots
+    holds: dict[str | None, datetime | None] = field(default_factory=dict)  # robot (None: all), until when by the tablet's clock
     paused: dict[int, datetime] = field(default_factory=dict)
     skipped: set[Key] = field(default_factory=set)
-    stopped: set[Key] = field(default_factory=set)                         # for good, by a pause or a robot that was switched off
-    cancelled: set[str] = field(default_factory=set)                       # tokens
+    stopped: set[Key] = field(default_factory=set)  # for good, by a pause or a robot that was switched off
+    cancelled: set[str] = field(default_factory=set)  # tokens
     manual: dict[str, Manual] = field(default_factory=dict)
-    idle: dict[str, str] = field(default_factory=dict)                     # robot: guid of its mission
+    idle: dict[str, str] = field(default_factory=dict)  # robot: guid of its mission
     working_days: tuple[str, ...] = WEEKDAYS
     closed: frozenset[date] = frozenset()
 
@@ -88,15 +91,15 @@ class Diary:
         self.guids: dict[int, str] = {}
         self.wishes: list[tuple[float, Wishes]] = [(0.0, Wishes())]
         self.troubles: list[Trouble] = []
-        self.clock: list[tuple[float, float]] = [(0.0, 0.0)]           # true time, and what the tablet's clock is ahead from then on
-        self.excused: dict[str, str] = {}                              # tokens of which the robot lost or hid what it did, and how
-        self.uncertain: set[str] = set()                               # tokens whose cancellation may or may not have been noted
-        self.restores: list[tuple[datetime, datetime]] = []            # when a backup was made and when it was restored, by the tablet
-        self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)    # by machine: of queues that began anew
-        self.started_at: float = 0.0                                   # the app's last start
+        self.clock: list[tuple[float, float]] = [(0.0, 0.0)]  # true time, and what the tablet's clock is ahead from then on
+        self.excused: dict[str, str] = {}  # tokens of which the robot lost or hid what it did, and how
+        self.uncertain: set[str] = set()  # tokens whose cancellation may or may not have been noted
+        self.restores: list[tuple[datetime, datetime]] = []  # when a backup was made and when it was restored, by the tablet
+        self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)  # by machine: of queues that began anew
+        self.started_at: float = 0.0  # the app's last start
         self._tokens: dict[str, Key] = {}
         self._made: dict[int, set[datetime]] = defaultdict(set)
-        self.ids: set[int] = set()                                     # of all schedules that there ever were
+        self.ids: set[int] = set()  # of all schedules that there ever were
 
     # ------------------------------------------------------------------ decisions
     @property
@@ -152,7 +155,9 @@ class Diary:
     def clear_spans(self, robot: str, start: float, end: float, but: tuple[str, ...] = ("slow",)) -> list[tuple[float, float]]:
         """Times in which nothing was wrong for that robot."""
         spans, at = [], start
-        found = [each for each in self.troubles if each.robot in (None, robot) and each.kind not in but and each.end > start and each.start < end]
+        found = [
+            each for each in self.troubles if each.robot in (None, robot) and each.kind not in but and each.end > start and each.start < end
+        ]
         for trouble in sorted(found, key=lambda each: each.start):
             if trouble.start > at:
                 spans.append((at, trouble.start))
@@ -182,4 +187,4 @@ class Diary:
     def forget(self, now: float) -> None:
         self.troubles = [each for each in self.troubles if each.end > now - KEPT_S]
         old = [index for index, (at, _wishes) in enumerate(self.wishes) if at < now - KEPT_S]
-        self.wishes = self.wishes[old[-1]:] if old else self.wishes
+        self.wishes = self.wishes[old[-1] :] if old else self.wishes

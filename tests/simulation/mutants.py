@@ -1,7 +1,8 @@
 """Bugs to be planted, each a small patch to one function, with the world in which an oracle notices it. ``test_mutants`` runs them."""
-from __future__ import annotations
 
+from __future__ import annotations
 import __future__ as future
+
 import importlib
 import inspect
 import textwrap
@@ -11,36 +12,78 @@ from dataclasses import dataclass
 
 from tests.simulation.profile import Profile
 
-CLOCKS = Profile(events_per_hour=6).only(acts="move switch_schedule delete plan_once", events="big_step medium_step power_cut", fault_rate=0.0,
-                                         crash_rate=0.0, rough_s=2400.0, calm_s=1200.0)
+CLOCKS = Profile(events_per_hour=6).only(
+    acts="move switch_schedule delete plan_once",
+    events="big_step medium_step power_cut",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    rough_s=2400.0,
+    calm_s=1200.0,
+)
 PEOPLE = Profile(acts_per_hour=60, events_per_hour=20).only(
     acts="change_mission switch_schedule switch_robot delete pause skip hold cancel clear run_now plan_once working_days",
-    events="lost_request outage slow_answers low_battery", crash_rate=0.0, site={"quiet_s": 90, "fleet": "normal"})
+    events="lost_request outage slow_answers low_battery",
+    crash_rate=0.0,
+    site={"quiet_s": 90, "fleet": "normal"},
+)
 BUSY = Profile(acts_per_hour=60, events_per_hour=20).only(
-    acts="change_mission switch_schedule delete pause skip hold run_now plan_once", events="lost_request outage", fault_rate=0.0, crash_rate=0.0,
-    longest_outage=300.0, site={"quiet_s": 90, "fleet": "normal", "robots": 2, "poll_interval": 30, "every_minutes": 3})
-LOST = Profile(events_per_hour=40).only(acts="run_now", events="lost_request very_late_request", fault_rate=0.0, crash_rate=0.0,
-                                        site={"every_minutes": 3, "fleet": "normal"})
-OUTAGES = Profile(events_per_hour=30).only(acts="", events="outage", fault_rate=0.0, crash_rate=0.0, longest_outage=90.0,
-                                           site={"every_minutes": 3, "fleet": "normal", "retry_limit": 10, "poll_interval": 30})
+    acts="change_mission switch_schedule delete pause skip hold run_now plan_once",
+    events="lost_request outage",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    longest_outage=300.0,
+    site={"quiet_s": 90, "fleet": "normal", "robots": 2, "poll_interval": 30, "every_minutes": 3},
+)
+LOST = Profile(events_per_hour=40).only(
+    acts="run_now", events="lost_request very_late_request", fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3, "fleet": "normal"}
+)
+OUTAGES = Profile(events_per_hour=30).only(
+    acts="",
+    events="outage",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    longest_outage=90.0,
+    site={"every_minutes": 3, "fleet": "normal", "retry_limit": 10, "poll_interval": 30},
+)
 CRASHES = Profile(crash_rate=0.01).only(acts="run_now", events="lost_request", fault_rate=0.0, site={"every_minutes": 3, "fleet": "normal"})
 ROBOTS = Profile(events_per_hour=30).only(
-    acts="run_now idle_rule", events="another_robot robot_pauses mission_fails person_queues person_cancels poison low_battery very_late_request",
-    crash_rate=0.0, site={"fleet": "normal", "every_minutes": 5})
-BACK = Profile(acts_per_hour=30, events_per_hour=12).only(acts="back_up run_now", events="restore outage", fault_rate=0.0, crash_rate=0.0,
-                                                          site={"every_minutes": 3, "fleet": "normal", "history_limit": None})
-SHORT = Profile(acts_per_hour=80, events_per_hour=0).only(acts="plan_once switch_schedule rename skip working_days idle_rule run_now", events="",
-                                                         fault_rate=0.0, crash_rate=0.0, site={"history_limit": 1, "fleet": "normal"})
-WINDOW = Profile(events_per_hour=12).only(acts="hold", events="power_cut nap outage", fault_rate=0.0, crash_rate=0.0, longest_off=600.0,
-                                          site={"with_window": True, "every_minutes": 3, "fleet": "normal"})
-FORGETFUL = Profile(events_per_hour=40).only(acts="", events="lost_request", fault_rate=0.0, crash_rate=0.0,
-                                             site={"every_minutes": 3, "fleet": "forgetful"})
+    acts="run_now idle_rule",
+    events="another_robot robot_pauses mission_fails person_queues person_cancels poison low_battery very_late_request",
+    crash_rate=0.0,
+    site={"fleet": "normal", "every_minutes": 5},
+)
+BACK = Profile(acts_per_hour=30, events_per_hour=12).only(
+    acts="back_up run_now",
+    events="restore outage",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"every_minutes": 3, "fleet": "normal", "history_limit": None},
+)
+SHORT = Profile(acts_per_hour=80, events_per_hour=0).only(
+    acts="plan_once switch_schedule rename skip working_days idle_rule run_now",
+    events="",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"history_limit": 1, "fleet": "normal"},
+)
+WINDOW = Profile(events_per_hour=12).only(
+    acts="hold",
+    events="power_cut nap outage",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    longest_off=600.0,
+    site={"with_window": True, "every_minutes": 3, "fleet": "normal"},
+)
+FORGETFUL = Profile(events_per_hour=40).only(
+    acts="", events="lost_request", fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3, "fleet": "forgetful"}
+)
 CALM = Profile(acts_per_hour=0, events_per_hour=0, rough_s=900, calm_s=900).only(fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3})
 
 
 @dataclass(frozen=True)
 class Mutant:
     """``target`` is "module:name" of a function below app. ``old`` is replaced by ``new`` in its source. ``oracle`` is in what is found."""
+
     name: str
     target: str
     old: str
@@ -75,116 +118,327 @@ def planted(mutant: Mutant) -> Iterator[None]:
         setattr(owner, name, original)
 
 
-SUBMISSION, LEDGER, PLANNER = "services.dispatch.submission:Submission", "services.dispatch.ledger:Ledger", "services.dispatch.planner:Planner"
-GUARD, COPIES, WORKER = "services.dispatch.clock_guard:ClockGuard", "services.dispatch.copies:Copies", "services.dispatch.worker:RobotWorker"
+SUBMISSION, LEDGER, PLANNER = (
+    "services.dispatch.submission:Submission",
+    "services.dispatch.ledger:Ledger",
+    "services.dispatch.planner:Planner",
+)
+GUARD, COPIES, WORKER = (
+    "services.dispatch.clock_guard:ClockGuard",
+    "services.dispatch.copies:Copies",
+    "services.dispatch.worker:RobotWorker",
+)
 FOLLOWING, ENGINE, HOLDS = "services.dispatch.following:Following", "services.dispatch.engine:Engine", "services.live.holds:Holds"
 SCHEDULES, EXECUTIONS = "database.schedules:ScheduleRepository", "database.executions:ExecutionRepository"
 EDIT, RULES = "services.catalogue.edit:Edit", "domain.rules"
 
 MUTANTS = (
     # ------------------------------------------------------------------ never twice
-    Mutant("whatever failed is sent again", f"{SUBMISSION}._post", "error.delivery is Delivery.NOT_SENT", "error.delivery is not Delivery.REFUSED",
-           "items with one token", LOST),
-    Mutant("an unknown outcome is never looked for", f"{COPIES}.of", "found = [item for item in newer if item.description == row.token]",
-           "found = []", "items with one token", LOST),
-    Mutant("no quiet time", f"{SUBMISSION}._reconcile", "quiet_left = settings.unknown_outcome_quiet_seconds - (", "quiet_left = 0 * (",
-           "items with one token", LOST),
-    Mutant("an intent that is not on disk", f"{LEDGER}.begin_attempt", "return self._change(execution, (State.WAITING,), quietly=True, ",
-           "from dataclasses import replace; return replace(execution, ", "items with one token", CRASHES),
-    Mutant("a restored row is sent unasked", f"{SUBMISSION}._already_there", "if through is None or row.planned_at > through:", "if True:",
-           "items with one token", BACK),
-    Mutant("after a restore intents are written ahead", f"{PLANNER.replace('Planner', '_RowMaker')}.submitting",
-           "may_be_there = ready.uncertain_through is not None and", "may_be_there = False and", "items with one token", BACK),
-    Mutant("how far a schedule is planned is not kept", f"{SCHEDULES}.advance_all", "planned_through = coalesce(given.planned, planned_through)",
-           "planned_through = planned_through", "items with one token", SHORT, seed=2),
-    Mutant("robots that forget descriptions have nothing of ours", f"{COPIES}.of",
-           "candidates = [item for item in newer if self._may_be_of(row, item)][:1]", "candidates = []", "more items with one token", FORGETFUL),
-    Mutant("an answer that makes no sense is a failure", "mir.client:RobotClient.enqueue", "return self._read(answer, parse.queue_id)",
-           "found = self._read(answer, parse.queue_id)\n    if found % 7 == 0:\n        raise Rejected(status=503, reason='', address='x')\n    return found",
-           "truth", CALM, seed=2),
+    Mutant(
+        "whatever failed is sent again",
+        f"{SUBMISSION}._post",
+        "error.delivery is Delivery.NOT_SENT",
+        "error.delivery is not Delivery.REFUSED",
+        "items with one token",
+        LOST,
+    ),
+    Mutant(
+        "an unknown outcome is never looked for",
+        f"{COPIES}.of",
+        "found = [item for item in newer if item.description == row.token]",
+        "found = []",
+        "items with one token",
+        LOST,
+    ),
+    Mutant(
+        "no quiet time",
+        f"{SUBMISSION}._reconcile",
+        "quiet_left = settings.unknown_outcome_quiet_seconds - (",
+        "quiet_left = 0 * (",
+        "items with one token",
+        LOST,
+    ),
+    Mutant(
+        "an intent that is not on disk",
+        f"{LEDGER}.begin_attempt",
+        "return self._change(execution, (State.WAITING,), quietly=True, ",
+        "from dataclasses import replace; return replace(execution, ",
+        "items with one token",
+        CRASHES,
+    ),
+    Mutant(
+        "a restored row is sent unasked",
+        f"{SUBMISSION}._already_there",
+        "if through is None or row.planned_at > through:",
+        "if True:",
+        "items with one token",
+        BACK,
+    ),
+    Mutant(
+        "after a restore intents are written ahead",
+        f"{PLANNER.replace('Planner', '_RowMaker')}.submitting",
+        "may_be_there = ready.uncertain_through is not None and",
+        "may_be_there = False and",
+        "items with one token",
+        BACK,
+    ),
+    Mutant(
+        "how far a schedule is planned is not kept",
+        f"{SCHEDULES}.advance_all",
+        "planned_through = coalesce(given.planned, planned_through)",
+        "planned_through = planned_through",
+        "items with one token",
+        SHORT,
+        seed=2,
+    ),
+    Mutant(
+        "robots that forget descriptions have nothing of ours",
+        f"{COPIES}.of",
+        "candidates = [item for item in newer if self._may_be_of(row, item)][:1]",
+        "candidates = []",
+        "more items with one token",
+        FORGETFUL,
+    ),
+    Mutant(
+        "an answer that makes no sense is a failure",
+        "mir.client:RobotClient.enqueue",
+        "return self._read(answer, parse.queue_id)",
+        "found = self._read(answer, parse.queue_id)\n"
+        "    if found % 7 == 0:\n        raise Rejected(status=503, reason='', address='x')\n    return found",
+        "truth",
+        CALM,
+        seed=2,
+    ),
     # ------------------------------------------------------------------ never lost
-    Mutant("all rows missed", f"{PLANNER}._row", "if context.now >= rules.closes_at(", "if True or context.now >= rules.closes_at(",
-           "never ran", CALM),
-    Mutant("everything that is due was missed", f"{PLANNER}._take", "if following is None or following > context.now:", "if False:",
-           "never ran", CALM),
-    Mutant("everything fails without a request", f"{SUBMISSION}.send_due", "self._post(intent)",
-           "self._ledger.end(intent, Reason(ReasonCode.REFUSED))", "never ran", CALM),
-    Mutant("no back-off", f"{RULES}:back_off", "return float(min(2 ** min(attempts, 12), settings.poll_interval_seconds))", "return 0.0",
-           "never ran", OUTAGES),
-    Mutant("one failed try ends it", f"{RULES}:after_failed_attempt", "execution.attempts > settings.retry_limit", "execution.attempts > 0",
-           "never ran", OUTAGES),
+    Mutant(
+        "all rows missed",
+        f"{PLANNER}._row",
+        "if context.now >= rules.closes_at(",
+        "if True or context.now >= rules.closes_at(",
+        "never ran",
+        CALM,
+    ),
+    Mutant(
+        "everything that is due was missed",
+        f"{PLANNER}._take",
+        "if following is None or following > context.now:",
+        "if False:",
+        "never ran",
+        CALM,
+    ),
+    Mutant(
+        "everything fails without a request",
+        f"{SUBMISSION}.send_due",
+        "self._post(intent)",
+        "self._ledger.end(intent, Reason(ReasonCode.REFUSED))",
+        "never ran",
+        CALM,
+    ),
+    Mutant(
+        "no back-off",
+        f"{RULES}:back_off",
+        "return float(min(2 ** min(attempts, 12), settings.poll_interval_seconds))",
+        "return 0.0",
+        "never ran",
+        OUTAGES,
+    ),
+    Mutant(
+        "one failed try ends it",
+        f"{RULES}:after_failed_attempt",
+        "execution.attempts > settings.retry_limit",
+        "execution.attempts > 0",
+        "never ran",
+        OUTAGES,
+    ),
     Mutant("what did not arrive is given up", f"{SUBMISSION}._absent", "if is_closed and", "if True or is_closed and", "never ran", LOST),
     Mutant("low battery, for ever", f"{SUBMISSION}._try", "self._later(row, RECHECK)", "self._later(row, 1e9)", "never ran", ROBOTS),
-    Mutant("a hold without end", "services.live.holds:Hold.is_over", "return self.until is not None and self.until <= now", "return False",
-           "liveness", PEOPLE, seed=4),
-    Mutant("every start overlaps", f"{PLANNER}._row", "if previous := context.open_of_schedule.get(schedule.id):",
-           "if previous := schedule.overlap is Overlap.SKIP and schedule.next_at:", "never ran", CALM),
-    Mutant("what a crash left is nobody's", f"{SUBMISSION}.recover", "if row.id not in self._attempts:", "if False:", "open for", CRASHES, seed=3),
+    Mutant(
+        "a hold without end",
+        "services.live.holds:Hold.is_over",
+        "return self.until is not None and self.until <= now",
+        "return False",
+        "liveness",
+        PEOPLE,
+        seed=4,
+    ),
+    Mutant(
+        "every start overlaps",
+        f"{PLANNER}._row",
+        "if previous := context.open_of_schedule.get(schedule.id):",
+        "if previous := schedule.overlap is Overlap.SKIP and schedule.next_at:",
+        "never ran",
+        CALM,
+    ),
     Mutant("in doubt for ever", f"{SUBMISSION}._reconcile", "min(RECONCILE_EVERY, quiet_left)", "1e9", "open for", LOST, seed=3),
     Mutant("what the robot took is not written", f"{SUBMISSION}.note", "if not accepted:", "if True:", "open for", CALM, seed=2),
-    Mutant("an aborted mission never ends", f"{FOLLOWING}._moves", "if item.state is QueueState.ABORTED or (", "if False and (", "open for", ROBOTS, seed=2),
-    Mutant("nobody is followed", f"{FOLLOWING}.follow", "for row, queue_id in accepted:", "for row, queue_id in accepted[:0]:", "open for", CALM, seed=2),
-    Mutant("nothing is planned anew after a jump", f"{PLANNER}.plan_anew", "if self._db.write(work):", "if False:", "never ran", CLOCKS, seed=4),
-    Mutant("only what ran is planned anew", f"{SCHEDULES}.planned_beyond", "WHERE planned_through > ? OR changed_at > ?\", to_text(now), ",
-           "WHERE planned_through > ?\", ", "never ran", CLOCKS, seed=4),
-    Mutant("one robot's clock stops all", f"{GUARD}._problem", "and len(differ) > agree:", "or len(differ) >= 1:", "never ran",
-           Profile(events_per_hour=4).only(acts="", events="wrong_clock", fault_rate=0.0, crash_rate=0.0, site={"robots": 3, "every_minutes": 3, "poll_interval": 30})),
-    Mutant("a gap of the wrong clock stays", "services.live.gaps:Downtime.forget_beyond", "if gap.start < now", "", "late, and nothing was wrong",
-           Profile(events_per_hour=6).only(acts="plan_once", events="big_step power_cut", fault_rate=0.0, crash_rate=0.0,
-                                           site={"with_window": True, "robots": 2, "every_minutes": 3, "poll_interval": 30})),
-    Mutant("the engine oversleeps", f"{ENGINE}._seconds_to_next", "return min(max(left, 0.0), max(left - INTENT_LEAD, INTENT_EVERY), longest)",
-           "return 4.0", "late, and nothing was wrong", CALM),
+    Mutant(
+        "an aborted mission never ends",
+        f"{FOLLOWING}._moves",
+        "if item.state is QueueState.ABORTED or (",
+        "if False and (",
+        "open for",
+        ROBOTS,
+        seed=2,
+    ),
+    Mutant(
+        "nobody is followed",
+        f"{FOLLOWING}.follow",
+        "for row, queue_id in accepted:",
+        "for row, queue_id in accepted[:0]:",
+        "open for",
+        CALM,
+        seed=2,
+    ),
+    Mutant(
+        "one robot's clock stops all",
+        f"{GUARD}._problem",
+        "and len(differ) > agree:",
+        "or len(differ) >= 1:",
+        "never ran",
+        Profile(events_per_hour=4).only(
+            acts="", events="wrong_clock", fault_rate=0.0, crash_rate=0.0, site={"robots": 3, "every_minutes": 3, "poll_interval": 30}
+        ),
+    ),
+    Mutant(
+        "the engine oversleeps",
+        f"{ENGINE}._seconds_to_next",
+        "return min(max(left, 0.0), max(left - INTENT_LEAD, INTENT_EVERY), longest)",
+        "return 4.0",
+        "late, and nothing was wrong",
+        CALM,
+    ),
     # ------------------------------------------------------------------ nothing that is not wanted
-    Mutant("sent 59 s early", f"{SCHEDULES}.due", "to_text(now), to_optional_text(lately)",
-           "to_text(now + __import__('datetime').timedelta(seconds=59)), to_optional_text(lately)", "before its instant", CALM),
     Mutant("sent as soon as it is on disk", f"{SUBMISSION}.hold", "ahead = min(", "ahead = 0.0 * min(", "before its instant", CALM),
-    Mutant("a clock that is set back delays nothing", f"{SUBMISSION}._seconds_early", "if row.trigger is Trigger.SCHEDULED", "if False",
-           "before its instant", CLOCKS),
-    Mutant("the window does not close", f"{RULES}:closes_at", "return planned_at + ", "return planned_at + timedelta(minutes=15) + ",
-           "after its window", PEOPLE, seed=3),
-    Mutant("holds are ignored", f"{SUBMISSION}._is_to_be_tried", "elif hold := self._s.holds.active(self._robot_id):",
-           "elif (hold := self._s.holds.active(self._robot_id)) and hold.clock:", "under a hold", PEOPLE),
-    Mutant("the hold of all robots is nobody's", f"{HOLDS}.active", "hold.robot_id in (None, robot_id)", "hold.robot_id == robot_id",
-           "under a hold", PEOPLE, seed=2),
-    Mutant("what was taken back in doubt is sent again (D1)", f"{SUBMISSION}._taken_back", "if row.revoked:", "if False:", "taken back", BUSY),
-    Mutant("what was cancelled in doubt is sent again", f"{SUBMISSION}._taken_back", "if row.cancel_code:", "if False:", "though it was cancelled",
-           PEOPLE, seed=2),
-    Mutant("a cleared queue keeps what waits", "services.robots.commands:Operator.clear_queue", "if execution.state is State.WAITING:", "if False:",
-           "though it was cancelled", PEOPLE, seed=4),
-    Mutant("deleted schedules leave what waits", f"{EDIT}._take_back", "gone = [row for row in", "gone = [row for row in [] and", "taken back",
-           BUSY),
+    Mutant(
+        "the window does not close",
+        f"{RULES}:closes_at",
+        "return planned_at + ",
+        "return planned_at + timedelta(minutes=15) + ",
+        "after its window",
+        PEOPLE,
+        seed=3,
+    ),
+    Mutant(
+        "holds are ignored",
+        f"{SUBMISSION}._is_to_be_tried",
+        "elif hold := self._s.holds.active(self._robot_id):",
+        "elif (hold := self._s.holds.active(self._robot_id)) and hold.clock:",
+        "under a hold",
+        PEOPLE,
+    ),
+    Mutant(
+        "the hold of all robots is nobody's",
+        f"{HOLDS}.active",
+        "hold.robot_id in (None, robot_id)",
+        "hold.robot_id == robot_id",
+        "under a hold",
+        PEOPLE,
+        seed=2,
+    ),
+    Mutant(
+        "what was cancelled in doubt is sent again",
+        f"{SUBMISSION}._taken_back",
+        "if row.cancel_code:",
+        "if False:",
+        "though it was cancelled",
+        PEOPLE,
+        seed=2,
+    ),
+    Mutant(
+        "a cleared queue keeps what waits",
+        "services.robots.commands:Operator.clear_queue",
+        "if execution.state is State.WAITING:",
+        "if False:",
+        "though it was cancelled",
+        PEOPLE,
+        seed=4,
+    ),
     Mutant("pauses are ignored", f"{PLANNER}._row", "if schedule.is_paused(instant):", "if False:", "taken back", PEOPLE, seed=2),
-    Mutant("a pause leaves what waits", "services.catalogue.pausing:Pausing.pause", "self._executions.take_back(c,", "(lambda *a, **k: 0)(c,",
-           "taken back", PEOPLE, seed=4),
-    Mutant("skips are forgotten (D5)", f"{SCHEDULES}.skipped", "return {to_instant(row[0]) for row in", "return {to_instant(row[0]) for row in [] and",
-           "taken back", SHORT, seed=2),
-    Mutant("what waits keeps its old mission (D6)", f"{EDIT}._change_waiting", "for row in self._executions", "for row in [] and self._executions",
-           "as another mission", BUSY, seed=2),
+    Mutant(
+        "a pause leaves what waits",
+        "services.catalogue.pausing:Pausing.pause",
+        "self._executions.take_back(c,",
+        "(lambda *a, **k: 0)(c,",
+        "taken back",
+        PEOPLE,
+        seed=4,
+    ),
+    Mutant(
+        "skips are forgotten (D5)",
+        f"{SCHEDULES}.skipped",
+        "return {to_instant(row[0]) for row in",
+        "return {to_instant(row[0]) for row in [] and",
+        "taken back",
+        SHORT,
+        seed=2,
+    ),
+    Mutant(
+        "what waits keeps its old mission (D6)",
+        f"{EDIT}._change_waiting",
+        "for row in self._executions",
+        "for row in [] and self._executions",
+        "as another mission",
+        BUSY,
+        seed=2,
+    ),
     Mutant("a low battery is enough", f"{RULES}:battery_allows", "return minimum is None or", "return True or", "low battery", ROBOTS),
-    Mutant("starts overlap", f"{PLANNER}._row", "if previous := context.open_of_schedule.get(schedule.id):", "if previous := None:",
-           "still there", ROBOTS, seed=2),
-    Mutant("another machine will do", "services.dispatch.observation:Observation.read_status", "and found != expected", "and False",
-           "another machine", ROBOTS),
-    Mutant("a jump of the clock is believed (D4)", f"{GUARD}._notice_step", "elif step > self._shortest_doubtful():", "elif False:",
-           "while the clock was", CLOCKS),
-    Mutant("the clock is not judged at the start (D3)", f"{GUARD}.start", "self._begin_doubt(now)", "self._went_back = True", "while the clock was",
-           Profile(events_per_hour=20).only(acts="", events="big_step power_cut", fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3})),
-    Mutant("nothing is listed after an absence (D10)", f"{PLANNER}.list_late_starts", "if self._hold_late_starts:", "if False:",
-           "without the list", WINDOW),
-    Mutant("the idle mission repeats", f"{LEDGER}.note_idle", "self._robots.note_idle(c, robot_id, queue_id)", "None", "two idle missions",
-           ROBOTS),
-    Mutant("tokens that nobody can foresee", f"{RULES}:token_of", "digest & ~(0xF000 << 64)", "(digest + 1) & ~(0xF000 << 64)", "never planned", CALM),
-    Mutant("working days are ignored", "services.planning.working_days:WorkingCalendar.is_working_day",
-           "return day.weekday() in self._weekdays if found is None else found.is_working", "return True", "taken back", SHORT),
+    Mutant(
+        "starts overlap",
+        f"{PLANNER}._row",
+        "if previous := context.open_of_schedule.get(schedule.id):",
+        "if previous := None:",
+        "still there",
+        ROBOTS,
+        seed=2,
+    ),
+    Mutant(
+        "another machine will do",
+        "services.dispatch.observation:Observation.read_status",
+        "and found != expected",
+        "and False",
+        "another machine",
+        ROBOTS,
+    ),
+    Mutant(
+        "a jump of the clock is believed (D4)",
+        f"{GUARD}._notice_step",
+        "elif step > self._shortest_doubtful():",
+        "elif False:",
+        "while the clock was",
+        CLOCKS,
+    ),
+    Mutant(
+        "tokens that nobody can foresee",
+        f"{RULES}:token_of",
+        "digest & ~(0xF000 << 64)",
+        "(digest + 1) & ~(0xF000 << 64)",
+        "never planned",
+        CALM,
+    ),
+    Mutant(
+        "working days are ignored",
+        "services.planning.working_days:WorkingCalendar.is_working_day",
+        "return day.weekday() in self._weekdays if found is None else found.is_working",
+        "return True",
+        "taken back",
+        SHORT,
+    ),
     # ------------------------------------------------------------------ truth
-    Mutant("an aborted mission was completed", f"{FOLLOWING}._moves", "if item.state is QueueState.DONE:",
-           "if item.state in (QueueState.DONE, QueueState.ABORTED):", "truth", ROBOTS),
-    Mutant("one answer 404 and it has vanished", f"{FOLLOWING}._has_been_missing", "return mono - ", "return True or mono - ", "truth",
-           Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.1, crash_rate=0.0, site={"every_minutes": 3, "fleet": "normal"})),
+    Mutant(
+        "an aborted mission was completed",
+        f"{FOLLOWING}._moves",
+        "if item.state is QueueState.DONE:",
+        "if item.state in (QueueState.DONE, QueueState.ABORTED):",
+        "truth",
+        ROBOTS,
+    ),
+    Mutant(
+        "one answer 404 and it has vanished",
+        f"{FOLLOWING}._has_been_missing",
+        "return mono - ",
+        "return True or mono - ",
+        "truth",
+        Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.1, crash_rate=0.0, site={"every_minutes": 3, "fleet": "normal"}),
+    ),
     Mutant("a lost answer is a refusal", f"{SUBMISSION}._post", "elif error.delivery is Delivery.REFUSED:", "elif True:", "truth", LOST),
-    Mutant("what comes true late stays a failure (D8)", f"{COPIES}._came_late", "if is_wanted and not is_too_late and", "if False and", "truth",
-           Profile(events_per_hour=40).only(acts="", events="lost_request outage", fault_rate=0.0, crash_rate=0.0, longest_outage=500.0,
-                                            site={"every_minutes": 3, "fleet": "normal"})),
-    Mutant("one item that can't be read holds up all (D7)", f"{FOLLOWING}._follow", "except (Unreadable, RobotFault) as error:",
-           "except (KeyError,) as error:", "open for", ROBOTS),
 )

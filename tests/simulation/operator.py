@@ -1,4 +1,5 @@
 """What people do at the tablet, drawn by the seed and written into the diary when it has taken effect."""
+
 from __future__ import annotations
 
 import json
@@ -39,7 +40,7 @@ class Person:
         try:
             getattr(self, name)()
         except (InvalidInput, RobotError, DatabaseError, LookupError):
-            return                                           # shown to the operator, who may press again
+            return  # shown to the operator, who may press again
         self.world.findings.acts[name] += 1
 
     # ------------------------------------------------------------------ helpers
@@ -78,14 +79,19 @@ class Person:
 
         def note(wishes: Wishes) -> None:
             wishes.plans[plan.id] = replace(plan, **changes)
-            if changes.keys() & {"start", "robot_id"}:            # skips are of instants that it had
+            if changes.keys() & {"start", "robot_id"}:  # skips are of instants that it had
                 wishes.stopped -= {key for key in wishes.stopped if key[0] == plan.id and key[1] > self._wall}
+
         self._decide(lambda: self._app.catalogue.save_schedule(replace(stored, **changes)), note)
 
     def _stop_due(self, wishes: Wishes, plans: list[Schedule]) -> None:
         """What is due of these now has been stopped for good, if its row has been written."""
-        if self.diary.is_clear(self.diary.names[plans[0].robot_id], self.world.site.seconds() - 20.0, self.world.site.seconds(), but=("slow", "network",
-                               "battery", "robot", "hold")):
+        if self.diary.is_clear(
+            self.diary.names[plans[0].robot_id],
+            self.world.site.seconds() - 20.0,
+            self.world.site.seconds(),
+            but=("slow", "network", "battery", "robot", "hold"),
+        ):
             for plan in plans:
                 due = instants(plan, self._wall - LONGEST_WINDOW, self._wall - timedelta(seconds=2))
                 wishes.stopped |= {(plan.id, instant) for instant in due}
@@ -130,24 +136,49 @@ class Person:
         if len(self.diary.now.plans) > MOST_PLANS:
             self._remove(self._plan())
         local = self._wall.astimezone(ZoneInfo(self.world.nature.zone)).replace(second=0, microsecond=0, tzinfo=None)
-        self._add(start=local + timedelta(minutes=self.rng.randrange(1, 8)), recurrence=f"FREQ=MINUTELY;INTERVAL={self.rng.choice((4, 7, 15, 30))}")
+        self._add(
+            start=local + timedelta(minutes=self.rng.randrange(1, 8)),
+            recurrence=f"FREQ=MINUTELY;INTERVAL={self.rng.choice((4, 7, 15, 30))}",
+        )
 
     def _add(self, **values: Any) -> None:
-        made = Schedule(f"Plan {self.rng.randrange(10**9)}", self._id(self._robot()), self._mission(), timezone=self.world.nature.zone,
-                        start_window_minutes=self.rng.choice(WINDOWS), overlap=self.rng.choice(tuple(Overlap)), priority=self.rng.randrange(5),
-                        minimum_battery_percent=self.rng.choice((None, 0, 30)), **values)
+        made = Schedule(
+            f"Plan {self.rng.randrange(10**9)}",
+            self._id(self._robot()),
+            self._mission(),
+            timezone=self.world.nature.zone,
+            start_window_minutes=self.rng.choice(WINDOWS),
+            overlap=self.rng.choice(tuple(Overlap)),
+            priority=self.rng.randrange(5),
+            minimum_battery_percent=self.rng.choice((None, 0, 30)),
+            **values,
+        )
         self.world.plan(made)
 
     def import_plan(self) -> None:
         """A file with one schedule, a new one or a changed one."""
         plan = self._plan()
         changed = replace(plan, start_window_minutes=self.rng.choice(WINDOWS[1:]), priority=self.rng.randrange(5), enabled=True)
-        document = {"format": "amr-scheduler/1", "schedules": [{
-            "name": changed.name, "robot": self.diary.names[plan.robot_id], "mission": self.world.missions[plan.mission_id],
-            "start": f"{plan.start:%Y-%m-%dT%H:%M}", "timezone": plan.timezone, "recurrence": plan.recurrence, "enabled": True,
-            "start_window_minutes": changed.start_window_minutes, "priority": changed.priority}]}
-        self._decide(lambda: import_configuration(self._app.catalogue, json.dumps(document).encode()),
-                     lambda wishes: wishes.plans.update({plan.id: changed}))
+        document = {
+            "format": "amr-scheduler/1",
+            "schedules": [
+                {
+                    "name": changed.name,
+                    "robot": self.diary.names[plan.robot_id],
+                    "mission": self.world.missions[plan.mission_id],
+                    "start": f"{plan.start:%Y-%m-%dT%H:%M}",
+                    "timezone": plan.timezone,
+                    "recurrence": plan.recurrence,
+                    "enabled": True,
+                    "start_window_minutes": changed.start_window_minutes,
+                    "priority": changed.priority,
+                }
+            ],
+        }
+        self._decide(
+            lambda: import_configuration(self._app.catalogue, json.dumps(document).encode()),
+            lambda wishes: wishes.plans.update({plan.id: changed}),
+        )
 
     # ------------------------------------------------------------------ deletions, most of them undone
     def delete(self) -> None:
@@ -160,8 +191,9 @@ class Person:
     def delete_mission(self) -> None:
         mission_id = self._mission()
         plans = [plan for plan in self.diary.now.plans.values() if plan.mission_id == mission_id]
-        removed = self._decide(lambda: self._app.catalogue.remove_mission(mission_id),
-                               lambda wishes: [wishes.plans.pop(plan.id) for plan in plans])
+        removed = self._decide(
+            lambda: self._app.catalogue.remove_mission(mission_id), lambda wishes: [wishes.plans.pop(plan.id) for plan in plans]
+        )
         self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True)
 
     def delete_robot(self) -> None:
@@ -178,10 +210,13 @@ class Person:
             wishes.off.add(robot)
             if self.diary.now.manual:
                 wishes.cancelled |= {token for token, manual in wishes.manual.items() if manual.robot == robot}
+
         removed = self._decide(lambda: self._app.catalogue.remove_robot(robot_id), note)
         self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True, on_again=None if was_off else robot)
 
-    def _undo_later(self, removed: Any, plans: list[Schedule], after: float | None, must: bool = False, on_again: str | None = None) -> None:
+    def _undo_later(
+        self, removed: Any, plans: list[Schedule], after: float | None, must: bool = False, on_again: str | None = None
+    ) -> None:
         """``must``: tried again until it succeeds, so that there is something to simulate."""
         if after is None:
             return
@@ -200,6 +235,7 @@ class Person:
                         self.world.site.at(30.0, undo)
             elif must and not self.world.is_on:
                 self.world.site.at(30.0, undo)
+
         made_at = self.world.site.seconds()
         self.world.site.at(after, undo)
 
@@ -215,6 +251,7 @@ class Person:
                 wishes.cancelled |= {token for token, manual in wishes.manual.items() if manual.robot == robot}
                 if plans:
                     self._stop_due(wishes, plans)
+
         self._decide(lambda: self._app.catalogue.set_robot_enabled(self._id(robot), not is_on), note)
         if is_on:
             self.world.site.at(self.rng.choice((0.5, 30.0, 400.0)), lambda: self._switch_on(robot))
@@ -233,6 +270,7 @@ class Person:
         def note(wishes: Wishes) -> None:
             wishes.paused[plan.id] = until
             self._stop_due(wishes, [plan])
+
         self._decide(lambda: self._app.pausing.pause(plan.id, until), note)
 
     def resume(self) -> None:
@@ -250,8 +288,9 @@ class Person:
     def hold(self) -> None:
         robot = self.rng.choice((None, *self.diary.names.values()))
         until = self.rng.choice((None, self._wall + timedelta(seconds=self.rng.choice((5, 60, 600)))))
-        self._decide(lambda: self._app.holds.hold("a meeting", until, robot and self._id(robot)),
-                     lambda wishes: wishes.holds.update({robot: until}))
+        self._decide(
+            lambda: self._app.holds.hold("a meeting", until, robot and self._id(robot)), lambda wishes: wishes.holds.update({robot: until})
+        )
         self.world.note_holds()
         self.world.site.at(self.rng.choice((20.0, 200.0, 1200.0)), lambda: self.release(robot))
 
@@ -267,9 +306,11 @@ class Person:
     def run_now(self) -> None:
         robot, mission_id = self._robot(), self._mission()
         token = str(uuid.UUID(int=self.rng.getrandbits(128), version=4))
-        parameters = {"Time": "00:00:30.000000"} if self.world.missions[mission_id] == "Wait at home" and self.rng.random() < .5 else {}
-        self._decide(lambda: self._app.operator.run_now(self._id(robot), mission_id, parameters, token),
-                     lambda wishes: wishes.manual.update({token: self.world.manual(robot, mission_id)}))
+        parameters = {"Time": "00:00:30.000000"} if self.world.missions[mission_id] == "Wait at home" and self.rng.random() < 0.5 else {}
+        self._decide(
+            lambda: self._app.operator.run_now(self._id(robot), mission_id, parameters, token),
+            lambda wishes: wishes.manual.update({token: self.world.manual(robot, mission_id)}),
+        )
         self.world.site.kick()
 
     def cancel(self) -> None:
@@ -290,19 +331,19 @@ class Person:
 
     # ------------------------------------------------------------------ the integrator
     def idle_rule(self) -> None:
-        robot, is_on = self._robot(), self.rng.random() < .8
+        robot, is_on = self._robot(), self.rng.random() < 0.8
 
         def note(wishes: Wishes) -> None:
             wishes.idle.pop(robot, None)
             if is_on:
                 wishes.idle[robot] = self.world.idle_guid
+
         home = next(key for key, guid in self.diary.guids.items() if guid == self.world.idle_guid)
         self._decide(lambda: self._app.catalogue.save_idle_rule(self._id(robot), home, self.rng.choice((5, 8)), is_on), note)
 
     def working_days(self) -> None:
         days = self.rng.choice((("MO", "TU", "WE", "TH", "FR"), ("MO", "TU", "WE", "TH", "FR", "SA", "SU"), ("SA", "SU", "MO")))
-        self._decide(lambda: self._app.catalogue.change_settings(working_days=days),
-                     lambda wishes: setattr(wishes, "working_days", days))
+        self._decide(lambda: self._app.catalogue.change_settings(working_days=days), lambda wishes: setattr(wishes, "working_days", days))
         if len(days) < 7:
             self.world.site.at(600.0, self._work_every_day)
 
@@ -310,8 +351,9 @@ class Person:
         days = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
         if self.world.is_on and self.diary.now.working_days != days:
             try:
-                self._decide(lambda: self._app.catalogue.change_settings(working_days=days),
-                             lambda wishes: setattr(wishes, "working_days", days))
+                self._decide(
+                    lambda: self._app.catalogue.change_settings(working_days=days), lambda wishes: setattr(wishes, "working_days", days)
+                )
             except DatabaseError:
                 self.world.site.at(60.0, self._work_every_day)
 
@@ -319,11 +361,15 @@ class Person:
         today = self._wall.astimezone(ZoneInfo(self.world.nature.zone)).date()
         entries = self._app.catalogue.day_exceptions()
         if entries:
-            self._decide(lambda: self._app.catalogue.remove_days(*(entry.id for entry in entries)),
-                         lambda wishes: setattr(wishes, "closed", frozenset()))
+            self._decide(
+                lambda: self._app.catalogue.remove_days(*(entry.id for entry in entries)),
+                lambda wishes: setattr(wishes, "closed", frozenset()),
+            )
         else:
-            self._decide(lambda: self._app.catalogue.save_days(DayException("Inventory", today, today)),
-                         lambda wishes: setattr(wishes, "closed", frozenset({today})))
+            self._decide(
+                lambda: self._app.catalogue.save_days(DayException("Inventory", today, today)),
+                lambda wishes: setattr(wishes, "closed", frozenset({today})),
+            )
             self.world.site.at(900.0, lambda: self.world.is_on and self.diary.now.closed and self.do("day_off"))
 
     def history_limit(self) -> None:

@@ -1,4 +1,5 @@
 """What has to hold of every run: safety, liveness, truth. Judged by the robots' own histories and by the diary, never by the app's code."""
+
 from __future__ import annotations
 
 import math
@@ -19,15 +20,15 @@ from tests.support.network import Fate, Submission
 if TYPE_CHECKING:
     from tests.simulation.world import World
 
-GRACE = 1.0              # s within which what people decide takes effect
-LATE = 1.0               # s that a start may be late when nothing is wrong
-TOGETHER = 180.0         # s for which robot and app have to be well within the window
-GENERAL_WINDOW = 15      # min
-LISTED_FOR = 28.0        # s for which late starts after an absence are shown first, where there is a window
-ABSENCE = 80.0           # s from which on that is so, a heartbeat included
-IMPOSTOR_SEEN = 3.0      # s within which another machine at the address is noticed
-CLOCK_ASKED = 20.0       # s within which a robot that is well has been asked for its time
-READ = 6.0               # s within which a battery that is low is known to be
+GRACE = 1.0  # s within which what people decide takes effect
+LATE = 1.0  # s that a start may be late when nothing is wrong
+TOGETHER = 180.0  # s for which robot and app have to be well within the window
+GENERAL_WINDOW = 15  # min
+LISTED_FOR = 28.0  # s for which late starts after an absence are shown first, where there is a window
+ABSENCE = 80.0  # s from which on that is so, a heartbeat included
+IMPOSTOR_SEEN = 3.0  # s within which another machine at the address is noticed
+CLOCK_ASKED = 20.0  # s within which a robot that is well has been asked for its time
+READ = 6.0  # s within which a battery that is low is known to be
 
 
 @dataclass(frozen=True)
@@ -43,8 +44,8 @@ class Judge:
         self._said: set[str] = set()
         self._first_post: dict[str, float] = {}
         self._ran: set[Key] = set()
-        self._idle: set[str] = set()                            # tokens
-        self._back_at, self._away_since = -1e9, -1e9            # after the last absence
+        self._idle: set[str] = set()  # tokens
+        self._back_at, self._away_since = -1e9, -1e9  # after the last absence
         self.truth = Truth(world, self)
 
     def object(self, what: str) -> None:
@@ -61,12 +62,18 @@ class Judge:
         wall, wishes = self.world.site.clock.now(), self.diary.between(post.at - GRACE, post.at)
         name = f"{post.robot} {post.token[:8]}"
         if all(each.is_held(post.robot, wall - timedelta(seconds=GRACE)) for each in wishes) and all(
-                each.is_held(post.robot, wall) for each in wishes):
+            each.is_held(post.robot, wall) for each in wishes
+        ):
             self.object(f"safety: sent under a hold: {name}")
         if all(post.robot in each.off for each in wishes):
             self.object(f"safety: sent to a robot that is switched off: {name}")
-        if any(each.kind == "impostor" and each.robot == post.robot and each.start + 15000.0 < post.at - IMPOSTOR_SEEN and each.end > post.at + 6
-               for each in self.diary.troubles):
+        if any(
+            each.kind == "impostor"
+            and each.robot == post.robot
+            and each.start + 15000.0 < post.at - IMPOSTOR_SEEN
+            and each.end > post.at + 6
+            for each in self.diary.troubles
+        ):
             self.object(f"safety: sent to another machine: {name}")
         if all(post.token in each.cancelled for each in wishes):
             self.object(f"safety: sent though it was cancelled: {name}")
@@ -103,8 +110,12 @@ class Judge:
         ahead = self.diary.ahead(post.at)
         since = next((at for at, offset in reversed(self.diary.clock) if abs(offset - ahead) > 60), 0.0)
         since = max(since, *(each.end for each in self.diary.troubles if each.kind == "app" and each.end < post.at), 0.0)
-        could_ask = any(until - start > CLOCK_ASKED for name in self.diary.names.values() if not self.diary.was_wrong("robot's clock", name, since, post.at)
-                        for start, until in self.diary.clear_spans(name, since, post.at, but=("slow", "clock", "battery", "hold", "queue", "disk")))
+        could_ask = any(
+            until - start > CLOCK_ASKED
+            for name in self.diary.names.values()
+            if not self.diary.was_wrong("robot's clock", name, since, post.at)
+            for start, until in self.diary.clear_spans(name, since, post.at, but=("slow", "clock", "battery", "hold", "queue", "disk"))
+        )
         if ahead > 60.0 * GENERAL_WINDOW + 60 and could_ask:
             self.object(f"safety: sent while the clock was {ahead:.0f} s ahead: {name}")
 
@@ -120,12 +131,18 @@ class Judge:
             self.object(f"safety: sent to the wrong robot or as another mission: {name}")
         windows = [GENERAL_WINDOW if plan.start_window_minutes is None else plan.start_window_minutes for plan in plans]
         self._in_window(name, wall, key[1], max(windows))
-        if self.world.nature.with_window and self._away_since < self._true(key[1], post.at) <= self._back_at - 1 and \
-                post.token not in self._first_post and self._back_at - self._away_since > ABSENCE and post.at < self._back_at + LISTED_FOR:
+        if (
+            self.world.nature.with_window
+            and self._away_since < self._true(key[1], post.at) <= self._back_at - 1
+            and post.token not in self._first_post
+            and self._back_at - self._away_since > ABSENCE
+            and post.at < self._back_at + LISTED_FOR
+        ):
             self.object(f"safety: started late after an absence without the list: {name}")
         if all((plan.minimum_battery_percent or 0) > FLAT for plan in plans) and any(
-                each.kind == "battery" and each.robot == post.robot and each.start < post.at - READ and each.end == math.inf
-                for each in self.diary.troubles):
+            each.kind == "battery" and each.robot == post.robot and each.start < post.at - READ and each.end == math.inf
+            for each in self.diary.troubles
+        ):
             self.object(f"safety: sent on a low battery: {name}")
         if all(plan.overlap is Overlap.SKIP for plan in plans) and self._is_settled(key, due - 5.0, post.at):
             self._judge_overlap(key, due, post, name)
@@ -133,11 +150,17 @@ class Judge:
 
     def _judge_overlap(self, key: Key, due: float, post: Submission, name: str) -> None:
         """The start before it, of a schedule that does not overlap, was with the robot when it fell due and is there still."""
-        tokens = {self.diary.token((key[0], instant)) for instant in instants(self.diary.now.plans[key[0]], key[1] - timedelta(hours=2), key[1])}
+        tokens = {
+            self.diary.token((key[0], instant)) for instant in instants(self.diary.now.plans[key[0]], key[1] - timedelta(hours=2), key[1])
+        }
         tokens -= self.diary.excused.keys() | self.diary.uncertain
         for item in self.world.site.machines[post.robot].queue:
-            if item.description in tokens and item.finished is None and self._first_post.get(item.description, due) < due - 10.0 and \
-                    self.diary.is_clear(post.robot, due - 30.0, due, but=("battery", "hold", "slow")):
+            if (
+                item.description in tokens
+                and item.finished is None
+                and self._first_post.get(item.description, due) < due - 10.0
+                and self.diary.is_clear(post.robot, due - 30.0, due, but=("battery", "hold", "slow"))
+            ):
                 self.object(f"safety: sent though the one before it is still there: {name}")
 
     def _in_window(self, name: str, wall: datetime, planned: datetime, minutes: int) -> None:
@@ -159,8 +182,11 @@ class Judge:
     # ------------------------------------------------------------------ liveness
     def _true(self, instant: datetime, at: float) -> float:
         """When the tablet's clock, as it goes at a true time, shows that instant."""
-        return (instant - self.world.site.clock.now()).total_seconds() + self.world.site.seconds() - (
-            self.diary.ahead(at) - self.diary.ahead(self.world.site.seconds()))
+        return (
+            (instant - self.world.site.clock.now()).total_seconds()
+            + self.world.site.seconds()
+            - (self.diary.ahead(at) - self.diary.ahead(self.world.site.seconds()))
+        )
 
     def _is_settled(self, key: Key, start: float, end: float) -> bool:
         """Whether it was wanted all this time, on the same robot and within the same window."""
@@ -168,7 +194,15 @@ class Judge:
         if not all(self.diary.wants(each, key) for each in wishes):
             return False
         plans = [each.plans[key[0]] for each in wishes]
-        return len({(plan.robot_id, plan.start_window_minutes, plan.start, plan.recurrence, plan.minimum_battery_percent, plan.overlap) for plan in plans}) == 1
+        return (
+            len(
+                {
+                    (plan.robot_id, plan.start_window_minutes, plan.start, plan.recurrence, plan.minimum_battery_percent, plan.overlap)
+                    for plan in plans
+                }
+            )
+            == 1
+        )
 
     def _judge_liveness(self, sent: set[str]) -> None:
         wall, now = self.world.site.clock.now(), self.world.site.seconds()
@@ -201,8 +235,8 @@ class Judge:
         if due < 60 or not self.diary.is_steady(due - 60.0) or not self._is_settled(key, due - 2.0, end) or key in self.diary.now.stopped:
             return None
         edited_at = next((at for at, wishes in reversed(self.diary.wishes) if wishes.plans.get(key[0]) != plan), -math.inf)
-        if plan.overlap is Overlap.SKIP and self._may_overlap(key, due) or edited_at > due - self.diary.most_back():
-            return None                                     # it was past when it was planned so, before the clock was set back
+        if (plan.overlap is Overlap.SKIP and self._may_overlap(key, due)) or edited_at > due - self.diary.most_back():
+            return None  # it was past when it was planned so, before the clock was set back
         for start, until in self.diary.clear_spans(robot, due, end):
             if until - start < self._together or self._gave_up(robot, due, start):
                 continue
@@ -214,10 +248,10 @@ class Judge:
     def _gave_up(self, robot: str, due: float, start: float) -> bool:
         """Whether what was wrong before may have used up its tries, or have hidden what became of them."""
         nature = self.world.nature
-        tries = sum(min(2.0 ** attempt, nature.poll_interval) for attempt in range(1, nature.retry_limit + 1))
+        tries = sum(min(2.0**attempt, nature.poll_interval) for attempt in range(1, nature.retry_limit + 1))
         if nature.fleet != "normal" and start > due:
             return True
-        return start - due > .6 * tries or (start > due and self.diary.was_wrong("queue", robot, due, start))
+        return start - due > 0.6 * tries or (start > due and self.diary.was_wrong("queue", robot, due, start))
 
     def _may_overlap(self, key: Key, due: float) -> bool:
         """Whether an earlier start of the schedule may have been open then."""
@@ -284,8 +318,12 @@ class Judge:
         for found in ran[1:]:
             waited = datetime.fromisoformat(found.item.started or "") - datetime.fromisoformat(found.item.ordered)
             begins = self.world.site.seconds() + self._ended_before(found, 0.0) if found.item.finished else None
-            if waited.total_seconds() / SPEED > patience and begins is not None and self.diary.is_clear(
-                    found.robot, -begins - patience, -begins) and self.world.keeps_history:
+            if (
+                waited.total_seconds() / SPEED > patience
+                and begins is not None
+                and self.diary.is_clear(found.robot, -begins - patience, -begins)
+                and self.world.keeps_history
+            ):
                 self.object(f"safety: a second copy ran after it had waited: {token[:8]} {shown}")
 
     def all_is_well(self, since: float) -> None:

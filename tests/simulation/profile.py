@@ -1,4 +1,5 @@
 """How rough a simulated world is, and what kind of site a seed draws."""
+
 from __future__ import annotations
 
 import random
@@ -7,21 +8,73 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-ACTS: Mapping[str, float] = MappingProxyType({          # what people do, and how often in proportion
-    "rename": 1, "change_window": 1, "change_battery": 1, "change_mission": 1, "change_overlap": 1, "move": 2, "other_robot": 1,
-    "switch_schedule": 2, "switch_robot": 1, "delete": 2, "delete_mission": .3, "delete_robot": .3, "plan_once": 4, "plan_often": 1,
-    "pause": 2, "resume": 2, "skip": 2, "hold": 2, "release": 2, "cancel": 3, "clear": 1, "run_now": 3, "idle_rule": 1, "working_days": 1,
-    "day_off": .5, "history_limit": .5, "import_plan": 1, "back_up": .7, "watch": 1, "confirm_clock": 1})
-EVENTS: Mapping[str, float] = MappingProxyType({        # what happens, the same
-    "outage": 3, "reboot": .5, "robot_pauses": 1, "mission_fails": 1, "low_battery": 1, "person_queues": 2, "person_cancels": 1,
-    "very_late_request": 1, "slow_answers": 3, "lost_request": 2, "nap": .6, "small_step": 1, "medium_step": .5, "big_step": .5, "disk": .5,
-    "poison": .5, "queue_begins_anew": .15, "another_robot": .2, "wrong_clock": .3, "power_cut": 1, "restart": .5, "restore": .25})
+ACTS: Mapping[str, float] = MappingProxyType(
+    {  # what people do, and how often in proportion
+        "rename": 1,
+        "change_window": 1,
+        "change_battery": 1,
+        "change_mission": 1,
+        "change_overlap": 1,
+        "move": 2,
+        "other_robot": 1,
+        "switch_schedule": 2,
+        "switch_robot": 1,
+        "delete": 2,
+        "delete_mission": 0.3,
+        "delete_robot": 0.3,
+        "plan_once": 4,
+        "plan_often": 1,
+        "pause": 2,
+        "resume": 2,
+        "skip": 2,
+        "hold": 2,
+        "release": 2,
+        "cancel": 3,
+        "clear": 1,
+        "run_now": 3,
+        "idle_rule": 1,
+        "working_days": 1,
+        "day_off": 0.5,
+        "history_limit": 0.5,
+        "import_plan": 1,
+        "back_up": 0.7,
+        "watch": 1,
+        "confirm_clock": 1,
+    }
+)
+EVENTS: Mapping[str, float] = MappingProxyType(
+    {  # what happens, the same
+        "outage": 3,
+        "reboot": 0.5,
+        "robot_pauses": 1,
+        "mission_fails": 1,
+        "low_battery": 1,
+        "person_queues": 2,
+        "person_cancels": 1,
+        "very_late_request": 1,
+        "slow_answers": 3,
+        "lost_request": 2,
+        "nap": 0.6,
+        "small_step": 1,
+        "medium_step": 0.5,
+        "big_step": 0.5,
+        "disk": 0.5,
+        "poison": 0.5,
+        "queue_begins_anew": 0.15,
+        "another_robot": 0.2,
+        "wrong_clock": 0.3,
+        "power_cut": 1,
+        "restart": 0.5,
+        "restore": 0.25,
+    }
+)
 
 
 @dataclass(frozen=True)
 class Profile:
-    """``every_minutes`` and ``poll_interval``: None: drawn by the seed. ``crash_rate`` is per step at which the app can die. ``rough_s`` and
+    """``every_minutes``, ``poll_interval``: None: drawn by the seed. ``crash_rate`` is per step at which the app can die. ``rough_s`` and
     ``calm_s``: how long it is so by turns; in calm weather nothing happens but what people do."""
+
     every_minutes: int | None = None
     poll_interval: int | None = None
     fault_rate: float = 0.02
@@ -31,20 +84,21 @@ class Profile:
     rough_s: float = 3000.0
     calm_s: float = 1500.0
     longest_outage: float = 1500.0
-    longest_off: float = 1500.0            # s that the tablet stays off after a crash, in one of five
+    longest_off: float = 1500.0  # s that the tablet stays off after a crash, in one of five
     acts: Mapping[str, float] = field(default_factory=lambda: dict(ACTS))
     events: Mapping[str, float] = field(default_factory=lambda: dict(EVENTS))
-    site: Mapping[str, object] = field(default_factory=dict)         # what the seed would draw otherwise
+    site: Mapping[str, object] = field(default_factory=dict)  # what the seed would draw otherwise
 
     def only(self, acts: str = "", events: str = "", **values: object) -> Profile:
         """The same world with these acts and events alone, by their names."""
         chosen = {"acts": dict.fromkeys(acts.split(), 1.0), "events": dict.fromkeys(events.split(), 1.0)}
-        return Profile(**{**vars(self), **chosen, **values})      # type: ignore[arg-type]
+        return Profile(**{**vars(self), **chosen, **values})  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
 class Nature:
     """What a seed draws of a site."""
+
     robots: int
     every_minutes: int
     poll_interval: int
@@ -53,28 +107,34 @@ class Nature:
     retry_limit: int
     quiet_s: int
     zone: str
-    fleet: str                             # normal; forgetful: tokens are not given back; short lists: no search, oldest items only
+    fleet: str  # normal; forgetful: tokens are not given back; short lists: no search, oldest items only
 
     @classmethod
     def drawn(cls, rng: random.Random, profile: Profile) -> Nature:
         every, poll = rng.choice((3, 5, 10, 20)), rng.choice((10, 30, 60, 120))
         drawn = {
-            "robots": rng.choice((1, 2, 3, 3, 4)), "every_minutes": profile.every_minutes or every,
-            "poll_interval": profile.poll_interval or poll, "with_window": rng.random() < .35,
-            "history_limit": rng.choice((1, 3, 20, 100, None, None, None, None)), "retry_limit": rng.choice((20, 20, 10, 3)),
-            "quiet_s": rng.choice((90, 90, 90, 30)), "zone": rng.choice(("Europe/Helsinki", "UTC", "America/New_York")),
-            "fleet": rng.choice(("normal",) * 8 + ("forgetful", "short lists"))}
-        return cls(**{**drawn, **profile.site})     # type: ignore[arg-type]
+            "robots": rng.choice((1, 2, 3, 3, 4)),
+            "every_minutes": profile.every_minutes or every,
+            "poll_interval": profile.poll_interval or poll,
+            "with_window": rng.random() < 0.35,
+            "history_limit": rng.choice((1, 3, 20, 100, None, None, None, None)),
+            "retry_limit": rng.choice((20, 20, 10, 3)),
+            "quiet_s": rng.choice((90, 90, 90, 30)),
+            "zone": rng.choice(("Europe/Helsinki", "UTC", "America/New_York")),
+            "fleet": rng.choice(("normal",) * 8 + ("forgetful", "short lists")),
+        }
+        return cls(**{**drawn, **profile.site})  # type: ignore[arg-type]
 
 
 @dataclass
 class Findings:
     """What the run brought, and everything that should not be."""
+
     hours: float = 0.0
     occurrences: int = 0
     submissions: int = 0
-    judged: int = 0                        # starts that had to run, and did
-    punctual: int = 0                      # starts with nothing wrong
+    judged: int = 0  # starts that had to run, and did
+    punctual: int = 0  # starts with nothing wrong
     crashes: int = 0
     steps: int = 0
     acts: Counter[str] = field(default_factory=Counter)
@@ -85,6 +145,8 @@ class Findings:
     def line(self, seed: int) -> str:
         verdict = "ok" if not self.violations else f"{len(self.violations)} VIOLATIONS"
         states = ", ".join(f"{name} {count}" for name, count in sorted(self.states.items()))
-        return (f"seed {seed}: {self.hours:.0f} simulated hours, {self.occurrences} occurrences, {self.submissions} submissions, "
-                f"{sum(self.faults.values())} faults, {sum(self.acts.values())} acts, {self.crashes} app crashes, {self.steps} steps; "
-                f"{self.judged} had to run, {self.punctual} on time; {states}; verdict: {verdict}")
+        return (
+            f"seed {seed}: {self.hours:.0f} simulated hours, {self.occurrences} occurrences, {self.submissions} submissions, "
+            f"{sum(self.faults.values())} faults, {sum(self.acts.values())} acts, {self.crashes} app crashes, {self.steps} steps; "
+            f"{self.judged} had to run, {self.punctual} on time; {states}; verdict: {verdict}"
+        )

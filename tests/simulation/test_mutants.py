@@ -1,4 +1,5 @@
 """The proof that the simulation would find a bug if there were one: each planted bug is found by the oracle and the seed in its table."""
+
 from __future__ import annotations
 
 import pytest
@@ -6,15 +7,21 @@ import pytest
 from tests.simulation.__main__ import simulate
 from tests.simulation.mutants import MUTANTS, planted
 
-QUICK = ("whatever failed is sent again", "all rows missed", "sent 59 s early", "everything fails without a request", "the engine oversleeps")
+QUICK = (
+    "whatever failed is sent again",
+    "all rows missed",
+    "everything fails without a request",
+    "the engine oversleeps",
+)
 
 
 def test_each_of_them_has_a_name_of_its_own():
     assert len({mutant.name for mutant in MUTANTS}) == len(MUTANTS) >= 40
 
 
-@pytest.mark.parametrize("mutant", [pytest.param(mutant, id=mutant.name, marks=() if mutant.name in QUICK else pytest.mark.long)
-                                    for mutant in MUTANTS])
+@pytest.mark.parametrize(
+    "mutant", [pytest.param(mutant, id=mutant.name, marks=() if mutant.name in QUICK else pytest.mark.long) for mutant in MUTANTS]
+)
 def test_a_planted_bug_is_found(mutant):
     with planted(mutant):
         found = simulate(mutant.seed, mutant.hours, mutant.profile, mutant.oracle)

@@ -1,4 +1,5 @@
 """Days of operation in which everything happens, without a violation; the same seed gives the same run; twins send the same."""
+
 from __future__ import annotations
 
 import pytest
@@ -20,10 +21,12 @@ def test_whatever_happens_nothing_is_doubled_or_lost_and_rows_tell_the_truth(see
 
 
 def test_in_calm_weather_every_start_is_on_time():
-    found = simulate(1, 0.5, Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0, site={"robots": 2, "every_minutes": 3}))
+    found = simulate(
+        1, 0.5, Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0, site={"robots": 2, "every_minutes": 3})
+    )
     assert found.violations == []
     assert found.submissions >= 20
-    assert found.punctual >= found.submissions - 1                   # the first one comes too soon to say what was before it
+    assert found.punctual >= found.submissions - 1  # the first one comes too soon to say what was before it
 
 
 @pytest.mark.parametrize("seed", [17, pytest.param(18, marks=pytest.mark.long)])
@@ -34,8 +37,11 @@ def test_the_same_seed_gives_the_same_run(tmp_path, seed):
     assert first == again
 
 
-@pytest.mark.parametrize("twin", [Twin(history_limit=1), Twin(screen_s=5.0), Twin(restarts_at=(900.0, 2100.0))],
-                         ids=["history of one row", "somebody looks", "started again at rest"])
+@pytest.mark.parametrize(
+    "twin",
+    [Twin(history_limit=1), Twin(screen_s=5.0), Twin(restarts_at=(900.0, 2100.0))],
+    ids=["history of one row", "somebody looks", "started again at rest"],
+)
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 5))])
 def test_twins_send_the_same(tmp_path, seed, twin):
     """How much history is kept, who looks, and a restart at rest decide nothing."""

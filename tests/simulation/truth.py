@@ -1,4 +1,5 @@
 """Truth: when all has been well for ten minutes, each row tells what its item on the robot tells, and figures equal a recount."""
+
 from __future__ import annotations
 
 from collections import Counter
@@ -12,8 +13,8 @@ if TYPE_CHECKING:
     from tests.simulation.oracles import Found, Judge
     from tests.simulation.world import World
 
-JUST_NOW = 20.0          # s that the app may be behind the robot
-ENDS_WITHIN = 600.0      # s in which every row of a robot that is well ends
+JUST_NOW = 20.0  # s that the app may be behind the robot
+ENDS_WITHIN = 600.0  # s in which every row of a robot that is well ends
 
 
 class Truth:
@@ -43,8 +44,10 @@ class Truth:
         """Nothing is in its way, so it ends."""
         world = self.world
         age = (world.site.clock.now() - row.planned_at).total_seconds()
-        is_busy = any(self.judge_.is_open(each) or self.judge_._ended_before(each, world.site.seconds()) < JUST_NOW + world.nature.poll_interval
-                      for each in found)
+        is_busy = any(
+            self.judge_.is_open(each) or self.judge_._ended_before(each, world.site.seconds()) < JUST_NOW + world.nature.poll_interval
+            for each in found
+        )
         now = world.site.seconds()
         is_clear = self.diary.is_clear(row.robot, now - ENDS_WITHIN, now) and row.robot not in self.diary.now.off
         if age > ENDS_WITHIN and since >= ENDS_WITHIN and not is_busy and is_clear:
@@ -55,14 +58,14 @@ class Truth:
     def _judge_ended(self, row: Execution, found: list[Found]) -> None:
         states = {each.item.state for each in found}
         if self.world.nature.fleet != "normal":
-            return                                         # which item is whose can't be known there
+            return  # which item is whose can't be known there
         if any(self.judge_._ended_before(each, self.world.site.seconds()) < JUST_NOW + self.world.nature.poll_interval for each in found):
             return
         match row.state:
             case State.COMPLETED:
                 agrees = ItemState.DONE in states
             case State.FAILED | State.CANCELLED:
-                agrees = states != {ItemState.DONE}            # of two copies the earlier one counts
+                agrees = states != {ItemState.DONE}  # of two copies the earlier one counts
             case _:
                 agrees = not states
         if not agrees:

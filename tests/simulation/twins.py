@@ -1,4 +1,5 @@
 """Twins: two runs of one plan that differ in something that must not matter, and what each sent."""
+
 from __future__ import annotations
 
 import random
@@ -18,6 +19,7 @@ FATES = (Fate.LOST, Fate.ANSWER_LOST, Fate.ERROR_AFTER, Fate.CUT, Fate.REFUSED)
 @dataclass(frozen=True)
 class Twin:
     """``screen_s``: how often the screen reads a robot, if at all. ``restarts_at``: seconds at which the app is started again, at rest."""
+
     history_limit: int | None = None
     screen_s: float | None = None
     restarts_at: tuple[float, ...] = ()
@@ -34,8 +36,17 @@ def sent(directory: Path, seed: int, twin: Twin) -> list[tuple[int, str, str]]:
     for robot in robots:
         for number in range(3):
             start = NOON.replace(minute=1 + rng.randrange(5))
-            catalogue.save_schedule(Schedule(f"{robot.name} {number}", robot.id, mission.id, start, "UTC", f"FREQ=MINUTELY;INTERVAL={rng.choice((6, 12))}",
-                                             overlap=Overlap.QUEUE))
+            catalogue.save_schedule(
+                Schedule(
+                    f"{robot.name} {number}",
+                    robot.id,
+                    mission.id,
+                    start,
+                    "UTC",
+                    f"FREQ=MINUTELY;INTERVAL={rng.choice((6, 12))}",
+                    overlap=Overlap.QUEUE,
+                )
+            )
     for minute in range(2, 60, 3):
         name, fate = f"R{rng.randrange(ROBOTS) + 1}", rng.choice(FATES)
         site.at(60.0 * minute + 30.0, lambda name=name, fate=fate: site.network.next("POST", QUEUE, fate, robot=name))
@@ -62,4 +73,5 @@ def _look(site: Site, robot_id: int, every: float) -> None:
     def cycle() -> None:
         site.container.engine.request_cycle(by_window=True)
         site.at(every, cycle)
+
     site.at(every, cycle)

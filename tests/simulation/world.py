@@ -1,9 +1,10 @@
-"""Hours of operation in seconds: the real services, simulated robots, and everything that people do and that can go wrong, drawn by one seed.
+"""Hours of operation in seconds: the real services, simulated robots, and everything that people do and that can go wrong, by one seed.
 
 The app is killed between any two steps (before a commit, after it, before a request leaves, after the robot has it), requests meet every
 fate of ``tests.support.network``, and ``operator`` and ``weather`` say what else there is. Rough and calm times take turns. ``oracles``
 judges by the robots' own histories and by the ``diary``, never by the app's code.
 """
+
 from __future__ import annotations
 
 import random
@@ -28,12 +29,12 @@ from tests.simulation.weather import SPEED, PowerOff, Weather
 from tests.support.network import HARMFUL, Fate, Network, Planned
 from tests.support.site import GUIDS, Site
 
-START = datetime(2026, 10, 24, 22, 0, tzinfo=UTC)        # a Saturday; the night of the autumn change in Europe comes first
+START = datetime(2026, 10, 24, 22, 0, tzinfo=UTC)  # a Saturday; the night of the autumn change in Europe comes first
 MISSIONS = ("Deliver", "Wait at home", IDLE_MISSION)
-CHUNK = 300.0            # s between verdicts
-ATTENDED_EVERY = 900.0   # s
-SETTLING = 660.0         # s of calm, after which everything has to be in order
-FAULT_LASTS = 12.0       # s from a request that met one until the robot counts as well again
+CHUNK = 300.0  # s between verdicts
+ATTENDED_EVERY = 900.0  # s
+SETTLING = 660.0  # s of calm, after which everything has to be in order
+FAULT_LASTS = 12.0  # s from a request that met one until the robot counts as well again
 
 
 class ShakyWriter:
@@ -63,13 +64,22 @@ class World:
         self.keeps_history = self.nature.history_limit is None
         self.impostors: list[tuple[str, SimulatedRobot]] = []
         self.container_with_bad_disk: object = None
-        network = Network(seed=seed, fates=(*HARMFUL, Fate.SLOW, Fate.SLOW, Fate.NOT_FOUND), interrupt=self._maybe_crash, met=self._met,
-                          others_wait=False, forgets_descriptions=self.nature.fleet == "forgetful",
-                          short_lists=10 if self.nature.fleet == "short lists" else None)
-        self.site = Site(directory, robots=self.nature.robots, now=START, network=network, robot_speed=SPEED,
-                         with_window=self.nature.with_window)
+        network = Network(
+            seed=seed,
+            fates=(*HARMFUL, Fate.SLOW, Fate.SLOW, Fate.NOT_FOUND),
+            interrupt=self._maybe_crash,
+            met=self._met,
+            others_wait=False,
+            forgets_descriptions=self.nature.fleet == "forgetful",
+            short_lists=10 if self.nature.fleet == "short lists" else None,
+        )
+        self.site = Site(
+            directory, robots=self.nature.robots, now=START, network=network, robot_speed=SPEED, with_window=self.nature.with_window
+        )
         self.is_on = True
-        install_id = str(uuid.UUID(int=random.Random(f"install/{seed}").getrandbits(128), version=4))       # or tokens would be others in each run
+        install_id = str(
+            uuid.UUID(int=random.Random(f"install/{seed}").getrandbits(128), version=4)
+        )  # or tokens would be others in each run
         settings = self.site.container.repositories.settings
         self.site.container.db.write(lambda c: settings.put(c, "install_id", install_id))
         self.diary = Diary(install_id)
@@ -89,9 +99,14 @@ class World:
     def _furnish(self) -> None:
         site, nature = self.site, self.nature
         catalogue = site.container.catalogue
-        catalogue.change_settings(poll_interval_seconds=nature.poll_interval, history_limit=nature.history_limit, timezone=nature.zone,
-                                  retry_limit=nature.retry_limit, unknown_outcome_quiet_seconds=nature.quiet_s,
-                                  working_days=self.diary.now.working_days)
+        catalogue.change_settings(
+            poll_interval_seconds=nature.poll_interval,
+            history_limit=nature.history_limit,
+            timezone=nature.zone,
+            retry_limit=nature.retry_limit,
+            unknown_outcome_quiet_seconds=nature.quiet_s,
+            working_days=self.diary.now.working_days,
+        )
         for name in MISSIONS:
             mission = site.add_mission(name)
             self.missions[mission.id], self.diary.guids[mission.id] = name, mission.guid
@@ -101,12 +116,35 @@ class World:
             self.diary.names[robot.id] = robot.name
             first = local + timedelta(minutes=1 + number)
             overlap = self.rng.choice(tuple(Overlap))
-            self.plan(Schedule(f"Often {robot.name}", robot.id, deliver, first, nature.zone, f"FREQ=MINUTELY;INTERVAL={nature.every_minutes}",
-                               overlap=overlap, start_window_minutes=self.rng.choice((2, 8, 8, None, 60))))
-            self.plan(Schedule(f"Nightly {robot.name}", robot.id, deliver, first.replace(hour=3, minute=30), nature.zone, "FREQ=DAILY",
-                               priority=5))
-            self.plan(Schedule(f"Weekly {robot.name}", robot.id, deliver, first.replace(minute=45), nature.zone,
-                               "FREQ=WEEKLY;BYDAY=SA,SU,MO", minimum_battery_percent=30, start_window_minutes=120))
+            self.plan(
+                Schedule(
+                    f"Often {robot.name}",
+                    robot.id,
+                    deliver,
+                    first,
+                    nature.zone,
+                    f"FREQ=MINUTELY;INTERVAL={nature.every_minutes}",
+                    overlap=overlap,
+                    start_window_minutes=self.rng.choice((2, 8, 8, None, 60)),
+                )
+            )
+            self.plan(
+                Schedule(
+                    f"Nightly {robot.name}", robot.id, deliver, first.replace(hour=3, minute=30), nature.zone, "FREQ=DAILY", priority=5
+                )
+            )
+            self.plan(
+                Schedule(
+                    f"Weekly {robot.name}",
+                    robot.id,
+                    deliver,
+                    first.replace(minute=45),
+                    nature.zone,
+                    "FREQ=WEEKLY;BYDAY=SA,SU,MO",
+                    minimum_battery_percent=30,
+                    start_window_minutes=120,
+                )
+            )
 
     def plan(self, schedule: Schedule) -> None:
         """A new schedule, as people want it from now on."""
@@ -127,6 +165,7 @@ class World:
         def happen() -> None:
             self.site.at(self.rng.expovariate(1 / mean), happen)
             what()
+
         self.site.at(self.rng.expovariate(1 / mean), happen)
 
     def _act(self) -> None:
@@ -186,7 +225,7 @@ class World:
             self.findings.crashes += how == "cut"
             self.is_on = False
             self._switch_off(how)
-            self.site.stay_off(self.rng.uniform(1, self.profile.longest_off if self.rng.random() < .2 else 60))
+            self.site.stay_off(self.rng.uniform(1, self.profile.longest_off if self.rng.random() < 0.2 else 60))
             try:
                 if how == "restore":
                     self._restore()
@@ -214,7 +253,9 @@ class World:
         self.note_holds()
 
     def was_restored_since(self, true_time: float) -> bool:
-        return any(restored >= START + timedelta(seconds=true_time + self.diary.ahead(true_time)) for _made, restored in self.diary.restores)
+        return any(
+            restored >= START + timedelta(seconds=true_time + self.diary.ahead(true_time)) for _made, restored in self.diary.restores
+        )
 
     def woke_up(self, seconds: float) -> None:
         self.judge.came_back(self.site.seconds() - seconds)
