@@ -183,7 +183,7 @@ class ExecutionRepository:
         if not number:
             return 0
         return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE ended_at IS NOT NULL AND {kind}
-                             AND robot_id NOT IN (SELECT robot_id FROM executions WHERE {_OPEN} AND state = 'submitting')
+                             AND coalesce(robot_id, 0) NOT IN (SELECT robot_id FROM executions WHERE {_OPEN} AND state = 'submitting')
                              ORDER BY ended_at, id LIMIT ?)""", (min(number, PRUNED_AT_ONCE),)).rowcount
 
     # ------------------------------------------------------------------ reading
