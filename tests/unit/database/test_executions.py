@@ -249,7 +249,7 @@ def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
 
 # ---------------------------------------------------------------------- pruning
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(rows=st.lists(st.tuples(st.sampled_from([state for state in State if state is not State.SUBMITTING]), st.integers(0, 5)), max_size=25),
+@given(rows=st.lists(st.tuples(st.sampled_from([each for each in State if each is not State.SUBMITTING]), st.integers(0, 5)), max_size=25),
        limit=st.integers(1, 6))
 def test_the_newest_of_each_kind_stay_and_open_ones_always(db, row, rows, limit):
     db.write(lambda c: c.execute("DELETE FROM executions"))
