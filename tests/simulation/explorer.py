@@ -96,9 +96,11 @@ class Explorer:
             gc.enable()
             gc.unfreeze()
         if self._report is not None:
-            with os.fdopen(self._report, "wb") as pipe:
-                pickle.dump((self.found, self._new), pipe)
-            os._exit(0)
+            try:
+                with os.fdopen(self._report, "wb") as pipe:
+                    pickle.dump((self.found, self._new), pipe)
+            finally:
+                os._exit(0)                          # whatever happens: nobody else's work is done by a copy
         self.found.seconds = _processor_time() - self._began
         return self.found
 
