@@ -282,8 +282,11 @@ class Submission:
             if error.delivery is Delivery.NOT_SENT:
                 self._failed([intent], error.message)
             elif error.delivery is Delivery.REFUSED:
-                self._ledger.end(intent, self._refusal(intent, error))
-                self._attempts.pop(intent.id, None)
+                if reason := self._refusal(intent, error):
+                    self._ledger.end(intent, reason)
+                    self._attempts.pop(intent.id, None)
+                else:
+                    self._failed([intent], error.message)
             else:
                 self._doubt(intent)              # the quiet time begins now
                 log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
@@ -293,8 +296,9 @@ class Submission:
     def _accepted(self, intent: Execution, queue_id: int) -> None:
         self._attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
 
-    def _refusal(self, intent: Execution, error: RobotError) -> Reason:
-        """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it."""
+    def _refusal(self, intent: Execution, error: RobotError) -> Reason | None:
+        """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it. None: a 404 that does not mean
+        the mission; the robot's interface has only just come up."""
         if isinstance(error, Unauthorized):
             return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
         if isinstance(error, Rejected) and error.status in (400, 404):
@@ -305,6 +309,8 @@ class Submission:
                     return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
             except RobotError as unheard:
                 log.info("Whether %r has mission %s could not be asked: %s", self._seen.robot.name, intent.mission_guid, unheard.text)
+            if error.status == 404:
+                return None
         return Reason(ReasonCode.REFUSED, {"problem": error.message})
 
     # ------------------------------------------------------------------ in doubt

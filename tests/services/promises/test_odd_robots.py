@@ -72,6 +72,15 @@ def test_a_robot_that_has_no_interface_yet_is_tried_again(site, plan):
     assert len(items(site)) == 1
 
 
+def test_a_start_that_meets_such_a_robot_is_sent_again_a_moment_later(site, plan):
+    """404 for the submission alone, from a robot that has the mission, is nothing that a person could mend."""
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.NOT_FOUND)
+    site.run(600)
+    assert outcomes(site) == [(State.COMPLETED, None, 2)]
+    assert len(items(site)) == 1
+
+
 # ---------------------------------------------------------------------- no search, no pages
 @pytest.fixture
 def simple(site):
