@@ -297,8 +297,8 @@ class Submission:
         self._attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
 
     def _refusal(self, intent: Execution, error: RobotError) -> Reason | None:
-        """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it. None: a 404 that does not mean
-        the mission; the robot's interface has only just come up."""
+        """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it. None: a 404 that
+        does not mean the mission; the robot's interface has only just come up."""
         if isinstance(error, Unauthorized):
             return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
         if isinstance(error, Rejected) and error.status in (400, 404):
