@@ -37,6 +37,13 @@ BUSY = Profile(acts_per_hour=60, events_per_hour=20).only(
 LOST = Profile(events_per_hour=40).only(
     acts="run_now", events="lost_request very_late_request", fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3, "fleet": "normal"}
 )
+FLAT_ROBOTS = Profile(acts_per_hour=20, events_per_hour=12).only(
+    acts="change_battery",
+    events="low_battery",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"every_minutes": 5, "fleet": "normal", "robots": 2, "poll_interval": 30},
+)
 OUTAGES = Profile(events_per_hour=30).only(
     acts="",
     events="outage",
@@ -251,7 +258,7 @@ MUTANTS = (
         OUTAGES,
     ),
     Mutant("what did not arrive is given up", f"{SUBMISSION}._absent", "if is_closed and", "if True or is_closed and", "never ran", LOST),
-    Mutant("low battery, for ever", f"{SUBMISSION}._try", "self._later(row, RECHECK)", "self._later(row, 1e9)", "never ran", ROBOTS),
+    Mutant("low battery, for ever", f"{SUBMISSION}._try", "self._later(row, RECHECK)", "self._later(row, 1e9)", "never ran", FLAT_ROBOTS),
     Mutant(
         "a hold without end",
         "services.live.holds:Hold.is_over",
@@ -290,14 +297,13 @@ MUTANTS = (
         seed=2,
     ),
     Mutant(
-        "one robot's clock stops all",
-        f"{GUARD}._problem",
-        "and len(differ) > agree:",
-        "or len(differ) >= 1:",
+        "only what ran is planned anew",
+        f"{SCHEDULES}.planned_beyond",
+        "WHERE planned_through > ? OR changed_at > ?\", to_text(now), ",
+        "WHERE planned_through > ?\", ",
         "never ran",
-        Profile(events_per_hour=4).only(
-            acts="", events="wrong_clock", fault_rate=0.0, crash_rate=0.0, site={"robots": 3, "every_minutes": 3, "poll_interval": 30}
-        ),
+        CLOCKS,
+        seed=12,
     ),
     Mutant(
         "the engine oversleeps",

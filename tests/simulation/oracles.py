@@ -135,6 +135,7 @@ class Judge:
             self.world.nature.with_window
             and self._away_since < self._true(key[1], post.at) <= self._back_at - 1
             and post.token not in self._first_post
+            and not self.diary.was_wrong("hold", post.robot, self._back_at, post.at)
             and self._back_at - self._away_since > ABSENCE
             and post.at < self._back_at + LISTED_FOR
         ):
@@ -154,7 +155,8 @@ class Judge:
             self.diary.token((key[0], instant)) for instant in instants(self.diary.now.plans[key[0]], key[1] - timedelta(hours=2), key[1])
         }
         tokens -= self.diary.excused.keys() | self.diary.uncertain
-        for item in self.world.site.machines[post.robot].queue:
+        first = {item.description: item for item in reversed(list(self.world.site.machines[post.robot].queue))}
+        for item in first.values():
             if (
                 item.description in tokens
                 and item.finished is None
@@ -251,7 +253,8 @@ class Judge:
         tries = sum(min(2.0**attempt, nature.poll_interval) for attempt in range(1, nature.retry_limit + 1))
         if nature.fleet != "normal" and start > due:
             return True
-        return start - due > 0.6 * tries or (start > due and self.diary.was_wrong("queue", robot, due, start))
+        is_over = any(self.diary.was_wrong(kind, robot, due, start) for kind in ("queue", "impostor"))
+        return start - due > 0.6 * tries or (start > due and is_over)
 
     def _may_overlap(self, key: Key, due: float) -> bool:
         """Whether an earlier start of the schedule may have been open then."""

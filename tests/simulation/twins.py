@@ -12,7 +12,7 @@ from tests.support.network import QUEUE, Fate
 from tests.support.site import Site
 
 NOON = datetime(2026, 11, 23, 6, 0)
-ROBOTS, LASTS = 2, 3600.0
+ROBOTS, LASTS = 2, 2400.0
 FATES = (Fate.LOST, Fate.ANSWER_LOST, Fate.ERROR_AFTER, Fate.CUT, Fate.REFUSED)
 
 
@@ -47,7 +47,7 @@ def sent(directory: Path, seed: int, twin: Twin) -> list[tuple[int, str, str]]:
                     overlap=Overlap.QUEUE,
                 )
             )
-    for minute in range(2, 60, 3):
+    for minute in range(2, 38, 3):
         name, fate = f"R{rng.randrange(ROBOTS) + 1}", rng.choice(FATES)
         site.at(60.0 * minute + 30.0, lambda name=name, fate=fate: site.network.next("POST", QUEUE, fate, robot=name))
     skipped = rng.choice(catalogue.schedules()).id
