@@ -28,8 +28,7 @@ from app.mir.address import is_ip
 from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, NotWanted, TimedOut, Unreachable, Unreadable
 from app.mir.transport import Timeouts
 
-MIB = 1024 * 1024
-LONGEST_BODY = 8 * MIB          # unpacked
+LONGEST_BODY = 8 << 20          # unpacked
 LONGEST_HEAD = 16 * 1024        # with interim answers and the begin of the body; what email.message takes for one grows with its square
 _CODES = {errno.ECONNREFUSED: "refused", errno.ETIMEDOUT: "no_answer", errno.EHOSTUNREACH: "no_answer", errno.EHOSTDOWN: "no_answer",
           errno.ENETUNREACH: "no_route", errno.ENETDOWN: "no_route", errno.EADDRNOTAVAIL: "no_route"}
@@ -58,7 +57,7 @@ def resolve(host: str, port: int, seconds: float) -> list[Any]:
     return lookup.result(seconds)
 
 
-too_long = functools.partial(Unreadable, code="too_long", limit=LONGEST_BODY // MIB)
+too_long = functools.partial(Unreadable, code="too_long", limit=LONGEST_BODY >> 20)
 not_http = functools.partial(Unreadable, problem=message("it doesn't keep to HTTP"))
 
 
@@ -73,10 +72,8 @@ class _Socket(socket.socket):
         connection = self.connection
         count: int = self._run(super().recv_into, *args)
         connection.received, connection.is_at_end = connection.received + count, count == 0
-        if connection.is_in_head and connection.received > LONGEST_HEAD:
-            raise not_http()
-        if connection.received > LONGEST_BODY + MIB:           # of sizes of chunks
-            raise too_long()
+        if connection.received > connection.limit:
+            raise connection.excess()
         return count
 
     def _run(self, operation: Callable[..., Any], *args: Any) -> Any:
@@ -115,9 +112,9 @@ class RobotConnection(HTTPConnection):
             raise NotWanted()
         head = "".join([f"{method} {url} HTTP/1.1\r\n", *(f"{name}: {value}\r\n" for name, value in headers.items()), "\r\n"])
         self.sock.sendall(head.encode("ascii") + (body or b""))
-        answer, self.is_in_head = http.client.HTTPResponse(self.sock, method=method), True
+        answer, self.limit, self.excess = http.client.HTTPResponse(self.sock, method=method), LONGEST_HEAD, not_http
         answer.begin()
-        self.is_in_head = False
+        self.limit, self.excess = LONGEST_BODY + (1 << 20), too_long         # with the sizes of its chunks
         return HTTPResponse(answer, HTTPHeaderDict(answer.getheaders()), answer.status, preload_content=False)
 
     def connect(self) -> None:
