@@ -92,6 +92,10 @@ class QueueState(Enum):
     ABORTED = "Aborted"
     UNKNOWN = ""
 
+    @property
+    def is_open(self) -> bool:
+        return self in (QueueState.PENDING, QueueState.EXECUTING)
+
 
 @dataclass(frozen=True)
 class QueueItem:
@@ -117,7 +121,7 @@ class QueueItem:
 
     @property
     def is_open(self) -> bool:
-        return self.state in (QueueState.PENDING, QueueState.EXECUTING)
+        return self.state.is_open
 
 
 @dataclass(frozen=True)

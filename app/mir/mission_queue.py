@@ -34,7 +34,7 @@ class QueueReader:
 
     def open_items(self) -> list[QueueItem]:
         states = [QueueState.PENDING.value, QueueState.EXECUTING.value]
-        items = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: _item(entry).is_open)
+        items = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: parse.queue_state(entry).is_open)
         return [item for item in items if item.is_open]
 
     def items_after(self, floor: int) -> list[QueueItem]:

@@ -88,7 +88,9 @@ def object_(value: Any, what: Message) -> Object:
 def objects(value: Any, what: Message) -> list[Object]:
     if not isinstance(value, list):
         raise Unreadable(problem=message("{what} is no JSON list", what=what))
-    return [object_(entry, message("an entry of {what}", what=what)) for entry in value]
+    if not all(isinstance(entry, dict) for entry in value):
+        raise Unreadable(problem=message("{what} is no JSON object", what=message("an entry of {what}", what=what)))
+    return value
 
 
 def single(value: Any, what: Message) -> Object:
@@ -223,12 +225,19 @@ _QUEUE_STATES = {"pending": QueueState.PENDING, "executing": QueueState.EXECUTIN
                  "done": QueueState.DONE, "aborted": QueueState.ABORTED, "abort": QueueState.ABORTING}
 
 
+_QUEUE_ITEM = message("the queue item")
+
+
 def queue_id(value: Any) -> int:
     """The ``id`` of a queue item, the one thing to rely on in the answer of a POST. Raises Unreadable."""
-    number = object_(value, message("the queue item")).get("id")
+    number = object_(value, _QUEUE_ITEM).get("id")
     if isinstance(number, bool) or not isinstance(number, int) or number < 0:
         raise Unreadable(problem=message("the queue item has no number"))
     return number
+
+
+def queue_state(value: Object) -> QueueState:
+    return _QUEUE_STATES.get(clean(value.get("state"), 40).casefold(), QueueState.UNKNOWN)
 
 
 def is_whole_item(value: Object) -> bool:
@@ -244,7 +253,7 @@ def queue_item(value: Any) -> QueueItem:
         raise Unreadable(problem=message("the queue item has no state"))
     parameters = value.get("parameters")
     return QueueItem(
-        id=number, state=_QUEUE_STATES.get(state.casefold(), QueueState.UNKNOWN), state_text=state,
+        id=number, state=queue_state(value), state_text=state,
         mission_id=text_or_none(value.get("mission_id")), message=resolve(value.get("message")),
         description=clean(value.get("description")), priority=int_or_none(value.get("priority")),
         parameters=tuple(parameters[:LONGEST_LIST]) if isinstance(parameters, list) else (),

@@ -19,7 +19,10 @@ def clean(value: Any, limit: int = LONGEST_TEXT) -> str:
     """A text without control characters and lone surrogates, on one line, at most ``limit`` characters; "" for anything that is no text."""
     if not isinstance(value, str):
         return ""
-    text = _UNWANTED.sub("", _BREAKS.sub(" ", value[:4 * limit])).strip()
+    text = value[:4 * limit]
+    if not text.isprintable():                       # nearly all are: then there is nothing of the kind
+        text = _UNWANTED.sub("", _BREAKS.sub(" ", text))
+    text = text.strip()
     return text if len(text) <= limit else text[:limit - 1] + "…"
 
 
