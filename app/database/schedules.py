@@ -7,12 +7,15 @@ from dataclasses import replace
 from datetime import datetime, time
 from typing import NamedTuple
 
-from app.database.values import from_json, to_instant, to_json, to_optional_instant, to_optional_text, to_text
+from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_optional_text, to_text
 from app.domain.models import Between, Overlap, Schedule
 
 _COLUMNS = ("name", "robot_id", "mission_id", "start", "timezone", "recurrence", "between_start", "between_end", "enabled",
             "minimum_battery_percent", "respect_working_days", "start_window_minutes", "overlap", "priority", "parameters",
             "changed_at", "next_at", "paused_until", "planned_through", "started_through")
+
+
+Skip = tuple[int, datetime]              # a start left out in advance: its schedule's id and its instant
 
 
 class Progress(NamedTuple):
@@ -66,7 +69,12 @@ class ScheduleRepository:
         c.execute("INSERT OR IGNORE INTO skips VALUES (?, ?)", (schedule_id, to_text(instant)))
 
     def skipped(self, c: sqlite3.Connection, schedule_id: int) -> set[datetime]:
-        return {to_instant(row[0]) for row in c.execute("SELECT planned_at FROM skips WHERE schedule_id = ?", (schedule_id,))}
+        return {instant for _id, instant in self.skips(c, [schedule_id])}
+
+    def skips(self, c: sqlite3.Connection, schedule_ids: Sequence[int]) -> set[Skip]:
+        """All starts of these that are left out."""
+        rows = c.execute(f"SELECT schedule_id, planned_at FROM skips WHERE schedule_id IN ({placeholders(schedule_ids)})", schedule_ids)
+        return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
     def next_due(self, c: sqlite3.Connection, robot_id: int | None = None) -> datetime | None:
         """The earliest next occurrence of all robots, or of one."""

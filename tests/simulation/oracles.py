@@ -41,6 +41,7 @@ class Found:
 class Judge:
     def __init__(self, world: World) -> None:
         self.world, self.diary, self.findings = world, world.diary, world.findings
+        self._epoch = world.site.clock.now()  # of true time
         self._said: set[str] = set()
         self._first_post: dict[str, float] = {}
         self._ran: set[Key] = set()
@@ -190,6 +191,14 @@ class Judge:
             - (self.diary.ahead(at) - self.diary.ahead(self.world.site.seconds()))
         )
 
+    def _times_shown(self, instant: datetime) -> Iterator[float]:
+        """True times at which the tablet's clock has shown that instant."""
+        clock = self.diary.clock
+        for (since, ahead), until in zip(clock, [*(at for at, _ahead in clock[1:]), math.inf], strict=True):
+            at = (instant - self._epoch).total_seconds() - ahead
+            if since <= at < until:
+                yield at
+
     def _is_settled(self, key: Key, start: float, end: float) -> bool:
         """Whether it was wanted all this time, on the same robot and within the same window."""
         wishes = self.diary.between(start, end)
@@ -239,8 +248,9 @@ class Judge:
         edited_at = next((at for at, wishes in reversed(self.diary.wishes) if wishes.plans.get(key[0]) != plan), -math.inf)
         if (plan.overlap is Overlap.SKIP and self._may_overlap(key, due)) or edited_at > due - self.diary.most_back():
             return None  # it was past when it was planned so, before the clock was set back
+        first = min(due, *self._times_shown(key[1]))      # it may have been given up before the clock was set back
         for start, until in self.diary.clear_spans(robot, due, end):
-            if until - start < self._together or self._gave_up(robot, due, start):
+            if until - start < self._together or self._gave_up(robot, first, start):
                 continue
             between = next(instants(plan, key[1] + timedelta(seconds=1), key[1] + timedelta(seconds=start - due + 35.0)), None)
             if between is None or start == due:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from itertools import count
@@ -17,7 +17,7 @@ from app.database.executions import ExecutionRepository
 from app.database.holds import HoldRepository, StoredHold
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository
+from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import names, rules
 from app.domain.models import (
@@ -51,6 +51,7 @@ class Removed:
     robot: Robot | None = None
     missions: Sequence[Mission] = ()
     schedules: Sequence[Schedule] = ()
+    skips: Collection[Skip] = ()
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
@@ -210,7 +211,8 @@ class Edit:
         robot = self.the_robot(robot_id)
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
         waiting = self._ended(self._executions.end_open_of_robot(self.c, robot_id, reason, self.now))
-        removed = Removed(robot, schedules=self.schedules.for_robot(self.c, robot_id),
+        schedules = self.schedules.for_robot(self.c, robot_id)
+        removed = Removed(robot, schedules=schedules, skips=self._skips(schedules),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
                           holds=[hold for hold in self._holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting)
         self._clear_alarms(robot_id)
@@ -273,7 +275,7 @@ class Edit:
         idle = [(robot.id, robot.idle) for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
         schedules = self.schedules.for_mission(self.c, mission_id)
         waiting = [row.id for schedule in schedules for row in self._take_back(schedule)]
-        removed = Removed(missions=[mission], schedules=schedules, idle=idle, waiting=waiting)
+        removed = Removed(missions=[mission], schedules=schedules, skips=self._skips(schedules), idle=idle, waiting=waiting)
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed
@@ -352,10 +354,13 @@ class Edit:
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
-        waiting = [row.id for row in self._take_back(schedule)]
+        removed = Removed(schedules=[schedule], skips=self._skips([schedule]), waiting=[row.id for row in self._take_back(schedule)])
         self.schedules.remove(self.c, schedule_id)
         self.topics.add(Topic.SCHEDULES)
-        return Removed(schedules=[schedule], waiting=waiting)
+        return removed
+
+    def _skips(self, schedules: Sequence[Schedule]) -> set[Skip]:
+        return self.schedules.skips(self.c, [schedule.id for schedule in schedules])
 
     def _take_back(self, schedule: Schedule, except_for: Sequence[int] = ()) -> list[Execution]:
         """What no robot has yet of a schedule, but for some, is not sent any more; returns what waited."""
@@ -390,7 +395,10 @@ class Edit:
                 raise InvalidInput("name", "there is a schedule {name} already", name=schedule.name)
             self.the_robot(schedule.robot_id)
             self.the_mission(schedule.mission_id)
-            self.schedules.add(self.c, replace(schedule, changed_at=self.now, next_at=self._first_due(schedule, calendar)))
+            self.schedules.add(self.c, replace(schedule, changed_at=self.now))
+            for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
+                self.schedules.skip(self.c, schedule.id, instant)
+            self.schedules.advance(self.c, schedule.id, self._first_due(schedule, calendar))
         self._executions.wait_again(self.c, removed.waiting, self.now)
         for hold in removed.holds:
             self._holds.add(self.c, hold)

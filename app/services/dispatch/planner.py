@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from itertools import islice, takewhile
@@ -13,7 +13,7 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import Progress, ScheduleRepository
+from app.database.schedules import Progress, ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
@@ -158,7 +158,7 @@ class Planner:
         return PlanningContext(
             now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids),
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap), ready)
+            self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
@@ -183,9 +183,9 @@ class Planner:
             rows = [row]
         limit = context.settings.history_limit
         newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
-        batch.missed += sum(not schedule.is_paused(instant) for instant in earlier)
+        batch.missed += sum(not make.is_left_out(instant) for instant in earlier)
         batch.touched.add(robot.id)
-        gone = [make.paused(instant) if schedule.is_paused(instant) else make.missed(instant, self._downtime.at(instant))
+        gone = [make.left_out(instant) if make.is_left_out(instant) else make.missed(instant, self._downtime.at(instant))
                 for instant in newest]
         return _Taken([*gone, *rows], Progress(schedule.id, following, through, started))
 
@@ -193,8 +193,8 @@ class Planner:
         """With the intent of its first attempt where the robot is ready for it: the row that a POST needs before it is then on disk with
         one write."""
         schedule, context = make.schedule, make.context
-        if schedule.is_paused(instant):
-            return make.paused(instant)
+        if make.is_left_out(instant):
+            return make.left_out(instant)
         if context.now >= rules.closes_at(instant, schedule.start_window_minutes, context.settings):
             return make.missed(instant, self._downtime.at(instant))
         if not make.robot.enabled:
@@ -237,6 +237,7 @@ class PlanningContext:
     missions: Mapping[int, Mission]
     waited_for: set[int]                         # robots for which something waits
     open_of_schedule: Mapping[int, datetime]     # by schedules that don't overlap: when what still runs was planned
+    skips: Collection[Skip]
     ready: Callable[[int], Readiness | None]     # robots to which something can go out at once
 
 
@@ -262,8 +263,12 @@ class _RowMaker:
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
         return rules.ended(self.waiting(planned_at), reason, self.context.now)
 
-    def paused(self, planned_at: datetime) -> Execution:
-        until = self.schedule.paused_until
+    def is_left_out(self, planned_at: datetime) -> bool:
+        """In a pause, or by itself."""
+        return self.schedule.is_paused(planned_at) or (self.schedule.id, planned_at) in self.context.skips
+
+    def left_out(self, planned_at: datetime) -> Execution:
+        until = self.schedule.paused_until if self.schedule.is_paused(planned_at) else None
         return self.ended(planned_at, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()} if until else {}))
 
     def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:

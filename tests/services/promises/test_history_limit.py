@@ -68,6 +68,29 @@ def test_a_skipped_start_stays_skipped_when_the_plan_is_made_anew(plant):
     assert sent_at(site, "R1") == []
 
 
+def test_a_skipped_start_stays_skipped_when_its_schedule_is_deleted_and_put_back(plant):
+    """Undo gives back what was skipped, too."""
+    site, daily = plant.site, plant.plan("Daily", "06:20", "FREQ=DAILY")
+    site.container.pausing.skip_next(daily.id)
+    site.run(720)
+    removed = site.container.catalogue.remove_schedule(daily.id)
+    site.run(10)
+    site.container.catalogue.restore(removed)
+    site.run(600)
+    assert sent_at(site, "R1") == []
+
+
+def test_a_start_skipped_beyond_others_stays_skipped(plant):
+    """As when a clock that was ahead is set back: starts come before the skipped one then."""
+    site, often = plant.site, plant.plan("Often", "06:01", "FREQ=MINUTELY;INTERVAL=8", start_window_minutes=1)
+    site.clock.step(200)
+    site.run(5)                                               # 06:01 counts as missed
+    assert site.container.pausing.skip_next(often.id) == datetime(2026, 11, 23, 6, 9, tzinfo=UTC)
+    site.clock.step(-200)
+    site.run(1100)
+    assert sent_at(site, "R1") == [60, 1020]
+
+
 def test_the_idle_mission_runs_once_in_each_idle_period(plant):
     """A robot that nobody has used since stays where its idle mission has put it."""
     site = plant.site
