@@ -99,13 +99,14 @@ class Copies:
         items = {item.id: item for item in open_items if looks_like_token(item.description)}
         self._find_other_tablet(items.values())
         self._watched = {token: value for token, value in self._watched.items() if value[1] > self._s.clock.monotonic()}
-        if self._watched:
-            newer = self._client.items_after(min(floor for floor, _until in self._watched.values()))
-            items |= {item.id: item for item in newer if item.description in self._watched}
+        newer = self._client.items_after(min(floor for floor, _until in self._watched.values())) if self._watched else []
+        items |= {item.id: item for item in newer if item.description in self._watched}
         for item in sorted(items.values(), key=lambda item: item.id):
             row = self._ledger.by_token(item.description)
             if row is not None and row.queue_id != item.id and row.robot_id == self._seen.robot.id:
                 self._set_right(row, item)
+        searched = max((item.id for item in newer), default=0)           # what is older has been seen
+        self._watched = {token: (max(floor, searched), until) for token, (floor, until) in self._watched.items()}
 
     def _find_other_tablet(self, items: Iterable[QueueItem]) -> None:
         """The plan moved here, and a token of the old tablet's for a start since then is on the robot: both are on."""
