@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 
 # No example is too slow, however busy the machine. `.ci/run` asks for the profile "thorough".
-settings.register_profile("quick", deadline=None, max_examples=20, derandomize=True)
+settings.register_profile("quick", deadline=None, max_examples=12, derandomize=True)
 settings.register_profile("thorough", deadline=None, max_examples=100)
 settings.load_profile("quick")
 
