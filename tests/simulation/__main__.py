@@ -1,4 +1,4 @@
-"""Any number of simulated hours and seeds by hand: ``python -m tests.simulation --hours 1000 --seeds 1-10 [--jobs 2]``.
+"""Any number of simulated hours and seeds by hand: ``python -m tests.simulation --hours 1000 --seeds 1-10 [--per-hour 2] [--jobs 2]``.
 
 One line per seed, with its verdict; exit 1 when any has a violation. A seed can be run again alone: same seed, same story.
 """
@@ -38,11 +38,13 @@ def main() -> int:
     parser.add_argument("--seeds", default="1", help="one number, or first-last")
     parser.add_argument("--every", type=int, help="minutes between the starts of each robot's first schedule; else drawn by the seed")
     parser.add_argument("--poll", type=int, help="s between polls; else drawn by the seed")
+    parser.add_argument("--per-hour", type=float, default=Profile.acts_per_hour, help="things that people do, and that happen, each")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     first, _, last = options.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
-    profile = Profile(every_minutes=options.every, poll_interval=options.poll)
+    profile = Profile(every_minutes=options.every, poll_interval=options.poll, acts_per_hour=options.per_hour,
+                      events_per_hour=options.per_hour)
     all_good = True
     with ProcessPoolExecutor(options.jobs) as pool:
         for good, text in pool.map(_line, seeds, [options.hours] * len(seeds), [profile] * len(seeds)):
