@@ -293,3 +293,23 @@ def test_what_the_robot_has_taken_is_written_down_when_there_is_time(site, plan)
     only_worker(site).advance()
     assert len(sent(site)) == 2
     assert {run.state for run in site.executions()} == {State.QUEUED}
+
+
+# ---------------------------------------------------------------- what is done on the scheduler's own thread: an import that was handed over
+def test_what_a_chore_takes_back_is_not_sent(site, plan):
+    schedule = plan("2026-11-23T06:05")
+    catalogue = site.container.catalogue
+    site.engine.add_chore("an import", lambda: site.executions(State.SUBMITTING) and catalogue.set_schedule_enabled(schedule.id, False))
+    site.run(DUE + 5.0 - site.seconds())
+    [run] = site.executions()
+    assert sent(site) == []
+    assert (run.state, run.reason.code) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
+
+
+def test_what_a_chore_starts_is_sent_at_once(site):
+    [robot], [mission] = site.container.catalogue.robots(), site.container.catalogue.missions()
+    site.run(20.0)                                        # between two polls
+    site.engine.add_chore("a command", lambda: site.container.operator.run_now(robot.id, mission.id, token="t"))
+    site.engine.advance()
+    site.run(0.1)
+    assert sent(site) == ["t"]

@@ -74,7 +74,7 @@ class Engine:
         self._workers: dict[int, RobotWorker] = {}
         self._watched: int | None = None
         self._lock = threading.Lock()             # for what other threads ask: workers, whose turn it is
-        self._advancing: int | None = None        # the thread that is in ``advance``
+        self._inserting: int | None = None        # the thread that is writing what is due
         self.plan_version = 1                     # counts changes that may take a start back
         self._robots_version = 1                  # counts changes of the robots
         self._matched_version = 0                 # of the robots that have their workers
@@ -145,7 +145,7 @@ class Engine:
             self._mailboxes.post(robot_id, messages.Watched(True))
 
     def _on_change(self, topic: Topic, about: int | None) -> None:
-        if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._advancing == threading.get_ident():
+        if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._inserting == threading.get_ident():
             return                            # the round itself knows what is to be sent, and reads the plan after it
         if topic is Topic.ROBOTS:
             self._robots_version += 1
@@ -162,13 +162,6 @@ class Engine:
     # ------------------------------------------------------------------ a round
     def advance(self) -> float:
         """One round. Returns the seconds until the next one is wanted. Raises DatabaseError, after which the next round tries again."""
-        self._advancing = threading.get_ident()
-        try:
-            return self._round()
-        finally:
-            self._advancing = None
-
-    def _round(self) -> float:
         mono = self._clock.monotonic()
         if self._matched_version != self._robots_version or mono >= self._match_again_at:
             self._match_workers()
@@ -210,7 +203,11 @@ class Engine:
 
     def _start_what_is_due(self) -> bool:
         """Returns whether what fell due long ago is still to be written."""
-        batch = self._planner.insert_due(self._readiness, self._hand_over_at(self.plan_version))
+        self._inserting = threading.get_ident()
+        try:
+            batch = self._planner.insert_due(self._readiness, self._hand_over_at(self.plan_version))
+        finally:
+            self._inserting = None
         for robot_id in batch.robot_ids:
             self._mailboxes.post(robot_id, messages.LedgerChanged())
         for robot_id in self._due_soon():
