@@ -127,13 +127,13 @@ class ChoiceSite(Site):
         """As another thread would: neither the engine's round nor the worker's step under way knows of it, nor goes on meanwhile."""
         engine: Any = self.engine
         acting, self._acting = self._acting, None
-        advancing, engine._advancing = engine._advancing, None
+        inserting, engine._inserting = engine._inserting, None
         self.is_operator_acting = self.network.others_wait = True
         try:
             ACTS[what](self)
         finally:
             self.is_operator_acting = self.network.others_wait = False
-            self._acting, engine._advancing = acting, advancing
+            self._acting, engine._inserting = acting, inserting
 
     # ------------------------------------------------------------------ the operator
     def schedule(self, name: str) -> Schedule:

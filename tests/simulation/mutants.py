@@ -160,7 +160,7 @@ MUTANTS = (
     Mutant(
         "no quiet time",
         f"{SUBMISSION}._reconcile",
-        "quiet_left = settings.unknown_outcome_quiet_seconds - (",
+        "quiet_left = self._s.settings().unknown_outcome_quiet_seconds - (",
         "quiet_left = 0 * (",
         "items with one token",
         LOST,
@@ -257,7 +257,14 @@ MUTANTS = (
         "never ran",
         OUTAGES,
     ),
-    Mutant("what did not arrive is given up", f"{SUBMISSION}._absent", "if is_closed and", "if True or is_closed and", "never ran", LOST),
+    Mutant(
+        "what did not arrive is given up",
+        f"{SUBMISSION}._reconcile",
+        "waited=True",
+        "waited=self._give_up(row, 'x')",
+        "never ran",
+        LOST,
+    ),
     Mutant("low battery, for ever", f"{SUBMISSION}._try", "self._later(row, RECHECK)", "self._later(row, 1e9)", "never ran", FLAT_ROBOTS),
     Mutant(
         "a hold without end",

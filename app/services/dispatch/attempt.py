@@ -40,7 +40,3 @@ class Attempts(dict[int, Attempt]):
 
     def next_held_at(self) -> float:
         return min((attempt.wake_at for _key, attempt in self.of(Phase.HELD)), default=math.inf)
-
-    def is_asleep(self, execution_id: int, mono: float) -> bool:
-        attempt = self.get(execution_id)
-        return attempt is not None and attempt.wake_at > mono

@@ -39,8 +39,7 @@ class Observation:
         self.failures = 0                        # since the last answer
         self.was_lost = False                    # did not answer, since somebody set this back
         self._status: RobotStatus | None = None
-        self._error: RobotError | None = None
-        self._read_at = -math.inf
+        self._read_at = -math.inf                # -inf while it is asked for, and after anything went wrong
         self._identified = False
         self._refused = False                    # answers, but not to this user; /status alone answers anybody
         self._evaluated: set[str] = set()        # codes judged since the start
@@ -59,12 +58,10 @@ class Observation:
             if expected and found and found != expected:
                 raise AnotherRobot(address=self._client.address.netloc, expected=expected, found=found)
         except RobotError as error:
-            self._status, self._error = None, error
             self._note_failure(error)
             raise
-        finally:
-            self._read_at = self._s.clock.monotonic()
-        self._status, self._error = status, None
+        self._status = status
+        self._read_at = self._s.clock.monotonic()            # last, as other threads ask for ``fresh_status``
         self._note_answer(status)
         return status
 
@@ -83,23 +80,27 @@ class Observation:
         self._set_alarm("unauthorized", False)
         self._change_connection(Connection.CONNECTED, "")
 
-    def recent_status(self, longest_age: float = STATUS_IS_FRESH) -> tuple[RobotStatus | None, RobotError | None]:
-        """One read serves all that fall due together: reachability, serial number and battery are judged on it. ``longest_age`` in s."""
-        if self._age > longest_age:
-            try:
-                self.read_status()
-            except RobotError as error:
-                return None, error
-        return self._status, self._error
+    def recent_status(self) -> RobotStatus:
+        """One read serves all that fall due together: reachability, serial number and battery are judged on it. Raises RobotError."""
+        return self.fresh_status or self.read_status()
 
-    @property
-    def _age(self) -> float:
-        return self._s.clock.monotonic() - self._read_at
+    def trouble(self) -> RobotError | None:
+        """Why it can't be asked now; None when it answers, or did a moment ago."""
+        try:
+            self.recent_status()
+        except RobotError as error:
+            return error
+        return None
 
     @property
     def fresh_status(self) -> RobotStatus | None:
         """What was read a moment ago; None when that is too long ago, or nothing answered. Changes nothing: any thread may ask."""
-        return self._status if self._age <= STATUS_IS_FRESH else None
+        return self._status if self.age <= STATUS_IS_FRESH else None
+
+    @property
+    def age(self) -> float:
+        """Seconds since the status was read."""
+        return self._s.clock.monotonic() - self._read_at
 
     def distrust(self) -> None:
         """A request went wrong: the next start reads the robot first."""

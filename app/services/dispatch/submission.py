@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from app.database.executions import Unsent
 from app.domain import rules
-from app.domain.message import Message, message, message_of
+from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
@@ -77,21 +77,22 @@ class Submission:
     def run(self, only: int | None = None) -> None:
         """Do what can be done now for everything that no robot has yet; ``only`` this one execution."""
         self.note()
-        if self._seen.fresh_status is None:
-            self._seen.distrust()                # a read that failed before is no attempt: it is asked again
         unsent = [each for each in self._ledger.unsent_of(self._robot_id) if only in (None, each.id)]
         self._forget_all_but({each.id for each in unsent})
+        is_held = self._s.holds.active(self._robot_id) is not None
+        awake = [each.id for each in unsent if self._is_awake(each, is_held)]
         unreachable: list[Execution] = []
-        for row in rules.in_dispatch_order(self._ledger.unsent([each.id for each in unsent if self._is_awake(each)])):
+        trouble: RobotError | None = None        # asked once, and written once, for all that wait
+        for row in rules.in_dispatch_order(self._ledger.unsent(awake)):
             if row.state is State.SUBMITTING:
                 self._reconcile(row)
             elif self._is_to_be_tried(row):
-                if self._seen.recent_status()[0] is None:
+                if trouble := trouble or self._seen.trouble():
                     unreachable.append(row)
                 else:
                     self._try(row)
-        if unreachable:
-            self._read_failed(unreachable, self._seen.recent_status()[1])
+        if trouble:
+            self._read_failed(unreachable, trouble)
         self.note()
 
     def note(self) -> None:
@@ -160,13 +161,13 @@ class Submission:
             del self._attempts[key]
         self._listed_until = {key: until for key, until in self._listed_until.items() if key in unsent}
 
-    def _is_awake(self, unsent: Unsent) -> bool:
+    def _is_awake(self, unsent: Unsent, is_held: bool) -> bool:
         """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
         attempt = self._attempts.get(unsent.id)
+        is_due = attempt is None or attempt.wake_at <= self._clock.monotonic()
         if unsent.state is State.SUBMITTING:
-            return attempt is not None and attempt.phase is Phase.IN_DOUBT and attempt.wake_at <= self._clock.monotonic()
-        return (attempt is None or attempt.wake_at <= self._clock.monotonic() or unsent.is_cancelled
-                or self._clock.now() >= unsent.closes_at or self._s.holds.active(self._robot_id) is not None)
+            return is_due and attempt is not None and attempt.phase is Phase.IN_DOUBT
+        return is_due or is_held or unsent.is_cancelled or self._clock.now() >= unsent.closes_at
 
     def _later(self, row: Execution, seconds: float) -> None:
         """Look at it again then, or when its window closes."""
@@ -185,8 +186,8 @@ class Submission:
             self._later(row, RECHECK)
         elif (early := self._seconds_early(row)) > 0:
             self._later(row, min(early, RECHECK))
-        elif not self._is_listed_first(row):
-            return not self._attempts.is_asleep(row.id, self._clock.monotonic())
+        else:
+            return not self._is_listed_first(row)
         return False
 
     def _seconds_early(self, row: Execution) -> float:
@@ -206,14 +207,13 @@ class Submission:
 
     # ------------------------------------------------------------------ an attempt
     def _try(self, row: Execution) -> None:
-        """Send it, if the battery allows that and the robot's queue can be read. The status was read a moment ago."""
-        status = self._seen.recent_status()[0]
-        battery, minimum = status.battery_percentage if status else None, row.minimum_battery_percent
-        if not rules.battery_allows(battery, minimum):
-            self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
-            self._later(row, RECHECK)
-            return
+        """Send it, if the battery allows that and the robot's queue can be read."""
         try:
+            battery, minimum = self._seen.recent_status().battery_percentage, row.minimum_battery_percent
+            if not rules.battery_allows(battery, minimum):
+                self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
+                self._later(row, RECHECK)
+                return
             if row.trigger is Trigger.IDLE and row.attempts and not self._is_still_idle(row):
                 details = {"attempts": row.attempts, "problem": row.wait_details.get("problem", "")}
                 self._ledger.end(row, Reason(ReasonCode.RETRY_LIMIT, details))
@@ -245,17 +245,16 @@ class Submission:
         tokens = (row.token, old_token(self._s.tablet.move, row))
         return sorted((item for item in newest if item.description in tokens), key=lambda item: item.id)
 
-    def _read_failed(self, rows: list[Execution], error: RobotError | None) -> None:
+    def _read_failed(self, rows: list[Execution], error: RobotError) -> None:
         """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""
         match error:
             case AnotherRobot():
-                self._end_all(rows, Reason(ReasonCode.WRONG_ROBOT, {name: error.params[name] for name in ("expected", "found")}))
+                reason = Reason(ReasonCode.WRONG_ROBOT, {name: error.params[name] for name in ("expected", "found")})
             case Unauthorized():
-                self._end_all(rows, Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message}))
+                reason = Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
             case _:
-                self._failed(rows, "" if error is None else message_of(error))
-
-    def _end_all(self, rows: list[Execution], reason: Reason) -> None:
+                self._failed(rows, error.message)
+                return
         self._ledger.make([self._ledger.ended(row, reason, (row.state,)) for row in rows])
 
     def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:
@@ -265,6 +264,7 @@ class Submission:
         for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem) for row in rows]):
             if reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
                 ends.append(self._ledger.ended(waiting, reason, (State.WAITING,)))
+                self._attempts.pop(waiting.id, None)
             else:
                 self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
         self._ledger.make(ends)
@@ -283,8 +283,7 @@ class Submission:
                 self._failed([intent], error.message)
             elif error.delivery is Delivery.REFUSED:
                 if reason := self._refusal(intent, error):
-                    self._ledger.end(intent, reason)
-                    self._attempts.pop(intent.id, None)
+                    self._end(intent, reason)
                 else:
                     self._failed([intent], error.message)
             else:
@@ -320,8 +319,8 @@ class Submission:
 
     def _reconcile(self, row: Execution) -> None:
         """Look for it on the robot. It is sent again only when it is certainly not there and no request can still arrive."""
-        attempt, settings = self._attempts[row.id], self._s.settings()
-        quiet_left = settings.unknown_outcome_quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
+        attempt = self._attempts[row.id]
+        quiet_left = self._s.settings().unknown_outcome_quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
         is_closed = self._clock.now() >= row.closes_at
         try:
             self._seen.read_status()                   # never read another machine's queue as this one's
@@ -333,14 +332,15 @@ class Submission:
                 return
         except RobotError as error:
             if quiet_left <= 0 and is_closed:
-                self._give_up(row, message_of(error))
+                self._give_up(row, error.message)
             else:
-                attempt.wake_at = self._clock.monotonic() + min(rules.back_off(2, settings), RECONCILE_EVERY * 2)
+                attempt.wake_at = self._clock.monotonic() + 2 * RECONCILE_EVERY
             return
         if quiet_left > 0:
             attempt.wake_at = self._clock.monotonic() + min(RECONCILE_EVERY, quiet_left)
         else:
-            self._absent(row, is_closed)
+            self._failed([row], message("the robot did not receive it"), waited=True)
+            self._copies.watch_for(row)
 
     def _found(self, row: Execution, items: list[QueueItem]) -> None:
         first, *later = items
@@ -349,20 +349,12 @@ class Submission:
         for item in later:
             self._copies.cancel_copy(item, row)
 
-    def _absent(self, row: Execution, is_closed: bool) -> None:
-        """Not on the robot, and no request can still arrive: as if the attempt had failed."""
-        problem = message("the robot did not receive it")
-        self._attempts.pop(row.id, None)
-        if is_closed and not self._taken_back(row) and row.attempts <= self._s.settings().retry_limit:
-            self._ledger.end(row, Reason(ReasonCode.WINDOW_CLOSED, {"attempts": row.attempts, "until": row.closes_at.isoformat(),
-                                                                    "problem": problem}))
-        else:
-            self._failed([row], problem, waited=True)        # the quiet time was wait enough
-        self._copies.watch_for(row)
-
     def _give_up(self, row: Execution, problem: Message) -> None:
         self._s.alarms.raise_("unknown_outcome", f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._robot_id,
                               mission=row.mission, problem=problem)
-        self._ledger.end(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
-        self._attempts.pop(row.id, None)
+        self._end(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
         self._copies.watch_for(row)
+
+    def _end(self, row: Execution, reason: Reason) -> None:
+        self._ledger.end(row, reason)
+        self._attempts.pop(row.id, None)

@@ -8,6 +8,7 @@ unknown, then ``queued``. After ``submitting`` it is sent again only when the ro
 """
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
 import uuid
@@ -174,14 +175,11 @@ class RobotWorker:
 
     def _poll(self) -> None:
         """One cycle of this robot. A robot that is switched off is read only as long as something of ours may be on it."""
-        if self.robot.enabled:
-            self._read(full=True)
-            if self.seen.failures == 0:
-                self._start_idle_mission()
-        else:
+        if not self.robot.enabled:
             self.seen.is_off()
-            if self._s.ledger.has_sent(self.robot.id):
-                self._follow_switched_off()
+        self._read(full=True)
+        if self.robot.enabled and self.seen.failures == 0:
+            self._start_idle_mission()
         self.seen.save()
 
     def _read(self, *, full: bool) -> None:
@@ -213,8 +211,9 @@ class RobotWorker:
 
     def _prefetch(self) -> None:
         self._prefetch_at = math.inf
-        if self.robot.enabled:
-            self.seen.recent_status(STATUS_IS_FRESH / 2)       # asked again at the instant itself, and only that counts
+        if self.robot.enabled and self.seen.age > STATUS_IS_FRESH / 2:
+            with contextlib.suppress(RobotError):       # asked again at the instant itself, and only that counts
+                self.seen.read_status()
 
     def _apart(self, pause: float) -> float:
         """About ``pause``, different for each robot, so that robots polled or sent to in one moment are not read in one moment again and

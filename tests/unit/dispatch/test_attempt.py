@@ -16,9 +16,3 @@ def test_when_the_next_has_to_be_looked_at():
     attempts[5] = Attempt(Phase.BACKOFF, 15.0)
     assert (attempts.next_at(), attempts.next_held_at()) == (10.0, 20.0)
     assert [key for key, _attempt in attempts.of(Phase.HELD)] == [2, 3]
-
-
-def test_only_what_is_in_hand_can_be_asleep():
-    attempts = Attempts({1: Attempt(Phase.BACKOFF, 10.0)})
-    assert [attempts.is_asleep(1, mono) for mono in (9.9, 10.0)] == [True, False]
-    assert not attempts.is_asleep(2, 0.0)
