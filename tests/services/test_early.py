@@ -295,7 +295,7 @@ def test_what_the_robot_has_taken_is_written_down_when_there_is_time(site, plan)
     assert {run.state for run in site.executions()} == {State.QUEUED}
 
 
-# ---------------------------------------------------------------- what is done on the scheduler's own thread: an import that was handed over
+# ---------------------------------------------------------------- what chores do, on the scheduler's own thread
 def test_what_a_chore_takes_back_is_not_sent(site, plan):
     schedule = plan("2026-11-23T06:05")
     catalogue = site.container.catalogue
