@@ -128,7 +128,7 @@ class Copies:
         elif item.id < row.queue_id and row.state.is_open:   # the earlier one is ours
             later = row.queue_id
             if self._ledger.reopen(row, item.id):
-                self._cancel_pending(later, row)
+                self.cancel_copy(self._client.queue_item(later), row)
         elif row.cancel_code and item.is_open:               # nobody wants it, however often it comes
             self._cancel_late(row, item)
         else:
@@ -156,9 +156,6 @@ class Copies:
         elif item.is_open or item.state is QueueState.DONE:
             self._tell("duplicate_running", row, item)
 
-    def _cancel_pending(self, queue_id: int, row: Execution) -> None:
-        self.cancel_copy(self._client.queue_item(queue_id), row)
-
     def cancel(self, queue_id: int) -> None:
         """What can't be cancelled now is met again at the next poll."""
         try:
@@ -170,5 +167,4 @@ class Copies:
         if (code, item.id) in self._told:                    # it is met at every read
             return
         self._told.add((code, item.id))
-        self._s.alarms.raise_(code, f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._seen.robot.id, mission=row.mission,
-                              queue_id=item.id)
+        self._seen.raise_about(row, code, queue_id=item.id)

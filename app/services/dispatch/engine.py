@@ -12,6 +12,7 @@ import sqlite3
 import threading
 from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
+from functools import partial
 from itertools import groupby
 from operator import attrgetter
 from typing import Protocol
@@ -136,7 +137,7 @@ class Engine:
         self._mailboxes.post(robot_id, messages.Poll())
 
     def watch(self, robot_id: int | None) -> None:
-        """The robot on screen has its status read every 2 s."""
+        """The robot on screen has its status read every 2 s; None: there is none."""
         with self._lock:
             before, self._watched = self._watched, robot_id
         if before is not None and before != robot_id:
@@ -152,12 +153,18 @@ class Engine:
         if topic in (Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS) or (topic is Topic.EXECUTIONS and about is None):
             self.plan_version += 1
         if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS):
-            with self._lock:
-                told = list(self._workers) if about is None else [about]
-            for robot_id in told:
-                self._mailboxes.post(robot_id, messages.LedgerChanged())
+            if about is None:
+                self._post_to_all(messages.LedgerChanged())
+            else:
+                self._mailboxes.post(about, messages.LedgerChanged())
         if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS):
             self._wake()
+
+    def _post_to_all(self, message: messages.Message) -> None:
+        with self._lock:
+            robot_ids = list(self._workers)
+        for robot_id in robot_ids:
+            self._mailboxes.post(robot_id, message)
 
     # ------------------------------------------------------------------ a round
     def advance(self) -> float:
@@ -169,9 +176,7 @@ class Engine:
             return 0.02
         if self._alarms.is_database_failing:
             self._probe()                     # raises as long as it does
-            newest = self._ledger.newest_id()
-            for robot_id in list(self._workers):
-                self._mailboxes.post(robot_id, messages.Recover(newest))
+            self._post_to_all(messages.Recover(self._ledger.newest_id()))
             self._alarms.database_works()
         judgement = self._judge_clock()
         is_behind = judgement.is_trusted and self._start_what_is_due()
@@ -187,12 +192,10 @@ class Engine:
         judgement = self._guard.judge(self._readings(), can_ask)
         if self._guard.is_in_doubt and not was_in_doubt:
             self.request_cycle(self._window_drives)          # the robots' clocks decide
-            for robot_id in list(self._workers):
-                self._mailboxes.post(robot_id, messages.TimeLost())
+            self._post_to_all(messages.TimeLost())
         if judgement.absent_since is not None:
             self._planner.list_late_starts(judgement.absent_since)
-            for robot_id in list(self._workers):
-                self._mailboxes.post(robot_id, messages.TimeLost())
+            self._post_to_all(messages.TimeLost())
         if judgement.went_back:
             self._planner.plan_anew()
         return judgement
@@ -205,7 +208,7 @@ class Engine:
         """Returns whether what fell due long ago is still to be written."""
         self._inserting = threading.get_ident()
         try:
-            batch = self._planner.insert_due(self._readiness, self._hand_over_at(self.plan_version))
+            batch = self._planner.insert_due(self._readiness, partial(self._hand_over, self.plan_version))
         finally:
             self._inserting = None
         for robot_id in batch.robot_ids:
@@ -218,12 +221,10 @@ class Engine:
         worker = self._workers.get(robot_id)
         return worker.readiness() if worker else None
 
-    def _hand_over_at(self, plan_version: int) -> Callable[[Sequence[Execution]], None]:
+    def _hand_over(self, plan_version: int, intents: Sequence[Execution]) -> None:
         """``plan_version`` of before the intents were written."""
-        def hand_over(intents: Sequence[Execution]) -> None:
-            for robot_id, group in groupby(sorted(intents, key=attrgetter("robot_id")), attrgetter("robot_id")):
-                self._mailboxes.post(robot_id, messages.Start(tuple(group), plan_version))
-        return hand_over
+        for robot_id, group in groupby(sorted(intents, key=attrgetter("robot_id")), attrgetter("robot_id")):
+            self._mailboxes.post(robot_id, messages.Start(tuple(group), plan_version))
 
     def _due_soon(self) -> set[int]:
         """Robots with something due in a moment, announced once for each instant."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from app.domain.message import message, message_of
+from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
@@ -31,10 +31,11 @@ class Following:
         self._missing_since: dict[int, float] = {}    # queue ids that the robot does not seem to have (any more), on the monotonic clock
         self._unreadable: set[int] = set()            # queue ids about which an alarm was raised
 
-    def follow(self, open_ids: set[int] | None = None) -> None:
+    def follow(self, serial_number: str | None, open_ids: set[int] | None = None) -> None:
         """Ask for every queued or executing item by its id; for many together, where the robot can be asked so. What that brought is
-        written together. ``open_ids`` are those of the robot's list of open items, where it was read a moment ago."""
-        accepted = [(row, row.queue_id) for row in self._ledger.open_for(self._seen.robot.id, WITH_THE_ROBOT) if row.queue_id is not None]
+        written together. ``serial_number``: of the machine that answers, where that is known. ``open_ids`` are those of the robot's list of
+        open items, where it was read a moment ago."""
+        accepted = [(row, row.queue_id) for row in self.give_up_moved(serial_number) if row.queue_id is not None]
         items = self._items_from(min(queue_id for _row, queue_id in accepted)) if len(accepted) >= MANY else {}
         moves: list[Move] = []
         try:
@@ -46,15 +47,19 @@ class Following:
         self._missing_since = {key: since for key, since in self._missing_since.items() if key in ids}
         self._unreadable &= ids
 
-    def give_up_moved(self, serial_number: str | None) -> None:
-        """Another machine answers, and the address was changed since these were accepted: what became of them can't be asked any more."""
+    def give_up_moved(self, serial_number: str | None) -> list[Execution]:
+        """Another machine answers, and the address was changed since some were accepted: what became of these can't be asked any more.
+        Returns the others."""
         robot, problem = self._seen.robot, message("the robot's address was changed meanwhile, and another machine answers there")
-        moved = [row for row in self._ledger.open_for(robot.id, WITH_THE_ROBOT)
-                 if row.robot_address not in (None, robot.address) and serial_number and row.robot_serial not in (None, serial_number)]
-        for row in moved:
-            self._s.alarms.raise_("unknown_outcome", f"execution:{row.id}", robot=robot.name, robot_id=robot.id, mission=row.mission,
-                                  problem=problem)
-        self._ledger.make([self._ledger.ended(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem})) for row in moved])
+        rows = self._ledger.open_for(robot.id, WITH_THE_ROBOT)
+        moved = [row for row in rows if row.robot_address not in (None, robot.address)
+                 and serial_number and row.robot_serial not in (None, serial_number)]
+        self._ledger.make([self._given_up(row, problem) for row in moved])
+        return [row for row in rows if row not in moved]
+
+    def _given_up(self, row: Execution, problem: Message) -> Move:
+        self._seen.raise_about(row, "unknown_outcome", problem=problem)
+        return self._ledger.ended(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
 
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
@@ -98,15 +103,12 @@ class Following:
         return self._has_been_missing(queue_id)
 
     def _not_readable(self, row: Execution, queue_id: int, error: RobotError, open_ids: set[int] | None) -> list[Move]:
-        """One item that can't be read holds up no other: it is told once, asked for again and again, and given up when it is over."""
+        """One item that can't be read holds up no other: one alarm, asked for again and again, and given up when it is over."""
         if self._is_over(queue_id, open_ids):
-            self._s.alarms.raise_("unknown_outcome", f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._seen.robot.id,
-                                  mission=row.mission, problem=message_of(error))
-            return [self._ledger.ended(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": message_of(error)}))]
+            return [self._given_up(row, error.message)]
         if queue_id not in self._unreadable:
             self._unreadable.add(queue_id)
-            self._s.alarms.raise_("item_unreadable", f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._seen.robot.id,
-                                  mission=row.mission, queue_id=queue_id, problem=message_of(error))
+            self._seen.raise_about(row, "item_unreadable", queue_id=queue_id, problem=error.message)
         return []
 
     def _moves(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Move]:

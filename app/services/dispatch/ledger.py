@@ -80,16 +80,11 @@ class Ledger:
 
     # ------------------------------------------------------------------ moves
     def add(self, execution: Execution) -> Execution | None:
-        """Write a new row; None when this occurrence or token is already in the ledger."""
-        added = self._db.write(lambda c: self._executions.add_once(c, execution))
-        if added:
-            self._announce(added)
-        return added
-
-    def add_idle(self, execution: Execution) -> Execution | None:
-        """The same of an idle mission; its robot's idle period has had its mission then."""
+        """Write a new row; None when this occurrence or token is already in the ledger. With an idle mission, its robot's idle period has
+        had its mission."""
         def work(c: Any) -> Execution | None:
-            self._robots.note_idle(c, execution.robot_id or 0, execution.queue_floor)
+            if execution.trigger is Trigger.IDLE and execution.robot_id is not None:
+                self._robots.note_idle(c, execution.robot_id, execution.queue_floor)
             return self._executions.add_once(c, execution)
         added = self._db.write(work)
         if added:
@@ -125,9 +120,7 @@ class Ledger:
         execution are made in their order. ``patient`` ones may wait some ms to share a transaction."""
         if not moves:
             return []
-        made = self._db.write(
-            lambda c: [self._made(c, move) for move in moves], patient)
-        changed = [row for row in made if row]
+        changed = self._db.write(lambda c: [row for move in moves if (row := self._made(c, move))], patient)
         for row in changed:
             log.info("%s", describe(row))
             if row.ended_at is not None:
@@ -204,7 +197,6 @@ class Ledger:
                 return
             surplus = left
 
-    # ------------------------------------------------------------------ inside
     def alarm_for(self, ended: Execution) -> None:
         """Raise the alarm of a failed or skipped execution; repetitions of one schedule are counted."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
@@ -213,6 +205,7 @@ class Ledger:
             self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, robot_id=ended.robot_id,
                                 reason=to_store(ended.reason), timezone=ended.timezone)
 
+    # ------------------------------------------------------------------ inside
     def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
         changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))
         if changed:

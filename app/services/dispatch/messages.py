@@ -1,4 +1,4 @@
-"""What passes between the engine and a robot's worker. What the worker is told reaches it in the order in which it was sent."""
+"""What passes between the engine and a robot's worker. Messages reach a worker in the order in which they were sent."""
 from __future__ import annotations
 
 import math

@@ -9,7 +9,7 @@ from zoneinfo import ZoneInfo
 
 from app.domain.activity import SpanRecorder, activity_of
 from app.domain.message import Message, message, message_of, render
-from app.domain.models import Connection, Robot
+from app.domain.models import Connection, Execution, Robot
 from app.domain.robot import RobotState, RobotStatus
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, NotAMir, RobotError, TimedOut, Unauthorized, Unreadable
@@ -176,6 +176,10 @@ class Observation:
             self._alarmed.discard(code)
             self._s.alarms.clear(code, key)
         self._evaluated.add(code)
+
+    def raise_about(self, row: Execution, code: str, **details: object) -> None:
+        """An alarm of an execution on this robot."""
+        self._s.alarms.raise_(code, f"execution:{row.id}", robot=self.robot.name, robot_id=self.robot.id, mission=row.mission, **details)
 
     # ------------------------------------------------------------------ what it is seen doing
     def _observe(self, activity: str) -> None:

@@ -40,7 +40,6 @@ class DueBatch:
     touched: set[int] = field(default_factory=set)        # with something new in the ledger
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
-    late_starts: int = 0
     intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
     is_behind: bool = False                               # what fell due long ago is still to be written
 
@@ -83,8 +82,8 @@ class Planner:
         while is_more and not batch.is_behind:
             is_more = self._db.write(lambda c: self._take_due(c, batch, ready))
             if batch.intents:                                       # before listeners are notified and read
-                hand_over(rules.in_dispatch_order(batch.intents))
-            batch.intents.clear()
+                hand_over(tuple(batch.intents))
+                batch.intents.clear()
         batch.is_behind &= is_more
         if batch.missed or batch.skipped:
             self._ledger.grew = True
@@ -179,7 +178,6 @@ class Planner:
             if row.state is State.WAITING:
                 context.waited_for.add(robot.id)
             batch.missed += row.state is State.MISSED
-            batch.late_starts += row.wait is Wait.LATE_START
             rows = [row]
         limit = context.settings.history_limit
         newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once

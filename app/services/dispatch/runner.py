@@ -51,18 +51,14 @@ class _WorkerThread:
             except Exception as error:       # of the database: no durable intent, no POST; with one robot: it affects no other
                 if not self._is_stopping:
                     self._failed(error, f"The worker of {self.worker.robot.name!r}")
-                wait = self._start_over()
+                self.worker.handle(messages.Recover())       # the next round finds in the ledger what this one left undone
+                wait = AFTER_A_FAILURE
             with self._wake:
                 if not (self._is_stopping or self._inbox):
                     self._wake.wait(None if math.isinf(wait) else wait)
         untaken = [intent for message in self._inbox if isinstance(message, messages.Start) for intent in message.intents]
         with contextlib.suppress(DatabaseError, sqlite3.Error):      # a request outlived the stop: a minute of observed time is lost
             self.worker.close(untaken)
-
-    def _start_over(self) -> float:
-        """The next round finds in the ledger what this one left undone. Returns the seconds until then."""
-        self.worker.handle(messages.Recover())
-        return AFTER_A_FAILURE
 
 
 class Runner:

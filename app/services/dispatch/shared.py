@@ -38,7 +38,7 @@ class Shared:
     calendar: Callable[[], WorkingCalendar]
     restored_at: datetime | None           # who goes back to a backup opens everything anew
     tablet: Tablet
-    plan_version: Callable[[], int] = lambda: 0
+    plan_version: Callable[[], int]
     activities: ActivityRepository = field(default_factory=ActivityRepository)
 
     @property

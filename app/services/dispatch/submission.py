@@ -350,8 +350,7 @@ class Submission:
             self._copies.cancel_copy(item, row)
 
     def _give_up(self, row: Execution, problem: Message) -> None:
-        self._s.alarms.raise_("unknown_outcome", f"execution:{row.id}", robot=self._seen.robot.name, robot_id=self._robot_id,
-                              mission=row.mission, problem=problem)
+        self._seen.raise_about(row, "unknown_outcome", problem=problem)
         self._end(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
         self._copies.watch_for(row)
 

@@ -49,7 +49,7 @@ class RobotWorker:
         self._following = Following(client, shared, self.seen, self._copies, self._give_way)
         self._idle = IdleWatch()
         self._watched = False
-        self._recover_up_to: float | None = math.inf         # among those, the ledger may have some that nobody has in hand
+        self._recover_up_to: float | None = math.inf         # executions up to this id may be in nobody's hands; None: none is
         self._poll_wanted = True
         self._ledger_changed = True
         self._has_sent = False                  # something of ours is with the robot, or may be
@@ -193,9 +193,8 @@ class RobotWorker:
                 status = self.seen.read_status()
                 self._give_way()
                 self.seen.identify()
-                self._following.give_up_moved(status.serial_number)
                 open_ids = self._read_queue(status, full) if full or self._watched or self._copies.is_watching else None
-                self._following.follow(open_ids)
+                self._following.follow(status.serial_number, open_ids)
             except AnotherRobot as error:
                 self._following.give_up_moved(error.params["found"])
             except RobotError as error:
@@ -205,7 +204,7 @@ class RobotWorker:
 
     def _follow_switched_off(self) -> None:
         try:
-            self._following.follow()
+            self._following.follow(None)
         except RobotError as error:
             log.info("What runs on %r, which is switched off, could not be read: %s", self.robot.name, error.text)
 
@@ -237,16 +236,15 @@ class RobotWorker:
 
     # ------------------------------------------------------------------ idle automation
     def _start_idle_mission(self) -> None:
-        rule = self.robot.idle
-        db, robot_id = self._s.db.read(), self.robot.id
-        idle_seconds = self._idle.seconds(self._clock.monotonic())
-        if (rule is None or not self._idle_mission_is_due(self._s.robots.idle_queue_id(db, robot_id), idle_seconds)
-                or self._s.ledger.has_open_idle(robot_id)):
+        rule, db = self.robot.idle, self._s.db.read()
+        if rule is None:
+            return
+        last, idle_seconds = self._s.robots.idle_queue_id(db, self.robot.id), self._idle.seconds(self._clock.monotonic())
+        if not self._idle_mission_is_due(last, idle_seconds) or self._s.ledger.has_open_idle(self.robot.id):
             return
         if mission := self._s.missions.get(db, rule.mission_id):
-            row = rules.one_off(Trigger.IDLE, self.robot, mission, self._s.settings(), self._clock.now(), str(uuid.uuid4()),
-                                queue_floor=self.seen.highest)
-            self._s.ledger.add_idle(row)
+            self._s.ledger.add(rules.one_off(Trigger.IDLE, self.robot, mission, self._s.settings(), self._clock.now(), str(uuid.uuid4()),
+                                             queue_floor=self.seen.highest))
             self._ledger_changed = True
 
     def _is_still_idle(self, row: Execution) -> bool:
@@ -256,9 +254,9 @@ class RobotWorker:
 
     def _idle_mission_is_due(self, last_queue_id: int | None, idle_seconds: float) -> bool:
         """``last_queue_id``: of the last idle mission; ids above it have ended its idle period."""
-        rule, status, highest = self.robot.idle, self._s.snapshots.get(self.robot.id).status, self.seen.highest
-        if rule is None or status is None or highest is None or self._s.holds.active(self.robot.id):
+        status, highest = self._s.snapshots.get(self.robot.id).status, self.seen.highest
+        if status is None or highest is None or self._s.holds.active(self.robot.id):
             return False
         situation = IdleSituation(idle_seconds, status, highest, last_queue_id,
                                   self._s.schedules.next_due(self._s.db.read(), self.robot.id))
-        return idle_mission_is_due(rule, situation, self._s.settings(), self._s.calendar(), self._clock.now())
+        return idle_mission_is_due(self.robot.idle, situation, self._s.settings(), self._s.calendar(), self._clock.now())
