@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from datetime import datetime
 from math import ceil
 from operator import attrgetter
@@ -84,7 +84,7 @@ class ExecutionRepository:
             values = [value for execution in batch for value in _row_of(execution)]
             new = c.execute(f"{_INSERT}{f', {_PLACES}' * (len(batch) - 1)} ON CONFLICT DO NOTHING RETURNING token, id", values)
             ids = dict(map(tuple, new))
-            added += [replace(execution, id=ids[execution.token]) for execution in batch if execution.token in ids]
+            added += [_with(execution, id=ids[execution.token]) for execution in batch if execution.token in ids]
         return added
 
     def add_many(self, c: sqlite3.Connection, executions: Iterable[Execution]) -> int:
@@ -113,7 +113,7 @@ class ExecutionRepository:
         if row is None:
             return None
         wishes = {"cancel_code": row[0] and ReasonCode(row[0]), "revoked": _text_to_reason(row[1])}
-        return replace(execution, **{**wishes, **columns})
+        return _with(execution, **{**wishes, **columns})
 
     def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None,
                   robot_id: int | None = None, ids: Sequence[int] | None = None) -> list[int]:
@@ -326,6 +326,14 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
 
 _PLACES = f"(?, {', '.join('?' for _ in _COLUMNS)})"
 _INSERT = f"INSERT INTO executions (id, {', '.join(_COLUMNS)}) VALUES {_PLACES}"
+
+
+def _with(execution: Execution, **values: Any) -> Execution:
+    """The same with other values. ``dataclasses.replace`` takes six times as long, three times for each start."""
+    made = object.__new__(Execution)
+    made.__dict__.update(execution.__dict__, **values)
+    return made
+
 
 def _reason_to_text(reason: Reason) -> str:
     return to_json({"code": reason.code, "details": reason.details})

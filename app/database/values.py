@@ -27,7 +27,7 @@ def to_optional_instant(text: str | None) -> datetime | None:
 
 
 def to_json(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False, default=_plain)
+    return "{}" if value == {} else json.dumps(value, ensure_ascii=False, default=_plain)        # most are
 
 
 def _plain(value: Any) -> Any:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import State
+from app.database.connection import DatabaseUnavailable
+from app.domain.models import Execution, State
 from app.services.dispatch import messages
 
 DUE = 300.0              # s from the beginning: 06:05
@@ -129,3 +130,26 @@ def test_a_new_worker_looks_for_what_the_one_before_has_left_submitted(site, on_
     [run] = site.executions()
     assert sent(site) == [run.token]
     assert run.attempts == 2
+
+
+def test_an_intent_whose_write_is_said_to_have_failed_is_looked_for(site, plan, monkeypatch):
+    """It had waited already: what the worker knows of it is of before it was written."""
+    site.machines["R1"].set_battery(10.0)
+    plan("2026-11-23T06:05", minimum_battery_percent=20)
+    site.run(DUE + 5.0)
+    site.machines["R1"].set_battery(90.0)
+    write = site.container.db.write
+
+    def fail_after_the_intent(work, patient=False):
+        done = write(work, patient)
+        if isinstance(done, Execution) and done.state is State.SUBMITTING:
+            monkeypatch.undo()
+            raise DatabaseUnavailable("committed all the same")
+        return done
+
+    monkeypatch.setattr(site.container.db, "write", fail_after_the_intent)
+    site.run(5.0)
+    assert ([run.state for run in site.executions()], sent(site)) == ([State.SUBMITTING], [])
+    site.run(QUIET + 10.0)
+    [run] = site.executions()
+    assert sent(site) == [run.token]

@@ -45,7 +45,8 @@ class Submission:
         """Rows that say submitting and are in nobody's hands: the process that had them is gone, or the database failed in between. Each is
         looked for on the robot as if its request had just left. Those above ``up_to`` are on their way to ``hold``."""
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
-            if row.id <= up_to and row.id not in self._attempts:
+            attempt = self._attempts.get(row.id)
+            if row.id <= up_to and (attempt is None or attempt.phase is Phase.BACKOFF):      # it does not know that its intent was written
                 self._recovered.add(row.id)
                 self._doubt(row)
         self._copies.watch_again()
