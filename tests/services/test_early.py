@@ -262,6 +262,14 @@ def test_a_round_gives_way_to_what_is_due_in_a_moment(site, in_hand):
     assert "before GET /status" in asked                       # the poll that was asked for is not forgotten
 
 
+def test_nor_does_it_keep_asking_for_its_round(site, in_hand):
+    """It sleeps until the start, though its next read is due."""
+    site.run(EARLIER - ROUND_TAKES / 2)
+    worker = only_worker(site)
+    worker.handle(messages.Watched(True))                      # read at once
+    assert worker.advance() == pytest.approx(ROUND_TAKES / 2, abs=0.001)
+
+
 def test_but_not_for_ever(site, plan):
     """Missions without a gap between them: robot and ledger are looked at all the same."""
     plan("2026-11-23T06:05")

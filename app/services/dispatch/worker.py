@@ -100,8 +100,11 @@ class RobotWorker:
         self._give_way()
         if self._has_time():
             self._round()
-        next_read = self._next_live if self._is_live else math.inf
-        return max(0.0, min(self._submission.next_at, self._prefetch_at, next_read) - self._clock.monotonic())
+            next_read = self._next_live if self._is_live else math.inf
+            wake_at = min(self._submission.next_at, self._prefetch_at, next_read)
+        else:
+            wake_at = self._submission.next_held_at
+        return max(0.0, wake_at - self._clock.monotonic())
 
     def _give_way(self) -> None:
         """What is due goes before everything else, also between two reads of a robot that answers slowly."""
