@@ -130,10 +130,10 @@ SUBMISSION, LEDGER, PLANNER = (
     "services.dispatch.ledger:Ledger",
     "services.dispatch.planner:Planner",
 )
-GUARD, COPIES, WORKER = (
+ROW_MAKER, GUARD, COPIES = (
+    "services.dispatch.planner:_RowMaker",
     "services.dispatch.clock_guard:ClockGuard",
     "services.dispatch.copies:Copies",
-    "services.dispatch.worker:RobotWorker",
 )
 FOLLOWING, ENGINE, HOLDS = "services.dispatch.following:Following", "services.dispatch.engine:Engine", "services.live.holds:Holds"
 SCHEDULES, EXECUTIONS = "database.schedules:ScheduleRepository", "database.executions:ExecutionRepository"
@@ -183,7 +183,7 @@ MUTANTS = (
     ),
     Mutant(
         "after a restore intents are written ahead",
-        f"{PLANNER.replace('Planner', '_RowMaker')}.submitting",
+        f"{ROW_MAKER}.submitting",
         "may_be_there = ready.uncertain_through is not None and",
         "may_be_there = False and",
         "items with one token",
@@ -329,7 +329,6 @@ MUTANTS = (
         "return planned_at + timedelta(minutes=15) + ",
         "after its window",
         PEOPLE,
-        seed=3,
     ),
     Mutant(
         "holds are ignored",
@@ -366,7 +365,15 @@ MUTANTS = (
         PEOPLE,
         seed=4,
     ),
-    Mutant("pauses are ignored", f"{PLANNER}._row", "if schedule.is_paused(instant):", "if False:", "taken back", PEOPLE, seed=2),
+    Mutant(
+        "pauses are ignored",
+        f"{ROW_MAKER}.is_left_out",
+        "return self.schedule.is_paused(planned_at) or",
+        "return False or",
+        "taken back",
+        PEOPLE,
+        seed=2,
+    ),
     Mutant(
         "a pause leaves what waits",
         "services.catalogue.pausing:Pausing.pause",
@@ -378,9 +385,9 @@ MUTANTS = (
     ),
     Mutant(
         "skips are forgotten (D5)",
-        f"{SCHEDULES}.skipped",
-        "return {to_instant(row[0]) for row in",
-        "return {to_instant(row[0]) for row in [] and",
+        f"{SCHEDULES}.skips",
+        "return {(schedule_id, to_instant(planned_at)) for",
+        "return {(0, 0) for",
         "taken back",
         SHORT,
         seed=2,

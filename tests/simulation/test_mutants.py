@@ -19,6 +19,12 @@ def test_each_of_them_has_a_name_of_its_own():
     assert len({mutant.name for mutant in MUTANTS}) == len(MUTANTS) >= 40
 
 
+def test_each_of_them_can_be_planted():
+    for mutant in MUTANTS:
+        with planted(mutant):
+            pass
+
+
 @pytest.mark.parametrize(
     "mutant", [pytest.param(mutant, id=mutant.name, marks=() if mutant.name in QUICK else pytest.mark.long) for mutant in MUTANTS]
 )
