@@ -57,7 +57,7 @@ def _attributes(value: Any, now: tuple[float, datetime, float], seen: set[int]) 
 
 def _attempts_of(worker: Any) -> Iterator[Any]:
     """Of those that are held, the versions of the plan count."""
-    return (attempt for attempt in worker._submission._attempts.values() if attempt.plan_version)
+    return (attempt for attempt in worker._submission.attempts.values() if attempt.plan_version)
 
 
 def under_way() -> tuple[tuple[str, int], ...]:

@@ -32,11 +32,14 @@ class Attempts(dict[int, Attempt]):
     """Those of one robot, by the id of their execution. A row that says ``submitting`` and is not here belongs to a process that is
     gone."""
 
-    def of(self, phase: Phase) -> Iterator[tuple[int, Attempt]]:
-        return ((key, attempt) for key, attempt in self.items() if attempt.phase is phase)
+    def of(self, phase: Phase) -> Iterator[Attempt]:
+        return (attempt for attempt in self.values() if attempt.phase is phase)
 
     def next_at(self) -> float:
         return min((attempt.wake_at for attempt in self.values()), default=math.inf)
 
     def next_held_at(self) -> float:
-        return min((attempt.wake_at for _key, attempt in self.of(Phase.HELD)), default=math.inf)
+        return min((attempt.wake_at for attempt in self.of(Phase.HELD)), default=math.inf)
+
+    def may_be_with_the_robot(self) -> bool:
+        return any(attempt.phase in (Phase.IN_DOUBT, Phase.ACCEPTED) for attempt in self.values())

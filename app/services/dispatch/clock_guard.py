@@ -43,7 +43,7 @@ class _Doubt:
     since: datetime
     since_mono: float
     jump_s: float = 0.0                 # that the clock has moved ahead while the app ran
-    is_told: bool = False
+    has_alarm: bool = False
 
 
 class ClockGuard:
@@ -82,8 +82,8 @@ class ClockGuard:
             return Judgement(True, absent_since, went_back)
         if problem is not None:
             self._holds.distrust_clock(problem)
-            if problem is not UNPROVEN and not self._doubt.is_told:
-                self._doubt.is_told = True
+            if problem is not UNPROVEN and not self._doubt.has_alarm:
+                self._doubt.has_alarm = True
                 self._alarms.raise_("clock_implausible", "clock", problem=problem)
         return Judgement(False)
 
@@ -103,7 +103,7 @@ class ClockGuard:
 
     def _end_doubt(self, now: datetime) -> None:
         doubt, self._doubt = self._doubt, None
-        if doubt is not None and doubt.is_told:
+        if doubt is not None and doubt.has_alarm:
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
             self._absent_since = self._absent_since or min(doubt.since, now)
         if doubt is not None and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:             # it was right to jump: the tablet slept

@@ -34,7 +34,7 @@ class Copies:
     def __init__(self, client: RobotClient, shared: Shared, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
-        self._told: set[tuple[str, int]] = set()             # alarms by code and queue id
+        self._alarmed: set[tuple[str, int]] = set()             # alarms by code and queue id
 
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
@@ -48,7 +48,7 @@ class Copies:
         if do_tokens_come_back:
             return []
         if candidates and do_tokens_come_back is None:
-            self._tell("adopted_unproven", row, candidates[0])
+            self._alarm_once("adopted_unproven", row, candidates[0])
         return candidates
 
     def _do_tokens_come_back(self) -> bool | None:
@@ -146,15 +146,15 @@ class Copies:
 
     def _cancel_late(self, row: Execution, item: QueueItem) -> None:
         self.cancel(item.id)
-        self._tell("late_cancelled", row, item)
+        self._alarm_once("late_cancelled", row, item)
 
     def cancel_copy(self, item: QueueItem, row: Execution) -> None:
         """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised."""
         if item.is_pending:
             self.cancel(item.id)
-            self._tell("duplicate_healed", row, item)
+            self._alarm_once("duplicate_healed", row, item)
         elif item.is_open or item.state is QueueState.DONE:
-            self._tell("duplicate_running", row, item)
+            self._alarm_once("duplicate_running", row, item)
 
     def cancel(self, queue_id: int) -> None:
         """What can't be cancelled now is met again at the next poll."""
@@ -163,8 +163,8 @@ class Copies:
         except RobotError as error:
             log.warning("Item %d of %r could not be cancelled yet: %s", queue_id, self._seen.robot.name, error.text)
 
-    def _tell(self, code: str, row: Execution, item: QueueItem) -> None:
-        if (code, item.id) in self._told:                    # it is met at every read
+    def _alarm_once(self, code: str, row: Execution, item: QueueItem) -> None:
+        if (code, item.id) in self._alarmed:                    # it is met at every read
             return
-        self._told.add((code, item.id))
+        self._alarmed.add((code, item.id))
         self._seen.raise_about(row, code, queue_id=item.id)

@@ -36,7 +36,7 @@ class Submission:
                  is_still_idle: Callable[[Execution], bool]) -> None:
         self._client, self._s, self._ledger, self._clock = client, shared, shared.ledger, shared.clock
         self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
-        self._attempts = Attempts()
+        self.attempts = Attempts()
         self._recovered: set[int] = set()         # executions that were looked for as those of a process that is gone
         self._listed_until: dict[int, float] = {}        # late starts that are listed first, on the monotonic clock
 
@@ -45,7 +45,7 @@ class Submission:
         """Rows that say submitting and are in nobody's hands: the process that had them is gone, or the database failed in between. Each is
         looked for on the robot as if its request had just left. Those above ``up_to`` are on their way to ``hold``."""
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
-            attempt = self._attempts.get(row.id)
+            attempt = self.attempts.get(row.id)
             if row.id <= up_to and (attempt is None or attempt.phase is Phase.BACKOFF):      # it does not know that its intent was written
                 self._recovered.add(row.id)
                 self._doubt(row)
@@ -56,7 +56,7 @@ class Submission:
         wall, mono = self._clock.now(), self._clock.monotonic()
         for intent in self._own(intents):
             ahead = min(max(0.0, (intent.planned_at - wall).total_seconds()), INTENT_LEAD)
-            self._attempts[intent.id] = Attempt(Phase.HELD, mono + ahead, intent, plan_version)
+            self.attempts[intent.id] = Attempt(Phase.HELD, mono + ahead, intent, plan_version)
 
     def _own(self, intents: Iterable[Execution]) -> list[Execution]:
         return [intent for intent in intents if intent.id not in self._recovered]
@@ -64,10 +64,10 @@ class Submission:
     def send_due(self) -> bool:
         """Those held whose instant has come, in dispatch order. Returns whether one of them has to be judged like any that waits."""
         mono = self._clock.monotonic()
-        held = (attempt for _key, attempt in self._attempts.of(Phase.HELD) if attempt.wake_at <= mono)
+        due = [attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row and attempt.wake_at <= mono]
         is_released = False
-        for intent in rules.in_dispatch_order(attempt.row for attempt in held if attempt.row):
-            is_changed = self._attempts[intent.id].plan_version != self._s.plan_version()
+        for intent in rules.in_dispatch_order(due):
+            is_changed = self.attempts[intent.id].plan_version != self._s.plan_version()
             if self._can_send() and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent)):
                 self._post(intent)
             else:
@@ -98,12 +98,12 @@ class Submission:
 
     def note(self) -> None:
         """Write what the robot has accepted. It may wait: were it lost, the robot would be asked."""
-        accepted = {key: attempt.accepted for key, attempt in self._attempts.of(Phase.ACCEPTED) if attempt.accepted}
+        accepted = [attempt.accepted for attempt in self.attempts.of(Phase.ACCEPTED) if attempt.accepted]
         if not accepted:
             return
-        rows = self._ledger.make(list(accepted.values()), patient=True)
-        for key in accepted:
-            del self._attempts[key]
+        rows = self._ledger.make(accepted, patient=True)
+        for move in accepted:
+            del self.attempts[move.execution.id]
         for row in rows:
             if row.cancel_code and row.queue_id is not None:          # cancelled while it was on its way
                 self._copies.cancel(row.queue_id)
@@ -113,19 +113,7 @@ class Submission:
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         """What is held, and what was meant to be, waits again."""
         self.note()
-        self._release([*(attempt.row for _key, attempt in self._attempts.of(Phase.HELD) if attempt.row), *self._own(untaken)])
-
-    @property
-    def next_at(self) -> float:
-        return self._attempts.next_at()
-
-    @property
-    def next_held_at(self) -> float:
-        return self._attempts.next_held_at()
-
-    @property
-    def may_be_with_the_robot(self) -> bool:
-        return any(attempt.phase in (Phase.IN_DOUBT, Phase.ACCEPTED) for attempt in self._attempts.values())
+        self._release([*(attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row), *self._own(untaken)])
 
     # ------------------------------------------------------------------ waiting
     @property
@@ -155,16 +143,16 @@ class Submission:
             if reason := self._taken_back(waiting):
                 self._ledger.end(waiting, reason)
         for intent in intents:
-            self._attempts.pop(intent.id, None)
+            self.attempts.pop(intent.id, None)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
-        for key in [key for key, attempt in self._attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
-            del self._attempts[key]
+        for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
+            del self.attempts[key]
         self._listed_until = {key: until for key, until in self._listed_until.items() if key in unsent}
 
     def _is_awake(self, unsent: Unsent, is_held: bool) -> bool:
         """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
-        attempt = self._attempts.get(unsent.id)
+        attempt = self.attempts.get(unsent.id)
         is_due = attempt is None or attempt.wake_at <= self._clock.monotonic()
         if unsent.state is State.SUBMITTING:
             return is_due and attempt is not None and attempt.phase is Phase.IN_DOUBT
@@ -173,7 +161,7 @@ class Submission:
     def _later(self, row: Execution, seconds: float) -> None:
         """Look at it again then, or when its window closes."""
         until_closed = max(0.0, (row.closes_at - self._clock.now()).total_seconds())
-        self._attempts[row.id] = Attempt(Phase.BACKOFF, self._clock.monotonic() + min(seconds, until_closed))
+        self.attempts[row.id] = Attempt(Phase.BACKOFF, self._clock.monotonic() + min(seconds, until_closed))
 
     def _is_to_be_tried(self, row: Execution) -> bool:
         """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting."""
@@ -228,7 +216,7 @@ class Submission:
             self._read_failed([row], problem)
             return
         if self._clock.now() >= row.closes_at:
-            self._attempts.pop(row.id, None)          # the reads took too long; ended by the next call
+            self.attempts.pop(row.id, None)          # the reads took too long; ended by the next call
             return
         if intent := self._ledger.begin_attempt(row, floor):
             if already_there:
@@ -265,7 +253,7 @@ class Submission:
         for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem) for row in rows]):
             if reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
                 ends.append(self._ledger.ended(waiting, reason, (State.WAITING,)))
-                self._attempts.pop(waiting.id, None)
+                self.attempts.pop(waiting.id, None)
             else:
                 self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
         self._ledger.make(ends)
@@ -294,7 +282,7 @@ class Submission:
             self._accepted(intent, queue_id)
 
     def _accepted(self, intent: Execution, queue_id: int) -> None:
-        self._attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
+        self.attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
 
     def _refusal(self, intent: Execution, error: RobotError) -> Reason | None:
         """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it. None: a 404 that
@@ -316,11 +304,11 @@ class Submission:
     # ------------------------------------------------------------------ in doubt
     def _doubt(self, row: Execution) -> None:
         mono = self._clock.monotonic()
-        self._attempts[row.id] = Attempt(Phase.IN_DOUBT, mono + RECONCILE_EVERY, row, in_doubt_since=mono)
+        self.attempts[row.id] = Attempt(Phase.IN_DOUBT, mono + RECONCILE_EVERY, row, in_doubt_since=mono)
 
     def _reconcile(self, row: Execution) -> None:
         """Look for it on the robot. It is sent again only when it is certainly not there and no request can still arrive."""
-        attempt = self._attempts[row.id]
+        attempt = self.attempts[row.id]
         quiet_left = self._s.settings().unknown_outcome_quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
         is_closed = self._clock.now() >= row.closes_at
         try:
@@ -357,4 +345,4 @@ class Submission:
 
     def _end(self, row: Execution, reason: Reason) -> None:
         self._ledger.end(row, reason)
-        self._attempts.pop(row.id, None)
+        self.attempts.pop(row.id, None)

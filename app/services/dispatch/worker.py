@@ -1,7 +1,7 @@
 """Everything that is done with one robot: read it, follow its executions, start what is due on it.
 
-A worker has no thread of its own (the runner gives it one; the simulation calls it directly). It is told what happens (``handle``) and
-asked to go on (``advance``). A robot that hangs or is gone therefore delays nobody but itself.
+A worker has no thread of its own (the runner gives it one; the simulation calls it directly). It gets messages (``handle``) and is asked to
+go on (``advance``). A robot that hangs or is gone therefore delays nobody but itself.
 
 What happens to a start is in ``submission``: its row is ``waiting``, then ``submitting`` while its POST is under way or its outcome
 unknown, then ``queued``. After ``submitting`` it is sent again only when the robot's queue, read after the quiet time, does not have it.
@@ -60,7 +60,7 @@ class RobotWorker:
     def robot(self) -> Robot:
         return self.seen.robot
 
-    # ------------------------------------------------------------------ told by others
+    # ------------------------------------------------------------------ messages
     def handle(self, message: messages.Message) -> None:
         """Take note; nothing is done before ``advance``."""
         match message:
@@ -101,22 +101,22 @@ class RobotWorker:
         if self._has_time():
             self._round()
             next_read = self._next_live if self._is_live else math.inf
-            wake_at = min(self._submission.next_at, self._prefetch_at, next_read)
+            wake_at = min(self._submission.attempts.next_at(), self._prefetch_at, next_read)
         else:
-            wake_at = self._submission.next_held_at
+            wake_at = self._submission.attempts.next_held_at()
         return max(0.0, wake_at - self._clock.monotonic())
 
     def _give_way(self) -> None:
         """What is due goes before everything else, also between two reads of a robot that answers slowly."""
         if self._submission.send_due():
             self._ledger_changed = True
-        if self._submission.may_be_with_the_robot:
+        if self._submission.attempts.may_be_with_the_robot():
             self._note_sent(True)
 
     def _has_time(self) -> bool:
         """Whether a round would make nothing late that is held, or has been put off for long enough."""
         mono = self._clock.monotonic()
-        if self._submission.next_held_at - mono <= ROUND_TAKES:
+        if self._submission.attempts.next_held_at() - mono <= ROUND_TAKES:
             self._put_off_since = min(self._put_off_since, mono)
             if mono - self._put_off_since < PUT_OFF_AT_MOST:
                 return False
@@ -142,9 +142,9 @@ class RobotWorker:
             self.polled |= poll
         if mono >= self._prefetch_at:
             self._prefetch()
-        if changed or reads or self._clock.monotonic() >= self._submission.next_at:
+        if changed or reads or self._clock.monotonic() >= self._submission.attempts.next_at():
             self._submission.run()
-            self._note_sent(self._submission.may_be_with_the_robot or self._s.ledger.has_sent(self.robot.id))
+            self._note_sent(self._submission.attempts.may_be_with_the_robot() or self._s.ledger.has_sent(self.robot.id))
 
     def _recover(self) -> None:
         if self._recover_up_to is not None:
@@ -155,7 +155,7 @@ class RobotWorker:
         """A one-shot command sends nothing but this execution. Returns the seconds until the next call is wanted."""
         self._recover()
         self._submission.run(only=execution_id)
-        return max(0.0, self._submission.next_at - self._clock.monotonic())
+        return max(0.0, self._submission.attempts.next_at() - self._clock.monotonic())
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         """``untaken``: intents for this worker that it was not given."""

@@ -15,4 +15,4 @@ def test_when_the_next_has_to_be_looked_at():
     attempts[4] = Attempt(Phase.IN_DOUBT, 10.0)
     attempts[5] = Attempt(Phase.BACKOFF, 15.0)
     assert (attempts.next_at(), attempts.next_held_at()) == (10.0, 20.0)
-    assert [key for key, _attempt in attempts.of(Phase.HELD)] == [2, 3]
+    assert list(attempts.of(Phase.HELD)) == [attempts[2], attempts[3]]
