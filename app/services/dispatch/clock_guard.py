@@ -75,17 +75,19 @@ class ClockGuard:
         problem = self._problem(readings, can_ask, now, mono)
         if self._doubt is None:
             self._beat(now, mono)
-            absent_since, self._absent_since = self._absent_since, None
-            went_back, self._went_back = self._went_back, False
-            if went_back:
+            if self._went_back:
                 self._downtime.forget_beyond(now)
-            return Judgement(True, absent_since, went_back)
+            return Judgement(True, self._absent_since, self._went_back)
         if problem is not None:
             self._holds.distrust_clock(problem)
             if problem is not UNPROVEN and not self._doubt.has_alarm:
                 self._doubt.has_alarm = True
                 self._alarms.raise_("clock_implausible", "clock", problem=problem)
         return Judgement(False)
+
+    def acted(self) -> None:
+        """What the last judgement asked for has been done; until then each one asks for it again, as nothing may be writable just now."""
+        self._absent_since, self._went_back = None, False
 
     @property
     def is_in_doubt(self) -> bool:

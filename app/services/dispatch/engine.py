@@ -198,6 +198,8 @@ class Engine:
             self._post_to_all(messages.TimeLost())
         if judgement.went_back:
             self._planner.plan_anew()
+        if judgement.is_trusted:
+            self._guard.acted()
         return judgement
 
     def _readings(self) -> Readings:

@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from app.database.connection import DatabaseUnavailable
 from app.domain.models import ReasonCode, Schedule, State
 from tests.support.seen import alarms, items, outcomes, reason, sent_at
 from tests.support.site import Site
@@ -259,3 +260,20 @@ def test_an_absence_by_a_wrong_clock_makes_nothing_late_once_it_is_set_right(tmp
     site.run(900)
     assert sent_at(site) == [600]
     site.switch_off()
+
+
+def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(site, plan, monkeypatch):
+    plan("2026-11-23T06:05", start_window_minutes=1)
+    site.run(60.0)
+    site.clock.step(600.0)
+    site.run(2.0)
+    assert [state for _day, state in started(site)] == [State.MISSED]
+
+    def full(*_given):
+        monkeypatch.undo()
+        raise DatabaseUnavailable("the disk is full")
+
+    monkeypatch.setattr(site.container.repositories.schedules, "planned_beyond", full)
+    site.clock.step(-600.0)
+    site.run(600.0)
+    assert [state for _day, state in started(site)] == [State.COMPLETED]

@@ -44,7 +44,10 @@ class Tablet:
     def judge(self, *offsets: float, can_ask: bool = True, read_ago: float = 0.0) -> Judgement:
         """A round in which robots' clocks have just been read; s by which each is ahead of the tablet's."""
         read_at = self.clock.monotonic() - read_ago
-        return self.guard.judge({number: ClockReading(offset, read_at) for number, offset in enumerate(offsets)}, can_ask)
+        judgement = self.guard.judge({number: ClockReading(offset, read_at) for number, offset in enumerate(offsets)}, can_ask)
+        if judgement.is_trusted:
+            self.guard.acted()
+        return judgement
 
     def problem(self) -> str:
         hold = self.holds.active()
