@@ -91,9 +91,9 @@ class Ledger:
             self._announce(added)
         return added
 
-    def note_idle(self, robot_id: int, queue_id: int | None) -> None:
-        """The queue item of the last idle mission; None: there was none in this idle period."""
-        self._db.write(lambda c: self._robots.note_idle(c, robot_id, queue_id))
+    def forget_idle(self, robot_id: int) -> None:
+        """There was no idle mission in this idle period."""
+        self._db.write(lambda c: self._robots.note_idle(c, robot_id, None))
 
     def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
         """Note what holds a waiting execution; writes only when that is something new."""
@@ -136,6 +136,8 @@ class Ledger:
         made = self._executions.change_owned(c, move.execution, move.expected, **move.columns)
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
+            if made.trigger is Trigger.IDLE:
+                self._robots.note_idle(c, made.robot_id, made.queue_id)
         return made
 
     def accepted(self, execution: Execution, robot: Robot, queue_id: int) -> Move:

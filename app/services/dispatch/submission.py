@@ -3,6 +3,11 @@
 The robot's POST has no idempotency key and links drop answers, so the intent is on disk before the POST, and an unknown outcome is never
 retried: the robot's queue is asked first. Before every attempt, and at the end of every wait, it is asked whether the start has been taken
 back. Used by the robot's worker only.
+
+A start whose answer was lost is in doubt since before its request left (``_post``). Every 2 s the robot's queue is searched for its token
+(``_reconcile``). Found: it is accepted, nothing is sent again. Not found when the quiet time has passed: the attempt has failed like one that
+was refused, and is tried again within the window and the retry limit. A robot that can't be asked until both the quiet time has passed and
+the window has closed: it ends as unknown, with an alarm (``_give_up``).
 """
 from __future__ import annotations
 
@@ -107,8 +112,6 @@ class Submission:
         for row in rows:
             if row.cancel_code and row.queue_id is not None:          # cancelled while it was on its way
                 self._copies.cancel(row.queue_id)
-            if row.trigger is Trigger.IDLE and row.queue_id is not None:
-                self._ledger.note_idle(self._robot_id, row.queue_id)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         """What is held, and what was meant to be, waits again."""
@@ -206,7 +209,7 @@ class Submission:
             if row.trigger is Trigger.IDLE and row.attempts and not self._is_still_idle(row):
                 details = {"attempts": row.attempts, "problem": row.wait_details.get("problem", "")}
                 self._ledger.end(row, Reason(ReasonCode.RETRY_LIMIT, details))
-                self._ledger.note_idle(self._robot_id, None)      # it may begin anew
+                self._ledger.forget_idle(self._robot_id)      # it may begin anew
                 return
             floor = self._seen.highest
             if floor is None:
