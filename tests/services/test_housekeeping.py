@@ -7,7 +7,7 @@ import pytest
 
 from app.database.executions import PRUNED_AT_ONCE
 from app.domain.models import Execution, State, Trigger
-from app.services.dispatch.engine import TIDIES_WITHIN, TIDY_EVERY
+from app.services.dispatch.timing import TIDIES_WITHIN, TIDY_EVERY
 
 LIMIT = 20
 

@@ -34,8 +34,12 @@ from app.services.dispatch.timing import (
     INTENT_EVERY,
     INTENT_LEAD,
     LONGEST_WAIT,
+    MIN_IDLE,
     PREFETCH_LEAD,
     PREFETCH_TOGETHER,
+    PRUNE_EVERY,
+    TIDIES_WITHIN,
+    TIDY_EVERY,
     TURN_EVERY,
 )
 from app.services.dispatch.worker import RobotWorker
@@ -45,10 +49,6 @@ from app.services.live.changes import Changes, Topic
 log = logging.getLogger(__name__)
 
 POLLED_AT_ONCE = 2          # robots in a turn at least
-PRUNE_EVERY = 600.0         # s; a lowered limit shows after this at the latest
-TIDY_EVERY = 0.5            # s
-TIDIES_WITHIN = 60.0        # s that housekeeping gives way to what falls due
-MIN_IDLE = 0.02             # s until the next start; with less, housekeeping waits
 
 
 class Mailboxes(Protocol):

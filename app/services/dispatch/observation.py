@@ -19,7 +19,7 @@ from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
 
-PRUNE_EVERY = 200               # writes of what it is seen doing, between dropping what is too old
+WRITES_TO_PRUNE = 200          # writes of what it is seen doing, between dropping what is too old
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ class Observation:
         if not spans:
             return
         prunes = self._writes_to_prune == 0
-        self._writes_to_prune = PRUNE_EVERY if prunes else self._writes_to_prune - 1
+        self._writes_to_prune = WRITES_TO_PRUNE if prunes else self._writes_to_prune - 1
 
         def work(c: sqlite3.Connection) -> None:
             self._s.activities.save(c, self.robot.id, spans)

@@ -14,6 +14,10 @@ FIRST_POLL_WITHIN = 5.0      # until "ready", whatever the robots do
 CYCLE_TAKES = 2.0            # within which every robot has its turn
 TURN_EVERY = 0.08            # between turns
 CHORES_EVERY = 0.1           # at least between chores
+TIDY_EVERY = 0.5             # between looks whether history and alarms are beyond their limits
+TIDIES_WITHIN = 60.0         # that housekeeping gives way to what falls due
+MIN_IDLE = 0.02              # until the next start; with less, housekeeping waits
+PRUNE_EVERY = 600.0          # after which a lowered limit shows at the latest
 AFTER_A_FAILURE = 5.0        # before a worker that met an error, or could not be made, goes on
 STOP_WITHIN = 4.0            # a stop has to end within 5 s; a request under way is left to its time-out
 
