@@ -101,12 +101,18 @@ class Copies:
         self._watched = {token: value for token, value in self._watched.items() if value[1] > self._s.clock.monotonic()}
         newer = self._client.items_after(min(floor for floor, _until in self._watched.values())) if self._watched else []
         items |= {item.id: item for item in newer if item.description in self._watched}
+        unsettled: set[str] = set()
         for item in sorted(items.values(), key=lambda item: item.id):
             row = self._ledger.by_token(item.description)
-            if row is not None and row.queue_id != item.id and row.robot_id == self._seen.robot.id:
+            if row is None or row.queue_id == item.id or row.robot_id != self._seen.robot.id:
+                continue
+            if row.state in (State.SUBMITTING, State.WAITING):           # still being looked for; it may end without having found it
+                unsettled.add(row.token)
+            else:
                 self._set_right(row, item)
         searched = max((item.id for item in newer), default=0)           # what is older has been seen
-        self._watched = {token: (max(floor, searched), until) for token, (floor, until) in self._watched.items()}
+        self._watched = {token: (floor if token in unsettled else max(floor, searched), until)
+                         for token, (floor, until) in self._watched.items()}
 
     def _find_other_tablet(self, items: Iterable[QueueItem]) -> None:
         """The plan moved here, and a token of the old tablet's for a start since then is on the robot: both are on."""
@@ -121,8 +127,6 @@ class Copies:
             self._s.holds.hold("two tablets start missions of this plan")
 
     def _set_right(self, row: Execution, item: QueueItem) -> None:
-        if row.state in (State.SUBMITTING, State.WAITING):
-            return                                           # still being looked for
         if row.queue_id is None:
             self._came_late(row, item)
         elif item.id < row.queue_id and row.state.is_open:   # the earlier one is ours

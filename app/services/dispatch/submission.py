@@ -5,9 +5,9 @@ retried: the robot's queue is asked first. Before every attempt, and at the end 
 back. Used by the robot's worker only.
 
 A start whose answer was lost is in doubt since before its request left (``_post``). Every 2 s the robot's queue is searched for its token
-(``_reconcile``). Found: it is accepted, nothing is sent again. Not found when the quiet time has passed: the attempt has failed, and is tried
-again within the window and the retry limit. The robot can't be asked until the quiet time has passed and the window has closed: it ends as
-unknown, with an alarm (``_give_up``).
+(``_reconcile``). Found: it is accepted, nothing is sent again. Not found when the quiet time has passed: the attempt has failed, and is
+tried again within the window and the retry limit. The robot can't be asked until the quiet time has passed and the window has closed: it
+ends as unknown, with an alarm (``_give_up``).
 """
 from __future__ import annotations
 

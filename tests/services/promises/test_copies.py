@@ -250,3 +250,14 @@ def test_when_both_tablets_run_after_a_move_everything_is_held_and_told(site, pl
     assert other.container.holds.active(robot_of(other).id) is not None
     assert "two_tablets" in alarms(other)
     assert len(items(site)) <= 2
+
+
+def test_a_copy_that_came_while_its_start_waited_is_seen_once_that_has_ended(site, plan):
+    """It has run under our token, and nobody sends it again."""
+    plan("2026-11-23T06:05", start_window_minutes=5)
+    site.network.next("POST", "/mission_queue", Fate.LATE, 120.0)
+    site.run(310.0)
+    site.container.holds.hold("cleaning")
+    site.run(800.0)
+    [row] = site.executions()
+    assert row.state is State.COMPLETED
