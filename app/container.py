@@ -112,7 +112,7 @@ class Container:
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
-                                 engine=self.engine, settings=self.settings, make_client=self.make_client)
+                                 engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client)
 
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)

@@ -114,17 +114,24 @@ class Copies:
         self._watched = {token: (floor if token in unsettled else max(floor, searched), until)
                          for token, (floor, until) in self._watched.items()}
 
-    def _find_other_tablet(self, items: Iterable[QueueItem]) -> None:
-        """The plan moved here, and a token of the old tablet's for a start since then is on the robot: both are on."""
+    def _find_other_tablet(self, open_items: Iterable[QueueItem]) -> None:
+        """The plan moved here, and a token of the old tablet's for a start since then is on the robot: both are on. Each item is reported
+        once; a hold that was released is not set again for it."""
         move = self._s.tablet.move
         if move is None or self._s.holds.active(self._seen.robot.id) is not None:
             return
         now = self._s.clock.now()
         rows = self._ledger.planned_between(self._seen.robot.id, max(move.at, now - LOOKS_BACK), now)
         theirs = {old_token(move, row) for row in rows}
-        if any(item.description in theirs for item in items):
-            self._s.alarms.raise_("two_tablets", "tablet", robot=self._seen.robot.name)
+        floors = [row.queue_floor for row in rows if row.queue_floor is not None]
+        newer = self._client.items_after(min(floors)) if floors else open_items          # what is over already too
+        found = {("two_tablets", item.id) for item in newer if item.description in theirs}
+        if found - self._told:
+            self._told |= found
             self._s.holds.hold("two tablets start missions of this plan")
+            self._s.alarms.raise_("two_tablets", "tablet", robot=self._seen.robot.name)
+        else:
+            self._s.alarms.clear("two_tablets", "tablet")
 
     def _set_right(self, row: Execution, item: QueueItem) -> None:
         if row.queue_id is None:

@@ -16,6 +16,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.domain import rules
 from app.domain.clock import Clock
+from app.domain.message import render
 from app.domain.models import Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
 from app.domain.robot import Identity, MissionInfo, RobotState
 from app.mir.address import Address
@@ -24,6 +25,7 @@ from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, Delivery, RobotError
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
+from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
@@ -32,16 +34,20 @@ ClientFactory = Callable[[Robot], RobotClient]
 
 class Operator:
     def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, engine: Engine,
-                 settings: Callable[[], Settings], make_client: ClientFactory) -> None:
+                 holds: Holds, settings: Callable[[], Settings], make_client: ClientFactory) -> None:
         self._db, self._robots, self._missions = db, robots, missions
         self._ledger, self._clock, self._engine, self._settings, self._make_client = ledger, clock, engine, settings, make_client
+        self._holds = holds
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
-        """Submit a mission at once; no constraint holds. ``token`` is made per press, so a press that arrives twice runs once."""
+        """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once. Raises
+        InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
         robot, mission = self._robot(robot_id), self._mission(mission_id)
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
+        if (why := self._holds.is_copy) is not None:
+            raise InvalidInput("robot", render(why))
         token = token or str(uuid.uuid4())
         row = rules.one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token, parameters=parameters)
         execution = self._ledger.add(row) or self._ledger.by_token(token)

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from app.domain.models import ReasonCode, State
+from app.domain.models import InvalidInput, ReasonCode, State
 from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, robot_of, sent_at, states
 from tests.support.site import Site
@@ -261,3 +261,41 @@ def test_a_copy_that_came_while_its_start_waited_is_seen_once_that_has_ended(sit
     site.run(800.0)
     [row] = site.executions()
     assert row.state is State.COMPLETED
+
+
+def test_the_alarm_of_two_tablets_ends_with_the_hold_that_it_asks_to_release(site, plan, copy_of):
+    """Once the other tablet is off and the hold is released, nothing says any more that nothing is sent; though its last mission still runs."""
+    plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10")
+    site.run(30)
+    other = copy_of(site)
+    other.container.tablet.move_here()
+    run_both(site, other, 300)
+    assert states(site)[0] == "Executing"
+    other.container.holds.release()
+    other.run(30)
+    assert other.container.holds.active(robot_of(other).id) is None
+    assert [alarm.cleared_at is not None for alarm in other.container.alarms.open() if alarm.code == "two_tablets"] == [True]
+
+
+def test_the_other_tablet_is_found_though_its_mission_was_over_before_the_robot_was_read(site, plan, copy_of):
+    """Robots that are polled rarely have long ended what the other tablet started."""
+    plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10")
+    site.run(30)
+    other = copy_of(site)
+    other.container.catalogue.change_settings(poll_interval_seconds=480)
+    other.container.tablet.move_here()
+    run_both(site, other, 800)
+    assert "two_tablets" in alarms(other)
+
+
+@pytest.mark.parametrize("is_looked_at", [False, True])
+def test_a_mission_run_by_hand_on_a_copy_is_refused_and_says_why(site, plan, copy_of, is_looked_at):
+    """Nothing is ever sent from here: nor does it wait until the plan moves here."""
+    schedule = plan("2026-11-23T06:05")
+    site.run(30)
+    other = copy_of(site)
+    if is_looked_at:
+        other.container.tablet.look_only()
+    with pytest.raises(InvalidInput, match="another tablet"):
+        other.container.operator.run_now(schedule.robot_id, schedule.mission_id)
+    assert other.executions() == []
