@@ -154,12 +154,12 @@ class ExecutionRepository:
         c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND attempts = 0
                      AND reason_code IN ('schedule_changed', 'robot_removed')""", (schedule_id, to_text(since)))
 
-    def drop_unsent_after(self, c: sqlite3.Connection, schedule_id: int, now: datetime) -> None:
-        """The clock has been set back: rows that say missed or skipped for instants still to come, with nothing ever sent, but not what a
-        person has skipped."""
+    def drop_unsent_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
+        """The clock has been set back: rows that say missed or skipped for instants that are planned again, with nothing ever sent, but not
+        what a person has skipped."""
         c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND state IN ('missed', 'skipped') AND attempts = 0
                      AND planned_at NOT IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)""",
-                  (schedule_id, to_text(now)))
+                  (schedule_id, to_text(through)))
 
     def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime) -> None:
         """What waits and was due in an absence is listed first."""

@@ -101,6 +101,13 @@ def test_run_now_from_tap_to_just_finished(home, ui):
     assert (execution.trigger, execution.state, execution.mission) == (Trigger.MANUAL, State.COMPLETED, "Home")
 
 
+def test_run_now_under_a_hold_says_that_it_waits(home, ui):
+    home.site.container.holds.hold("shift meeting")
+    run(ui, "Home")
+    ui.wait(lambda: "Home waits: nothing is sent to Aino while it is held" in ui.texts())
+    assert not any("is on its way" in text for text in ui.texts())
+
+
 def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: any(mission == "Deliver" and origin.startswith("Run now") for mission, origin in rows(ui)))

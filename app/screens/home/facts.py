@@ -10,6 +10,7 @@ from app.domain.models import DurationEstimate, Execution, Mission, Robot, Robot
 from app.domain.robot import QueueItem, QueueState
 from app.services.catalogue.catalogue import Catalogue
 from app.services.history.runs import History
+from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import Plan, PlannedRun
 from app.services.robots.commands import Operator
@@ -26,6 +27,7 @@ class HomeServices:
     catalogue: Catalogue
     clock: Clock
     history: History
+    holds: Holds
     maps: RobotMaps
     operator: Operator
     plan: Plan

@@ -14,6 +14,7 @@ from app.domain.models import Execution
 from app.domain.robot import MissionParameter
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected
+from app.screens.common.execution_appearance import after_run_now
 from app.screens.common.options import Option
 from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
@@ -204,7 +205,7 @@ class HomeViewModel(HomeState, ViewModel):
             submit()
 
     def _started(self, execution: Execution) -> None:
-        self._say(_("{mission} is on its way to {robot}").format(mission=execution.mission, robot=execution.robot), "play")
+        self._say(*after_run_now(execution, self._services.holds))
 
     def pause_or_resume(self) -> None:
         robot, operator = self.facts.robot, self._services.operator

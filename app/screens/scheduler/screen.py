@@ -14,6 +14,7 @@ from kivy.uix.widget import Widget
 from app.domain.models import Execution, Schedule
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.execution_appearance import after_run_now
 from app.screens.common.options import MenuItem
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
@@ -245,7 +246,7 @@ class SchedulerViewModel(ViewModel):
                   self._started)
 
     def _started(self, execution: Execution) -> None:
-        self._say(_("{mission} is on its way to {robot}").format(mission=execution.mission, robot=execution.robot), "play")
+        self._say(*after_run_now(execution, self._services.holds))
 
     def skip_next(self, schedule: Schedule) -> None:
         self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda _at: self._say(

@@ -55,6 +55,7 @@ class ClockGuard:
         self._beat_at = -1e9
         self._doubt: _Doubt | None = None
         self._absent_since: datetime | None = None
+        self._unreported: Gap | None = None                      # an absence that is told once the clock is trusted
         self._went_back = False
         self._is_proven = False                                  # by a robot or a person; else one robot's word counts
 
@@ -75,6 +76,7 @@ class ClockGuard:
         problem = self._problem(readings, can_ask, now, mono)
         if self._doubt is None:
             self._beat(now, mono)
+            self._report_absence(now)
             if self._went_back:
                 self._downtime.forget_beyond(now)
             return Judgement(True, self._absent_since, self._went_back)
@@ -141,7 +143,7 @@ class ClockGuard:
         if doubt is not None and can_ask and mono - doubt.since_mono < FIRST_DOUBT:
             return UNPROVEN
         if doubt is not None and can_ask and doubt.jump_s:
-            return message("it jumped ahead by {minutes} min, and no robot can be asked", minutes=round(doubt.jump_s / 60))
+            return message("it jumped ahead by {time}, and no robot can be asked", time=_span(doubt.jump_s))
         if then is not None and now < then - BACKWARDS:
             return message("it shows {now} UTC, but the app already ran on {then} UTC",
                            now=f"{now:%Y-%m-%d %H:%M}", then=f"{then:%Y-%m-%d %H:%M}")
@@ -193,9 +195,15 @@ class ClockGuard:
         self._downtime.add(Gap(start, end))
         if end - start >= NOTEWORTHY:
             self._absent_since = start if self._absent_since is None else min(self._absent_since, start)
+            self._unreported = Gap(min(start, self._unreported.start) if self._unreported else start, end)
             log.warning("The app was off or asleep from %s to %s UTC", f"{start:%Y-%m-%d %H:%M:%S}", f"{end:%Y-%m-%d %H:%M:%S}")
+
+    def _report_absence(self, now: datetime) -> None:
+        """Once the clock is trusted: one that was wrong when the absence was noticed shows a wrong end."""
+        gap, self._unreported = self._unreported, None
+        if gap is not None and (end := min(gap.end, now)) - gap.start >= NOTEWORTHY:
             zone = self._settings.load(self._db.read()).timezone
-            self._alarms.raise_("app_was_off", "app", start=start.isoformat(), end=end.isoformat(), timezone=zone)
+            self._alarms.raise_("app_was_off", "app", start=gap.start.isoformat(), end=end.isoformat(), timezone=zone)
 
     def _beat(self, now: datetime, mono: float) -> None:
         if mono - self._beat_at >= HEARTBEAT_EVERY:
@@ -204,7 +212,16 @@ class ClockGuard:
 
 
 def _difference(differ: list[float]) -> Message:
-    minutes = round(sorted(differ)[len(differ) // 2] / 60)
-    if minutes > 0:
-        return message("most robots' clocks are {minutes} min ahead of it", minutes=minutes)
-    return message("most robots' clocks are {minutes} min behind it", minutes=-minutes)
+    seconds = sorted(differ)[len(differ) // 2]
+    if seconds > 0:
+        return message("most robots' clocks are {time} ahead of it", time=_span(seconds))
+    return message("most robots' clocks are {time} behind it", time=_span(-seconds))
+
+
+def _span(seconds: float) -> Message:
+    """In the unit in which it is a number that says something."""
+    if seconds < 2 * 3600:
+        return message("{minutes} min", minutes=round(seconds / 60))
+    if seconds < 48 * 3600:
+        return message("{hours} h", hours=round(seconds / 3600))
+    return message("{days} days", days=round(seconds / 86400))

@@ -123,14 +123,14 @@ class Planner:
         return batch.is_behind or len(rows) >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
     def plan_anew(self) -> None:
-        """The clock has been set back: instants that are to come again are planned again, unless something was started for them. What was
-        missed or skipped then is taken out of the ledger."""
+        """The clock has been set back: instants that are to come again are planned again, from the last one on that was started. What was
+        missed or skipped after that is taken out of the ledger; what the started one has passed over stays missed."""
         def work(c: sqlite3.Connection) -> bool:
             now, settings = self._clock.now(), self._settings.load(c)
             calendar, ahead = working_calendar(c, settings), self._schedules.planned_beyond(c, now)
             for schedule in ahead:
-                self._executions.drop_unsent_after(c, schedule.id, now)
                 through = max(now, schedule.started_through or now)
+                self._executions.drop_unsent_after(c, schedule.id, through)
                 known = replace(schedule, planned_through=through)
                 next_at = first_due(known, settings, now, calendar, self._schedules.skipped(c, schedule.id))
                 self._schedules.set_plan(c, schedule.id, next_at, through)

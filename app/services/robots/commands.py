@@ -16,7 +16,6 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.message import render
 from app.domain.models import Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
 from app.domain.robot import Identity, MissionInfo, RobotState
 from app.mir.address import Address
@@ -41,13 +40,13 @@ class Operator:
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
-        """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once. Raises
-        InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
+        """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once.
+        Raises InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
         robot, mission = self._robot(robot_id), self._mission(mission_id)
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
-        if (why := self._holds.is_copy) is not None:
-            raise InvalidInput("robot", render(why))
+        if self._holds.is_copy is not None:
+            raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
         token = token or str(uuid.uuid4())
         row = rules.one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token, parameters=parameters)
         execution = self._ledger.add(row) or self._ledger.by_token(token)

@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.database.connection import DatabaseUnavailable
-from app.domain.models import ReasonCode, Schedule, State
+from app.domain.models import Overlap, ReasonCode, Schedule, State
 from tests.support.seen import alarms, items, outcomes, reason, sent_at
 from tests.support.site import Site
 
@@ -277,3 +277,30 @@ def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(site, plan, 
     site.clock.step(-600.0)
     site.run(600.0)
     assert [state for _day, state in started(site)] == [State.COMPLETED]
+
+
+def test_what_a_start_by_a_wrong_clock_has_passed_over_keeps_its_row(site, plan):
+    """The clock is ten minutes ahead for a minute, in which the latest instant is started: it is not started again, and neither are the
+    ones before it, so each of those has to stay in the history as missed."""
+    plan("2026-11-23T06:00", "FREQ=MINUTELY;INTERVAL=2", overlap=Overlap.QUEUE)
+    site.run(130)
+    glitch(site, 600.0)
+    site.run(1200)
+    minutes = sorted(row.planned_at.minute for row in site.executions() if row.planned_at.hour == 6)
+    assert minutes == list(range(0, site.container.clock.now().minute + 1, 2))
+
+
+def test_an_absence_that_only_a_wrong_clock_shows_is_not_told(fleet):
+    """The app says for how long it was off once the clock can be trusted, and by that clock."""
+    site = fleet
+    site.run(60)
+    site.stay_off(600)
+    site.clock.step(3 * DAY)
+    site.switch_on()
+    site.run(60)
+    assert "app_was_off" not in alarms(site)
+    site.clock.step(-3 * DAY)
+    site.run(60)
+    [alarm] = [alarm for alarm in site.container.alarms.open() if alarm.code == "app_was_off"]
+    start, end = (datetime.fromisoformat(alarm.details[name]) for name in ("start", "end"))
+    assert timedelta(seconds=600) <= end - start < timedelta(seconds=800)

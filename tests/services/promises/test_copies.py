@@ -264,7 +264,7 @@ def test_a_copy_that_came_while_its_start_waited_is_seen_once_that_has_ended(sit
 
 
 def test_the_alarm_of_two_tablets_ends_with_the_hold_that_it_asks_to_release(site, plan, copy_of):
-    """Once the other tablet is off and the hold is released, nothing says any more that nothing is sent; though its last mission still runs."""
+    """Once the other tablet is off and the hold is released, nothing says any more that nothing is sent, though its last mission runs."""
     plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10")
     site.run(30)
     other = copy_of(site)
