@@ -109,6 +109,7 @@ class Container:
         self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,
                              robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
                              poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe)
+        self.engine.add_chore("Watching the database", db.check_in_place)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,

@@ -119,6 +119,11 @@ class Database:
             return DatabaseDamaged(self.path, known.problem, backup=newest_good_backup(self.path))
         return known
 
+    def check_in_place(self) -> None:
+        """Raises DatabaseDamaged when its file was deleted or emptied: what is written now would be gone after a restart."""
+        if files.size_of(self.path) == 0:
+            raise DatabaseDamaged(self.path, message("its content is gone"), backup=newest_good_backup(self.path))
+
     def close(self) -> None:
         """Finish what is being written. The connections of other threads end with their threads."""
         self._closed = True

@@ -14,6 +14,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from app.failures import BadInput
+
 log = logging.getLogger(__name__)
 
 Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]     # None: not yet answered, ask again at the next tick
@@ -70,7 +72,10 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
     directory = data_dir / "inbox"
     directory.mkdir(mode=0o700, exist_ok=True)
     path = directory / f"{uuid.uuid4().hex}.request"
-    _write(path, {"kind": kind, "id": path.stem, **request})
+    try:
+        _write(path, {"kind": kind, "id": path.stem, **request})
+    except OSError as error:
+        raise BadInput(f"{directory} can't be written: {error.strerror}; nothing was changed") from error
     answer = path.with_suffix(".answer")
     deadline = time.monotonic() + timeout
     try:
@@ -90,6 +95,10 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
 def _write(path: Path, content: Mapping[str, Any]) -> None:
     draft = path.with_suffix(".draft")
     descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-    with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-        json.dump(content, file)
-    os.replace(draft, path)
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            json.dump(content, file)
+        os.replace(draft, path)
+    except OSError:
+        draft.unlink(missing_ok=True)
+        raise

@@ -98,7 +98,8 @@ def test_nothing_is_sent_while_nothing_can_be_written_and_it_is_sent_once_when_i
     assert app.db.read().execute("SELECT count(*) FROM executions").fetchone()[0] == 0
     mend()
     wait_for(lambda: len(robot.state()["queue"]) == 1, what="sent after all")
-    wait_for(lambda: "database" not in alarms(app), what="the alarm is gone")
+    wait_for(lambda: [alarm.cleared_at is not None for alarm in app.alarms.open() if alarm.code == "database"] == [True],
+             what="the alarm is over, and waits for a person to see it")
     wait_for(lambda: [row[0] for row in app.db.read().execute("SELECT state FROM executions")] == ["completed"])
     assert len(robot.state()["queue"]) == 1
 

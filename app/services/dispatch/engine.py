@@ -177,7 +177,8 @@ class Engine:
         if self._alarms.is_database_failing:
             self._probe()                     # raises as long as it does
             self._post_to_all(messages.Recover(self._ledger.newest_id()))
-            self._alarms.database_works()
+            if (alarm := self._alarms.database_works()) is not None:
+                self._planner.note_unwritable(alarm)
         judgement = self._judge_clock()
         is_behind = judgement.is_trusted and self._start_what_is_due()
         self._do_chores()

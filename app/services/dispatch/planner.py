@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from itertools import islice, takewhile
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
@@ -17,9 +17,10 @@ from app.database.schedules import Progress, ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
+from app.domain.models import Alarm, Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
+from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
 from app.services.live.gaps import Downtime, Gap
@@ -140,6 +141,10 @@ class Planner:
             self._changes.publish(Topic.SCHEDULES)
             self._changes.publish(Topic.EXECUTIONS)
 
+    def note_unwritable(self, alarm: Alarm) -> None:
+        """What fell due while nothing could be written gets its row afterwards; also what brought the first failure."""
+        self._downtime.add(Gap(alarm.raised_at - timedelta(seconds=LONGEST_WAIT), self._clock.now(), problem=alarm.details["problem"]))
+
     def list_late_starts(self, since: datetime) -> None:
         """After an absence that began then, everything that would start late is listed for some seconds first, where there is a window."""
         if self._hold_late_starts:
@@ -199,7 +204,7 @@ class Planner:
             return make.ended(instant, Reason(ReasonCode.ROBOT_REMOVED, {"robot": make.robot.name}))
         if previous := context.open_of_schedule.get(schedule.id):
             return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
-        if self._hold_late_starts and self._downtime.at(instant) is not None:
+        if self._hold_late_starts and (gap := self._downtime.at(instant)) is not None and gap.problem is None:
             return make.waiting(instant, late=True)
         ready = None if make.robot.id in context.waited_for else context.ready(make.robot.id)     # what waits may have to go first
         return make.waiting(instant) if ready is None else make.submitting(instant, ready)
@@ -271,5 +276,5 @@ class _RowMaker:
 
     def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
         code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
-        times = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap else {}
-        return self.ended(planned_at, Reason(code, times))
+        details: dict[str, Any] = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap else {}
+        return self.ended(planned_at, Reason(code, {**details, "problem": gap.problem} if gap and gap.problem else details))

@@ -4,6 +4,7 @@ from __future__ import annotations
 import logging
 import sqlite3
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 from types import MappingProxyType
 from typing import Any
@@ -30,7 +31,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
                                    "nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
-    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, or its clock was wrong"),
+    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "
+                                             "or nothing could be written"),
     "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
     "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
     "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
@@ -102,11 +104,16 @@ class Alarms:
             log.error("alarm: %s", alarm_sentence(self._database))
             self._changes.publish(Topic.ALARMS)
 
-    def database_works(self) -> None:
-        if self._database is not None:
+    def database_works(self) -> Alarm | None:
+        """It can be written again: the alarm is stored, cleared. Returns it, None where there was none."""
+        alarm = self._database
+        if alarm is not None:
+            over = replace(alarm, cleared_at=self._clock.now())
+            self._db.write(lambda c: self._repository.raise_once(c, over))
             self._database = None
             log.warning("The database can be written again")
             self._changes.publish(Topic.ALARMS)
+        return alarm
 
     @property
     def is_database_failing(self) -> bool:

@@ -1,9 +1,11 @@
-"""Times in which nothing was observed: the app was off, the tablet slept, or its clock could not be trusted."""
+"""Times in which nothing could be started: the app was off, the tablet slept, its clock could not be trusted, or its disk was full."""
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
+
+from app.domain.message import Message
 
 HEARTBEAT_EVERY = 15.0                        # s; a power cut is known to about this precision
 NOTEWORTHY = timedelta(seconds=60)            # a shorter gap is a restart or a slow moment, not an absence
@@ -14,6 +16,7 @@ class Gap:
     start: datetime
     end: datetime
     clock: bool = False                       # the clock was not plausible, rather than the app off or asleep
+    problem: Message | None = None            # why nothing could be written, while the app was on
 
 
 class Downtime:
@@ -32,7 +35,7 @@ class Downtime:
     def forget_beyond(self, now: datetime) -> None:
         """The clock has been set back: what it showed since says nothing about times still to come."""
         with self._lock:
-            self._gaps = [Gap(gap.start, min(gap.end, now), gap.clock) for gap in self._gaps if gap.start < now]
+            self._gaps = [replace(gap, end=min(gap.end, now)) for gap in self._gaps if gap.start < now]
 
     def at(self, instant: datetime) -> Gap | None:
         """The gap that this instant fell into."""
@@ -40,6 +43,6 @@ class Downtime:
             return next((gap for gap in reversed(self._gaps) if gap.start <= instant <= gap.end), None)
 
     def overlaps(self, start: datetime, end: datetime) -> bool:
-        """Whether a gap lies across any of this time."""
+        """Whether the app was away for any of this time."""
         with self._lock:
-            return any(gap.start < end and start < gap.end for gap in self._gaps)
+            return any(gap.start < end and start < gap.end for gap in self._gaps if gap.problem is None)

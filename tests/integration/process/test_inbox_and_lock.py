@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import json
 import os
 import subprocess
@@ -11,6 +12,7 @@ from typing import cast
 import pytest
 
 from app.container import Container
+from app.failures import BadInput
 from app.process.inbox import HolderGone, Inbox, ask
 from app.process.lock import AlreadyRunning, InstanceLock
 from app.process.requests import handlers
@@ -67,6 +69,15 @@ def test_a_handler_that_fails_is_an_answer_too(tmp_path):
 def test_nobody_answers_when_the_app_is_gone(tmp_path):
     with pytest.raises(HolderGone, match="ended"):
         ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: True)
+    assert list((tmp_path / "inbox").iterdir()) == []
+
+
+def test_a_full_disk_is_said_and_leaves_no_draft(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(BadInput, match=r"can't be written: No space left on device; nothing was changed"):
+        ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False)
     assert list((tmp_path / "inbox").iterdir()) == []
 
 

@@ -76,17 +76,23 @@ def damage(directory: Path) -> None:
                 file.write(b"\x55" * path.stat().st_size)
 
 
+def delete(directory: Path) -> None:
+    """Somebody tidies up: what the app writes from now on would be gone when it ends."""
+    (directory / "amr-scheduler.db").unlink()
+
+
 def due_now(directory: Path, fleet: mir_sim.Fleet) -> Path:
     """A configuration with a start that is due this minute: it makes the app read and write."""
     content = configuration_of(fleet, schedules=[once_now(fleet.robots[0].name, "Home", "Now")])
     return write_configuration(directory.with_name("due.json"), content)
 
 
-def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, fleet):
+@pytest.mark.parametrize("harm", [damage, delete])
+def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, fleet, harm):
     """Exit 2 with the one line that a damaged database has at the start; nothing is sent, no error is met again and again."""
     with running(data) as app:
         backup = wait_for(lambda: next((data / "backups").glob("*.db"), None), what="the daily backup")
-        damage(data)
+        harm(data)
         importing = subprocess.Popen(command(data, "--import-config", due_now(data, fleet)), stdout=subprocess.DEVNULL,
                                      stderr=subprocess.DEVNULL, env=environment())
         try:

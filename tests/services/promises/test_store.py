@@ -11,8 +11,9 @@ import pytest
 from app.database.connection import Database, DatabaseUnavailable
 from app.database.errors import DatabaseError
 from app.database.writer import ThreadedWriter
-from app.domain.models import State
-from tests.support.seen import alarms, items, outcomes
+from app.domain.models import ReasonCode, State
+from app.domain.reasons import sentence
+from tests.support.seen import items, outcomes, reason
 
 PATIENCE = 5.0               # s
 TOGETHER = 3
@@ -90,7 +91,7 @@ def test_nobody_waits_for_ever_when_even_the_roll_back_of_a_shared_transaction_f
 # ---------------------------------------------------------------------- a disk that can't be written for a while
 @pytest.mark.parametrize("harm", ["make_read_only", "fill_disk"])
 def test_nothing_is_sent_while_nothing_can_be_written_and_it_is_sent_once_when_it_can(site, plan, harm):
-    """Without a durable intent there is no submission; an alarm says so until the disk is well again."""
+    """Without a durable intent there is no submission; an alarm says so, and stays until a person has seen it."""
     plan("2026-11-23T06:05")
     site.run(60)
     mend = getattr(site, harm)()
@@ -101,7 +102,25 @@ def test_nothing_is_sent_while_nothing_can_be_written_and_it_is_sent_once_when_i
     run_through(site, 400)
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
     assert len(items(site)) == 1
-    assert "database" not in alarms(site)
+    database = [alarm for alarm in site.container.alarms.open() if alarm.code == "database"]
+    assert all(alarm.cleared_at is not None for alarm in database)
+    assert database or harm != "make_read_only", "what no person has seen stays until it is acknowledged"
+
+
+def test_what_was_missed_while_nothing_could_be_written_says_so(site, plan):
+    """The app was on: neither the row nor the alarm of it may say that it was off."""
+    plan("2026-11-23T06:05", start_window_minutes=1)
+    site.run(60)
+    mend = site.make_read_only()
+    run_through(site, 600)
+    mend()
+    run_through(site, 60)
+    assert items(site) == []
+    assert outcomes(site) == [(State.MISSED, ReasonCode.APP_DOWN, 0)]
+    [row] = site.executions()
+    said = sentence(reason(row), "UTC")
+    assert said.startswith("Nothing could be written from 06:0")
+    assert "read-only" in said
 
 
 def run_through(site, seconds):
