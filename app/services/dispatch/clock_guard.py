@@ -200,10 +200,11 @@ class ClockGuard:
 
     def _report_absence(self, now: datetime) -> None:
         """Once the clock is trusted: one that was wrong when the absence was noticed shows a wrong end."""
-        gap, self._unreported = self._unreported, None
+        gap = self._unreported
         if gap is not None and (end := min(gap.end, now)) - gap.start >= NOTEWORTHY:
             zone = self._settings.load(self._db.read()).timezone
             self._alarms.raise_("app_was_off", "app", start=gap.start.isoformat(), end=end.isoformat(), timezone=zone)
+        self._unreported = None
 
     def _beat(self, now: datetime, mono: float) -> None:
         if mono - self._beat_at >= HEARTBEAT_EVERY:
