@@ -30,6 +30,16 @@ class Trouble:
 
 
 @dataclass(frozen=True)
+class Restore:
+    """``at``: in seconds of true time. What was planned from ``start`` to ``end`` by the tablet's clock is not in the backup that was
+    restored then: from when it was made, also by the clock as it goes since."""
+
+    at: float
+    start: datetime
+    end: datetime
+
+
+@dataclass(frozen=True)
 class Manual:
     robot: str
     guid: str
@@ -94,7 +104,7 @@ class Diary:
         self.clock: list[tuple[float, float]] = [(0.0, 0.0)]  # true time, and what the tablet's clock is ahead from then on
         self.excused: dict[str, str] = {}  # tokens of which the robot lost or hid what it did, and how
         self.uncertain: set[str] = set()  # tokens whose cancellation may or may not have been noted
-        self.restores: list[tuple[datetime, datetime]] = []  # when a backup was made and when it was restored, by the tablet
+        self.restores: list[Restore] = []
         self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)  # by machine: of queues that began anew
         self.started_at: float = 0.0  # the app's last start
         self._tokens: dict[str, Key] = {}

@@ -33,7 +33,7 @@ class Person:
 
     def __init__(self, world: World, rng: random.Random) -> None:
         self.world, self.rng, self.diary = world, rng, world.diary
-        self.backups: list[tuple[Path, datetime, Wishes]] = []
+        self.backups: list[tuple[Path, float, Wishes]] = []  # and at which true time each was made
 
     def do(self, name: str) -> None:
         """One act, unless the app says that it can't be."""
@@ -390,7 +390,7 @@ class Person:
         file = self.world.site.directory / f"backup-{len(self.backups)}.db"
         with self.world.without_crash():
             back_up(self._app.db.path, file)
-        self.backups = [*self.backups, (file, self._wall, self.diary.now.copy())][-3:]
+        self.backups = [*self.backups, (file, self.world.site.seconds(), self.diary.now.copy())][-3:]
 
 
 __all__ = ["IDLE_MISSION", "MINUTE", "Person"]

@@ -38,7 +38,7 @@ class Truth:
         self._count_again(rows)
 
     def _is_of_restored_time(self, row: Execution) -> bool:
-        return any(made - timedelta(hours=4) <= row.planned_at <= restored for made, restored in self.diary.restores)
+        return any(each.start - timedelta(hours=4) <= row.planned_at <= each.end for each in self.diary.restores)
 
     def _judge_open(self, row: Execution, found: list[Found], since: float) -> None:
         """Nothing is in its way, so it ends."""

@@ -21,7 +21,7 @@ from app.database.backups import restore
 from app.database.errors import DatabaseError
 from app.domain.models import Overlap, Schedule
 from mir_sim import SimulatedRobot
-from tests.simulation.diary import Diary, Manual
+from tests.simulation.diary import Diary, Manual, Restore
 from tests.simulation.operator import IDLE_MISSION, Person
 from tests.simulation.oracles import Judge
 from tests.simulation.profile import Findings, Nature, Profile
@@ -246,16 +246,16 @@ class World:
             self.site.container.db.close()
 
     def _restore(self) -> None:
-        file, wall, wishes = self.person.backups[-1]
-        restore(file, self.site.container.db.path, self.site.clock.now())
-        self.diary.restores.append((wall, self.site.clock.now()))
+        file, made_at, wishes = self.person.backups[-1]
+        at, wall = self.site.seconds(), self.site.clock.now()
+        restore(file, self.site.container.db.path, wall)
+        made = wall - timedelta(seconds=at - made_at + max(0.0, self.diary.ahead(at) - self.diary.ahead(made_at)))
+        self.diary.restores.append(Restore(at, made, wall))
         self.diary.wishes.append((self.site.seconds(), wishes.copy()))
         self.note_holds()
 
     def was_restored_since(self, true_time: float) -> bool:
-        return any(
-            restored >= START + timedelta(seconds=true_time + self.diary.ahead(true_time)) for _made, restored in self.diary.restores
-        )
+        return any(each.at >= true_time for each in self.diary.restores)
 
     def woke_up(self, seconds: float) -> None:
         self.judge.came_back(self.site.seconds() - seconds)
