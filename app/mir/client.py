@@ -48,7 +48,8 @@ class RobotClient:
         self.address = address
         self._token, self._clock, self._timeouts = token, clock, timeouts or Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
-        self._queue = QueueReader(self._entries, self.queue_item)
+        self.give_way: Callable[[], None] = lambda: None      # called between the many requests that reading a queue may take
+        self._queue = QueueReader(self._entries, self._next_item)
 
     def close(self) -> None:
         """Let go of the connection; a later call opens a new one."""
@@ -195,6 +196,10 @@ class RobotClient:
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
         answer = self._request(method, path, query=query, json=json)
         return self._read(answer, lambda found: parse.objects(found, message("the mission queue")))
+
+    def _next_item(self, queue_id: int) -> QueueItem:
+        self.give_way()
+        return self.queue_item(queue_id)
 
     def _put_status(self, body: Mapping[str, Any]) -> RobotStatus | None:
         began = self._clock()

@@ -12,7 +12,7 @@ from typing import Any
 from app.domain.message import message
 from app.domain.robot import QueueItem, QueueState
 from app.mir import parse
-from app.mir.errors import Refusal, Unreadable
+from app.mir.errors import Refusal, Rejected, RobotFault, Unreadable
 
 PAGE = 200                  # items asked for at once
 MOST_ITEMS = 5000           # read in one call
@@ -31,6 +31,7 @@ class QueueReader:
         self._ask, self._read_item = ask, read_item
         self._has_search = True              # until the robot says otherwise
         self._does_sort = True               # the same: the newest of its list come first
+        self._climbed = 0                    # highest id seen, where it doesn't sort
 
     def open_items(self) -> list[QueueItem]:
         states = [QueueState.PENDING.value, QueueState.EXECUTING.value]
@@ -59,9 +60,29 @@ class QueueReader:
 
     def highest_id(self) -> int | None:
         newest = self.ids({"sort_by": "id,desc", "limit": "2"})
-        if len(newest) == 2 and newest[0] < newest[1]:       # it doesn't sort; perhaps it doesn't page either
-            newest += self.ids({})
-        return max(newest, default=None)
+        if newest == sorted(newest, reverse=True):
+            return max(newest, default=None)
+        self._climbed = self._climb(max(newest + self.ids({})))       # it doesn't sort; perhaps it doesn't page either
+        return self._climbed
+
+    def _climb(self, listed: int) -> int:
+        """The list may end far below what is new, so numbers above it are tried, in longer and shorter steps. Only one that is there
+        counts: too low a number is safe to search from."""
+        known = self._climbed if self._climbed > listed and self._is_there(self._climbed) else listed
+        step = 1
+        while step:
+            if self._is_there(known + step):
+                known, step = known + step, 2 * step
+            else:
+                step //= 2
+        return known
+
+    def _is_there(self, number: int) -> bool:
+        try:
+            self._read_item(number)
+        except (Rejected, RobotFault, Unreadable):
+            return False
+        return True
 
     def ids(self, query: Mapping[str, str]) -> list[int]:
         return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]

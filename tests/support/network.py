@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tests.support.site import Site
 
 LATENCY = 0.02           # s
+MANY = 20                # requests of one client without a pause
 LONGEST_ANSWER = 9.0     # s, of a robot that answers slowly but well
 QUEUE = "/mission_queue"
 
@@ -160,6 +161,7 @@ class Network:
 class SimulatedTransport:
     def __init__(self, machine: SimulatedRobot, network: Network, clock: VirtualClock, name: str, token: Token) -> None:
         self._machine, self._network, self._clock, self._name = machine, network, clock, name
+        self._in_a_row, self._asked_at = 0, 0.0
         self._headers = {"Authorization": token.header, "Content-Type": "application/json", "Accept-Language": "en_US"}
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
@@ -170,7 +172,7 @@ class SimulatedTransport:
         fate = planned.fate
         if fate is Fate.LATE and planned.seconds is None:
             planned = replace(planned, seconds=timeout.read + network.rng.uniform(0, network.latest))
-        self._clock.advance(LATENCY)
+        self._take_time()
         if fate is Fate.REFUSED:
             raise Unreachable(code="refused", address=self._name)
         if fate is Fate.ASLEEP:
@@ -211,6 +213,16 @@ class SimulatedTransport:
                 assert network.site is not None
                 network.site.others_go_on(planned.seconds or 0.0)
         return answer
+
+    def _take_time(self) -> None:
+        """What a request takes. Others go on when there are very many without a pause."""
+        network = self._network
+        self._in_a_row = self._in_a_row + 1 if self._clock.monotonic() == self._asked_at else 0
+        if self._in_a_row < MANY or network.others_wait or network.site is None:
+            self._clock.advance(LATENCY)
+        else:
+            network.site.others_go_on(LATENCY)
+        self._asked_at = self._clock.monotonic()
 
     def _note(self, planned: Planned, json: Any) -> None:
         """A submission leaves."""

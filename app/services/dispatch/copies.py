@@ -85,7 +85,7 @@ class Copies:
         """What an earlier run of the app gave up, of late."""
         now = self._s.clock.now()
         for row in self._ledger.planned_between(self._seen.robot.id, now - LOOKS_BACK, now):
-            if row.attempts > 1 or (row.attempts and row.queue_id is None):
+            if row.queue_floor is not None and (row.attempts > 1 or (row.attempts and row.queue_id is None)):      # a POST has a floor
                 self.watch_for(row)
 
     @property

@@ -47,6 +47,7 @@ class RobotWorker:
         self._copies = Copies(client, shared, self.seen)
         self._submission = Submission(client, shared, self.seen, self._copies, self._is_still_idle)
         self._following = Following(client, shared, self.seen, self._copies, self._give_way)
+        client.give_way = self._give_way
         self._idle = IdleWatch()
         self._watched = False
         self._recover_up_to: float | None = math.inf         # executions up to this id may be in nobody's hands; None: none is

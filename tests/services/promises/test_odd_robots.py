@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import ReasonCode, State
+from app.domain.models import Connection, ReasonCode, State
 from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, sent_at, states
 
@@ -116,6 +116,36 @@ def test_on_such_a_robot_a_lost_request_is_sent_again_only_with_proof(simple, pl
     [(state, code, attempts)] = outcomes(site)
     assert (state, attempts) == (State.COMPLETED, 2) or (code, "unknown_outcome" in alarms(site)) == (ReasonCode.UNKNOWN_OUTCOME, True)
     assert [item.description for item in items(site)].count(site.executions()[0].token) == attempts - 1
+
+
+def test_on_such_a_robot_with_a_long_history_a_lost_answer_is_found(simple, plan):
+    """Its list ends far below what is new, but numbers lead up to it."""
+    site = simple
+    for _ in range(150):
+        site.stranger_queues("Home")
+    site.machines["R1"].cancel_all()
+    plan("2026-11-23T06:05")
+    plan("2026-11-23T06:06")
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(600)
+    assert outcomes(site) == [(State.COMPLETED, None, 1)] * 2
+    assert sent_at(site) == [pytest.approx(300, abs=1), pytest.approx(360, abs=1)]
+
+
+def test_what_was_never_sent_is_not_looked_for(simple, plan):
+    """Not even after a restart: a search from the first number on would read the robot's whole history again and again."""
+    site = simple
+    for _ in range(150):
+        site.stranger_queues("Home")
+    site.machines["R1"].cancel_all()
+    plan("2026-11-23T06:05")
+    site.at(290, lambda: site.network.down.add("R1"))
+    site.run(1300)
+    assert outcomes(site)[0][2] > 1
+    site.network.down.clear()
+    site.power_cut(5)
+    site.run(60)
+    assert site.container.snapshots.get(1).connection is Connection.CONNECTED
 
 
 def test_on_such_a_robot_starts_run_as_on_any(simple, plan):

@@ -152,6 +152,20 @@ def test_a_bare_list_that_is_paged_does_not_hide_the_newest() -> None:
     assert [found.id for found in robot.open_items()] == [901, 902, 903]
 
 
+@pytest.mark.parametrize("deleted", [set(), {60, 61, 200}, {50, 100, 150, 903}])
+def test_above_a_list_of_the_oldest_the_highest_number_is_climbed_to(deleted: set[int]) -> None:
+    items = [entry for entry in history(903) if entry["id"] not in deleted]
+    transport = QueueTransport(items, has_search=False, sorts=False, pages=False, page_of_bare_list=50)
+    transport._listed = lambda query, json: items[:50]      # type: ignore[method-assign]
+    robot, there = client(transport), [entry["id"] for entry in items]
+    assert robot.highest_queue_id() in there[-2:]
+    asked = len(transport.requests)
+    assert robot.highest_queue_id() in there[-2:]
+    assert len(transport.requests) - asked <= 5, "it goes on from there"
+    items[50:] = []
+    assert robot.highest_queue_id() == there[49], "its numbers began anew"
+
+
 def test_an_item_that_appears_twice_while_paging_counts_once() -> None:
     """A new item moves the pages on between two requests."""
     transport = QueueTransport(history(450), filters=False)
