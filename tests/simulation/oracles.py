@@ -248,7 +248,8 @@ class Judge:
         edited_at = next((at for at, wishes in reversed(self.diary.wishes) if wishes.plans.get(key[0]) != plan), -math.inf)
         if (plan.overlap is Overlap.SKIP and self._may_overlap(key, due)) or edited_at > due - self.diary.most_back():
             return None  # it was past when it was planned so, before the clock was set back
-        first = min(due, *self._times_shown(key[1]))      # it may have been given up before the clock was set back
+        shown = [at for at in self._times_shown(key[1]) if not self.diary.is_clear(robot, at - 2.0, at + 600.0, but=("slow", "clock"))]
+        first = min([due, *shown])  # it may have been given up then, before the clock was set back
         for start, until in self.diary.clear_spans(robot, due, end):
             if until - start < self._together or self._gave_up(robot, first, start):
                 continue
