@@ -68,6 +68,9 @@ class TrustingGuard:
     def judge(self, readings: object, can_ask: bool) -> Judgement:
         return Judgement(True)
 
+    def acted(self) -> None:
+        """There was nothing to do."""
+
 
 class App:
     """Engine and runner over so many robots."""
