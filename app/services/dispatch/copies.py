@@ -126,8 +126,8 @@ class Copies:
         floors = [row.queue_floor for row in rows if row.queue_floor is not None]
         newer = self._client.items_after(min(floors)) if floors else open_items          # what is over already too
         found = {("two_tablets", item.id) for item in newer if item.description in theirs}
-        if found - self._told:
-            self._told |= found
+        if found - self._alarmed:
+            self._alarmed |= found
             self._s.holds.hold("two tablets start missions of this plan")
             self._s.alarms.raise_("two_tablets", "tablet", robot=self._seen.robot.name)
         else:
