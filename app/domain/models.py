@@ -226,7 +226,7 @@ class Execution:
     queue_id: int | None = None
     cancel_code: ReasonCode | None = None           # asked for by the operator, not yet confirmed by the robot
     revoked: Reason | None = None        # must not be sent (again), though what is on the robot goes on
-    robot_address: str | None = None     # where it was accepted, and the serial number of the machine that did
+    robot_address: str | None = None     # where it was sent to, and the serial number of the machine there
     robot_serial: str | None = None
     submitted_at: datetime | None = None
     started_at: datetime | None = None

@@ -53,6 +53,7 @@ def scheduled(schedule: Schedule, robot: Robot, mission: Mission, settings: Sett
         state=State.SUBMITTING if is_intent else State.WAITING, attempts=int(is_intent), queue_floor=intent_floor,
         trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
         mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
+        robot_address=robot.address if is_intent else None, robot_serial=robot.serial_number if is_intent else None,
         minimum_battery_percent=minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,
         closes_at=closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
         token=token_of(install_id, schedule.id, planned_at))

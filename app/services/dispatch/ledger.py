@@ -35,6 +35,11 @@ class Move:
     columns: Mapping[str, Any]
 
 
+
+def was_replaced(row: Execution, serial_number: str | None) -> bool:
+    """Whether another machine than the one it was sent to is the row's robot now."""
+    return None not in (row.robot_serial, serial_number) and row.robot_serial != serial_number
+
 class Ledger:
     def __init__(self, db: Database, executions: ExecutionRepository, settings: SettingsRepository, clock: Clock, changes: Changes,
                  alarms: Alarms) -> None:
@@ -101,15 +106,16 @@ class Ledger:
             return execution
         return self._change(execution, (State.WAITING,), quietly=execution.wait is wait, wait=wait, wait_details=details)
 
-    def begin_attempt(self, execution: Execution, queue_floor: int | None) -> Execution | None:
+    def begin_attempt(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Execution | None:
         """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it.
 
-        The floor of the first attempt is kept: everything that this execution ever put on the robot lies above it. No line in the log:
-        how it went follows within moments.
+        The floor of the first attempt on this machine is kept: everything that this execution ever put there lies above it. No line in
+        the log: how it went follows within moments.
         """
-        floor = execution.queue_floor if execution.queue_floor is not None else queue_floor
+        is_first = execution.queue_floor is None or was_replaced(execution, robot.serial_number)
+        floor = queue_floor if is_first else execution.queue_floor
         return self._change(execution, (State.WAITING,), quietly=True, state=State.SUBMITTING, attempts=execution.attempts + 1,
-                            queue_floor=floor)
+                            queue_floor=floor, robot_address=robot.address, robot_serial=robot.serial_number)
 
     def end(self, execution: Execution, reason: Reason) -> Execution | None:
         """End an open execution with a reason, whose code gives the state."""

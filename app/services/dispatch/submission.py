@@ -24,6 +24,7 @@ from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, Rejected, RobotError, Unauthorized
 from app.services.dispatch.attempt import Attempt, Attempts, Phase
 from app.services.dispatch.copies import Copies
+from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
@@ -221,7 +222,7 @@ class Submission:
         if self._clock.now() >= row.closes_at:
             self.attempts.pop(row.id, None)          # the reads took too long; ended by the next call
             return
-        if intent := self._ledger.begin_attempt(row, floor):
+        if intent := self._ledger.begin_attempt(row, self._seen.robot, floor):
             if already_there:
                 self._found(intent, already_there)
             else:
@@ -315,7 +316,10 @@ class Submission:
         quiet_left = self._s.settings().unknown_outcome_quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
         is_closed = self._clock.now() >= row.closes_at
         try:
-            self._seen.read_status()                   # never read another machine's queue as this one's
+            status = self._seen.read_status()          # never read another machine's queue as this one's
+            if was_replaced(row, status.serial_number):
+                self._give_up(row, message("the robot was replaced by another machine meanwhile"))
+                return
             if found := self._copies.of(row):
                 self._found(row, found)
                 return

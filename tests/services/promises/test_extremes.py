@@ -105,6 +105,33 @@ def test_an_address_that_is_given_another_machine_leaves_the_outcome_unknown_and
     assert items(site, "R2") == []
 
 
+@pytest.mark.parametrize("fate", [Fate.LOST, Fate.ANSWER_LOST])
+@pytest.mark.parametrize("how", ["address", "serial_number"])
+def test_what_may_be_on_one_machine_is_not_sent_to_the_one_that_takes_its_place(tmp_path, fate, how):
+    """While an outcome is unknown the robot is replaced: a new address, or its own given to another machine, which a person accepts."""
+    site = Site(tmp_path, robots=2)
+    robot, mission = site.add_robots()[0], site.add_mission("Deliver")
+    site.container.catalogue.remove_robot(robot.id + 1)
+    other = site.machines["R2"]
+    for _ in range(3):                                        # its queue numbers go on above those of R1
+        site.stranger_queues(robot="R2")
+    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:05"), "UTC"))
+    site.network.next("POST", "/mission_queue", fate)
+    site.run(300.6)
+    if how == "address":
+        site.container.catalogue.save_robot(replace(robot_of(site), address="http://r2", serial_number=None))
+    else:
+        site.machines["R1"] = other
+        site.container.catalogue.save_robot(replace(robot_of(site), serial_number=other.serial_number))
+        site.power_cut(5)                                     # connections are made anew
+    site.run(300)
+    [row] = site.executions()
+    assert (row.state, reason(row).code, row.attempts) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+    assert len(items(site, "R2")) == 3
+    assert "unknown_outcome" in alarms(site)
+    site.switch_off()
+
+
 # ---------------------------------------------------------------------- a robot that drops descriptions
 @pytest.mark.parametrize("fate", [Fate.ANSWER_LOST, Fate.LATE, Fate.ERROR_AFTER])
 def test_the_first_lost_answer_of_a_robot_that_drops_descriptions_is_not_sent_again(site, plan, fate):
