@@ -99,7 +99,7 @@ class Copies:
         items = {item.id: item for item in open_items if looks_like_token(item.description)}
         self._find_other_tablet(items.values())
         self._watched = {token: value for token, value in self._watched.items() if value[1] > self._s.clock.monotonic()}
-        newer = self._client.items_after(min(floor for floor, _until in self._watched.values())) if self._watched else []
+        newer = self._client.items_after(self._watched_from()) if self._watched else []
         items |= {item.id: item for item in newer if item.description in self._watched}
         unsettled: set[str] = set()
         for item in sorted(items.values(), key=lambda item: item.id):
@@ -111,8 +111,13 @@ class Copies:
             else:
                 self._set_right(row, item)
         searched = max((item.id for item in newer), default=0)           # what is older has been seen
-        self._watched = {token: (floor if token in unsettled else max(floor, searched), until)
+        self._watched = {token: (floor if token in unsettled or not newer else searched, until)
                          for token, (floor, until) in self._watched.items()}
+
+    def _watched_from(self) -> int:
+        """What has to be searched has a higher number, unless the robot's numbers have begun anew since."""
+        floor, highest = min(floor for floor, _until in self._watched.values()), self._seen.highest
+        return 0 if highest is not None and highest < floor else floor
 
     def _find_other_tablet(self, open_items: Iterable[QueueItem]) -> None:
         """The plan moved here, and a token of the old tablet's for a start since then is on the robot: both are on. Each item is reported

@@ -6,8 +6,9 @@ import shutil
 import pytest
 
 from app.domain.models import InvalidInput, ReasonCode, State
+from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
-from tests.support.seen import alarms, items, outcomes, robot_of, sent_at, states
+from tests.support.seen import alarms, items, outcomes, reason, robot_of, sent_at, states
 from tests.support.site import Site
 
 
@@ -261,6 +262,29 @@ def test_a_copy_that_came_while_its_start_waited_is_seen_once_that_has_ended(sit
     site.run(800.0)
     [row] = site.executions()
     assert row.state is State.COMPLETED
+
+
+def test_what_arrives_late_is_found_though_the_robots_numbers_began_anew_meanwhile(site, plan):
+    """The robot's database was set up anew after the start was given up: its request comes as number 1."""
+    client = site.container.make_client(robot_of(site))
+    mission = site.container.repositories.missions.all(site.container.db.read())[0]
+    for _ in range(3):
+        client.enqueue(mission.guid)
+    client.clear_queue()
+    plan("2026-11-23T06:05", start_window_minutes=1)
+    site.network.next("POST", "/mission_queue", Fate.LATE, 300.0)
+    site.run(420)
+    [row] = site.executions()
+    assert reason(row).code is ReasonCode.WINDOW_CLOSED
+    site.machines["R1"].catch_up()
+    site.machines["R1"].queue = MissionQueue()
+    site.run(175)
+    site.network.down.add("R1")                # it comes, runs and ends while nobody sees it
+    site.run(180)
+    assert states(site) == ["Done"]
+    site.network.down.clear()
+    site.run(100)
+    assert [row.state for row in site.executions()] == [State.COMPLETED]
 
 
 def test_the_alarm_of_two_tablets_ends_with_the_hold_that_it_asks_to_release(site, plan, copy_of):
