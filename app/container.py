@@ -166,7 +166,8 @@ class Container:
         r = self.repositories
         return RobotWorker(robot, self.make_client(robot), Shared(
             self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
-            self.settings, self.calendar, r.settings.restored_at(self.db.read()), self.tablet, lambda: self.engine.plan_version))
+            self.settings, self.calendar, r.settings.restored_at(self.db.read()), self.tablet, lambda: self.engine.plan_version,
+            lambda: self.engine.trusted_since))
 
     def close(self) -> None:
         self.runner.stop()

@@ -77,6 +77,7 @@ class Engine:
         self._lock = threading.Lock()             # for what other threads ask: workers, whose turn it is
         self._inserting: int | None = None        # the thread that is writing what is due
         self.plan_version = 1                     # counts changes that may take a start back
+        self.trusted_since: datetime | None = None                       # when the tablet's clock was last found right
         self._robots_version = 1                  # counts changes of the robots
         self._matched_version = 0                 # of the robots that have their workers
         self._match_again_at = math.inf           # a worker could not be made
@@ -201,6 +202,8 @@ class Engine:
             self._planner.plan_anew()
         if judgement.is_trusted:
             self._guard.acted()
+            if was_in_doubt or self.trusted_since is None:
+                self.trusted_since = self._clock.now()
         return judgement
 
     def _readings(self) -> Readings:

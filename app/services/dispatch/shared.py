@@ -23,7 +23,7 @@ from app.services.planning.working_days import WorkingCalendar
 
 @dataclass(frozen=True)
 class Shared:
-    """``plan_version`` grows with every change that may take a start back."""
+    """``plan_version`` grows with every change that may take a start back. ``trusted_since``: when the tablet's clock was last found right."""
     db: Database
     clock: Clock
     ledger: Ledger
@@ -39,10 +39,13 @@ class Shared:
     restored_at: datetime | None           # who goes back to a backup opens everything anew
     tablet: Tablet
     plan_version: Callable[[], int]
+    trusted_since: Callable[[], datetime | None]
     activities: ActivityRepository = field(default_factory=ActivityRepository)
 
     @property
     def uncertain_through(self) -> datetime | None:
-        """What was planned up to then may be on a robot although its row does not say so: a backup was restored, or the plan moved here."""
+        """What was planned up to then may be on a robot although its row does not say so: a backup was restored, or the plan moved here.
+        The clock by which that was noted may have been wrong, so all counts that was planned before it was found right."""
         move = self.tablet.move
-        return max(filter(None, (self.restored_at, move.at if move else None)), default=None)
+        noted = [at for at in (self.restored_at, move.at if move else None) if at is not None]
+        return max([*noted, self.trusted_since() or noted[0]]) if noted else None

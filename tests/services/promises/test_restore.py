@@ -1,6 +1,8 @@
 """After a backup was restored, robots are asked for everything of the restored time before anything is sent (D9)."""
 from __future__ import annotations
 
+from datetime import timedelta
+
 import pytest
 
 from app.database.backups import back_up, restore
@@ -16,9 +18,9 @@ def backed_up(site):
         backup = site.directory / "before.db"
         back_up(site.container.db.path, backup)
 
-        def go_back():
+        def go_back(clock_behind=0.0):
             site.switch_off()
-            restore(backup, site.container.db.path, site.clock.now())
+            restore(backup, site.container.db.path, site.clock.now() - timedelta(seconds=clock_behind))
             site.switch_on()
         return go_back
     return make
@@ -38,6 +40,18 @@ def test_what_was_tried_before_the_backup_and_ran_after_it_is_not_sent_again(sit
     site.run(300)
     assert len(sent_at(site)) == 1
     assert [row.state for row in site.executions()] == [State.COMPLETED]
+
+
+def test_what_ran_since_the_backup_is_not_sent_again_though_the_clock_was_behind_at_the_restore(site, plan, backed_up):
+    """A tablet without power forgets the time: what the restore noted is earlier than what ran before it."""
+    plan("2026-11-23T06:05", start_window_minutes=120)
+    site.run(200)
+    go_back = backed_up()
+    site.run(300)
+    assert states(site) == ["Done"]
+    go_back(clock_behind=3600.0)
+    site.run(300)
+    assert len(sent_at(site)) == 1
 
 
 def test_a_mission_that_a_person_started_before_the_backup_is_not_sent_again(site, backed_up):
