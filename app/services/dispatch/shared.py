@@ -23,7 +23,7 @@ from app.services.planning.working_days import WorkingCalendar
 
 @dataclass(frozen=True)
 class Shared:
-    """``plan_version`` grows with every change that may take a start back. ``trusted_since``: when the tablet's clock was last found right."""
+    """``plan_version`` grows with every change that may take a start back. ``trusted_since``: when the clock was last found right."""
     db: Database
     clock: Clock
     ledger: Ledger
