@@ -9,6 +9,7 @@ from typing import Any
 
 from kivy.factory import Factory
 
+from app.domain.message import message, render
 from app.domain.models import Alarm, Connection, Priority, Robot, Wait
 from app.i18n import _
 from app.screens.common.alarms_view import Here
@@ -21,6 +22,8 @@ from app.screens.frame.view import banner, open_issues, robot_option, top_bar
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
+from app.services.live.holds import Hold
+from app.services.live.tablet import IS_COPY
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
 from tests.support import home_facts as sample
 
@@ -116,8 +119,19 @@ def fifty(studio: Any) -> None:
 
 @picture("home-held", sizes=(LANDSCAPE,))
 def held(studio: Any) -> None:
-    from app.services.live.holds import Hold
     home(studio, sample.FACTS, issues=OpenIssues(holds=[Hold("Late starts after the app was off")]))
+
+
+@picture("home-clock", sizes=BOTH)
+def wrong_clock(studio: Any) -> None:
+    problem = message("most robots' clocks are {time} behind it", time=message("{days} days", days=3))
+    home(studio, sample.FACTS, issues=OpenIssues([Alarm("clock_implausible", "clock", Priority.HIGH, sample.ago(minutes=1),
+                                                        {"problem": problem}, id=5)]))
+
+
+@picture("home-copy", sizes=BOTH)
+def copied_data(studio: Any) -> None:
+    home(studio, sample.FACTS, issues=OpenIssues(copy=Hold(render(IS_COPY, _), is_copy=True)))
 
 
 @picture("home-empty")
