@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import random
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -200,6 +200,8 @@ class Person:
         robot = self._robot()
         robot_id, was_off = self._id(robot), robot in self.diary.now.off
         plans = [plan for plan in self.diary.now.plans.values() if plan.robot_id == robot_id]
+        now = self.diary.now
+        gone = {token for token, manual in now.manual.items() if manual.robot == robot} - now.cancelled
         for row in self._app.history.open():
             if row.robot_id == robot_id:
                 self.diary.excused[row.token] = "its robot was removed"
@@ -208,21 +210,27 @@ class Person:
             for plan in plans:
                 wishes.plans.pop(plan.id)
             wishes.off.add(robot)
-            if self.diary.now.manual:
-                wishes.cancelled |= {token for token, manual in wishes.manual.items() if manual.robot == robot}
+            wishes.cancelled |= gone
 
         removed = self._decide(lambda: self._app.catalogue.remove_robot(robot_id), note)
-        self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True, on_again=None if was_off else robot)
+        self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True, on_again=None if was_off else robot, wanted=gone)
 
     def _undo_later(
-        self, removed: Any, plans: list[Schedule], after: float | None, must: bool = False, on_again: str | None = None
+        self,
+        removed: Any,
+        plans: list[Schedule],
+        after: float | None,
+        must: bool = False,
+        on_again: str | None = None,
+        wanted: Collection[str] = (),
     ) -> None:
-        """``must``: tried again until it succeeds, so that there is something to simulate."""
+        """``must``: tried again until it succeeds, so that there is something to simulate. ``wanted``: tokens that it brings back."""
         if after is None:
             return
 
         def note(wishes: Wishes) -> None:
             wishes.plans.update({plan.id: plan for plan in plans})
+            wishes.cancelled.difference_update(wanted)
             if on_again:
                 wishes.off.discard(on_again)
 

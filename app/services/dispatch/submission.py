@@ -219,8 +219,8 @@ class Submission:
         except RobotError as problem:
             self._read_failed([row], problem)
             return
-        if self._clock.now() >= row.closes_at:
-            self.attempts.pop(row.id, None)          # the reads took too long; ended by the next call
+        if self._clock.now() >= row.closes_at or self._s.holds.active(self._robot_id) is not None:
+            self.attempts.pop(row.id, None)          # the reads took too long, or it was held meanwhile; judged by the next call
             return
         if intent := self._ledger.begin_attempt(row, self._seen.robot, floor):
             if already_there:

@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 
 import pytest
 
-from app.domain.models import Schedule, State
+from app.domain.models import Schedule, State, Wait
 from tests.support.network import Fate
 from tests.support.seen import items, outcome
 from tests.support.site import Site
@@ -51,6 +51,20 @@ def test_a_read_that_is_answered_slowly_over_the_instant_delays_the_start_by_its
     [late] = lateness(site)
     assert late <= lasts + 0.5
     assert [item.description for item in items(site)] == [row.token]
+
+
+def test_what_is_held_while_the_robot_is_read_for_a_start_is_not_sent(site, plan):
+    """Its second try asks the robot what became of the first one; before the slow answer comes, somebody holds the robot."""
+    plan("2026-11-23T06:05")
+    site.network.others_wait = False
+    site.network.next("POST", "/mission_queue", Fate.REFUSED)
+    site.run(301)
+    site.network.next("POST", "/mission_queue/search", Fate.SLOW, 4.0, count=2)
+    site.at(3.0, lambda: site.container.holds.hold("a meeting"))
+    site.run(60)
+    assert [post.fate for post in site.network.posts()] == []
+    [row] = site.executions()
+    assert (row.state, row.wait) == (State.WAITING, Wait.HOLD)
 
 
 def test_a_submission_that_is_answered_slowly_is_accepted_when_it_is(site, plan):
