@@ -141,8 +141,8 @@ def seconds_left(executions: Sequence[Execution], now: datetime) -> int:
 
 def _copy(hold: Hold) -> BannerView:
     reason = _(hold.reason)
-    return BannerView(_("Nothing is sent from this tablet"), reason[:1].upper() + reason[1:], "attention", "tablet-dashboard", "", _("Decide"),
-                      Act.WHOSE_PLAN)
+    return BannerView(_("Nothing is sent from this tablet"), reason[:1].upper() + reason[1:], "attention", "tablet-dashboard", "",
+                      _("Decide"), Act.WHOSE_PLAN)
 
 
 def whose_plan() -> list[Option]:
