@@ -332,9 +332,9 @@ MUTANTS = (
     ),
     Mutant(
         "holds are ignored",
-        f"{SUBMISSION}._is_to_be_tried",
-        "elif hold := self._s.holds.active(self._robot_id):",
-        "elif (hold := self._s.holds.active(self._robot_id)) and hold.clock:",
+        f"{HOLDS}.active",
+        "hold.robot_id in (None, robot_id) and",
+        "hold.clock and",
         "under a hold",
         PEOPLE,
     ),

@@ -52,7 +52,7 @@ DynamicColor.get_rgba = _rgba
 
 
 PENDING = 200.0                          # s of virtual time, longer than any animation and than kivy's caches keep what they drew
-LET_GO_WITHIN = 5.0                      # s, in which threads of the test before end
+LET_GO_WITHIN = 20.0                     # s, in which threads of the test before end
 _shown_before: list[str] = []            # the last test that had the window
 
 
