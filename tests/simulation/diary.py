@@ -87,7 +87,8 @@ def instants(plan: Schedule, start: datetime, end: datetime) -> Iterator[datetim
     day = max(plan.start.date(), (start - timedelta(days=2)).date())
     while day <= (end + timedelta(days=2)).date():
         at = datetime.combine(day, plan.start.time(), zone).astimezone(UTC)
-        if start <= at < end and at >= first and ("DAILY" in plan.recurrence or WEEKDAYS[day.weekday()] in plan.recurrence.partition("BYDAY=")[2]):
+        is_on = "DAILY" in plan.recurrence or WEEKDAYS[day.weekday()] in plan.recurrence.partition("BYDAY=")[2]
+        if start <= at < end and at >= first and is_on:
             yield at
         day += timedelta(days=1)
 
