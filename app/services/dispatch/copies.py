@@ -9,7 +9,7 @@ import logging
 from collections.abc import Iterable, Sequence
 from datetime import timedelta
 
-from app.domain.models import Execution, ReasonCode, State
+from app.domain.models import Execution, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError
@@ -166,10 +166,13 @@ class Copies:
 
     def cancel_copy(self, item: QueueItem, row: Execution) -> None:
         """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised."""
+        runs = item.is_open or item.state is QueueState.DONE
+        if row.trigger is Trigger.IDLE:
+            self._ledger.note_idle_copy(self._seen.robot.id, item.id, runs=runs and not item.is_pending)
         if item.is_pending:
             self.cancel(item.id)
             self._alarm_once("duplicate_healed", row, item)
-        elif item.is_open or item.state is QueueState.DONE:
+        elif runs:
             self._alarm_once("duplicate_running", row, item)
 
     def cancel(self, queue_id: int) -> None:

@@ -96,6 +96,13 @@ class Ledger:
             self._announce(added)
         return added
 
+    def note_idle_copy(self, robot_id: int, queue_id: int, *, runs: bool) -> None:
+        """A second copy of an idle mission is no use of the robot by anybody: where it runs, it is what the robot did last by itself; where
+        it does not, nothing must have been between."""
+        last = self._robots.idle_queue_id(self._db.read(), robot_id) or 0
+        if queue_id == last + 1 or (runs and queue_id > last):
+            self._db.write(lambda c: self._robots.note_idle(c, robot_id, queue_id))
+
     def forget_idle(self, robot_id: int) -> None:
         """There was no idle mission in this idle period."""
         self._db.write(lambda c: self._robots.note_idle(c, robot_id, None))

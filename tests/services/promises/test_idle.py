@@ -33,6 +33,21 @@ def test_an_idle_start_whose_outcome_is_unknown_is_not_tried_again_once_somebody
     assert [row.state.is_open for row in site.executions()] == [False]
 
 
+@pytest.mark.parametrize(("is_seen", "copy"), [(True, "Aborted"), (False, "Done")])
+def test_a_late_copy_of_the_idle_mission_ends_no_rest(resting, is_seen, copy):
+    """Its request landed after the quiet time: cancelled or not, nobody has used the robot."""
+    site = resting
+    site.network.next("POST", "/mission_queue", Fate.LATE, 400.0)
+    site.run_until(lambda: len(states(site)) == 1, within=1800)
+    if not is_seen:
+        site.run(60)
+        site.network.down.add("R1")
+        site.at(400.0, site.network.down.clear)
+    site.run(2400)
+    assert states(site) == ["Done", copy]
+    assert len(sent_at(site)) == 2
+
+
 def test_an_idle_start_that_waits_for_its_next_try_is_judged_again(resting):
     """The robot refused the connection; when it accepts again somebody is using it."""
     site = resting
