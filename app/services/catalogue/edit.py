@@ -16,7 +16,7 @@ from app.database.calendar import CalendarRepository
 from app.database.executions import ExecutionRepository
 from app.database.holds import HoldRepository, StoredHold
 from app.database.missions import MissionRepository
-from app.database.robots import RobotRepository
+from app.database.robots import Accepted, RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import names, rules
@@ -49,6 +49,8 @@ _MOMENT = timedelta(microseconds=1)
 class Removed:
     """What one deletion took away, ids included: ``Catalogue.restore`` puts it back."""
     robot: Robot | None = None
+    accepted: Accepted | None = None                     # by that robot, last
+    idle_queue_id: int | None = None                     # of that robot
     missions: Sequence[Mission] = ()
     schedules: Sequence[Schedule] = ()
     skips: Collection[Skip] = ()
@@ -212,7 +214,8 @@ class Edit:
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
         waiting = self._ended(self._executions.end_open_of_robot(self.c, robot_id, reason, self.now))
         schedules = self.schedules.for_robot(self.c, robot_id)
-        removed = Removed(robot, schedules=schedules, skips=self._skips(schedules),
+        removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
+                          schedules=schedules, skips=self._skips(schedules),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
                           holds=[hold for hold in self._holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting)
         self._clear_alarms(robot_id)
@@ -380,6 +383,9 @@ class Edit:
         if removed.robot is not None:
             self._check_robot_name(removed.robot)
             self.robots.add(self.c, replace(removed.robot, idle=None))
+            self.robots.note_idle(self.c, removed.robot.id, removed.idle_queue_id)
+            if removed.accepted is not None:
+                self.robots.note_accepted(self.c, removed.robot.id, removed.accepted)
         for mission in removed.missions:
             if self.missions.by_name(self.c, mission.name, mission.robot_id):
                 raise InvalidInput("name", "there is a mission {name} already", name=mission.name)

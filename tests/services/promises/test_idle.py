@@ -33,6 +33,20 @@ def test_an_idle_start_whose_outcome_is_unknown_is_not_tried_again_once_somebody
     assert [row.state.is_open for row in site.executions()] == [False]
 
 
+def test_a_robot_that_is_deleted_and_put_back_is_not_sent_home_again(resting):
+    """Undo gives back what is known of its rest, and which item it took last."""
+    site = resting
+    site.run_until(lambda: states(site) == ["Done"], within=900)
+    catalogue, robots = site.container.catalogue, site.container.repositories.robots
+    robot, accepted = robot_of(site), robots.last_accepted(site.container.db.read(), robot_of(site).id)
+    removed = catalogue.remove_robot(robot.id)
+    site.run(20)
+    catalogue.restore(removed)
+    site.run(1800)
+    assert len(sent_at(site)) == 1
+    assert robots.last_accepted(site.container.db.read(), robot.id) == accepted is not None
+
+
 @pytest.mark.parametrize(("is_seen", "copy"), [(True, "Aborted"), (False, "Done")])
 def test_a_late_copy_of_the_idle_mission_ends_no_rest(resting, is_seen, copy):
     """Its request landed after the quiet time: cancelled or not, nobody has used the robot."""
