@@ -40,21 +40,22 @@ class QueueReader:
 
     def items_after(self, floor: int) -> list[QueueItem]:
         found = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor)
-        return found if self._has_search or self._does_sort else self._one_by_one(floor)
+        return found if self._has_search or self._does_sort else self._one_by_one(floor, found)
 
-    def _one_by_one(self, floor: int) -> list[QueueItem]:
+    def _one_by_one(self, floor: int, listed: Sequence[QueueItem]) -> list[QueueItem]:
         """Where a list proves nothing (it may be of the oldest), numbers do: those above the floor, until some in a row are not there."""
+        known = {item.id: item for item in listed}
         items: list[QueueItem] = []
         missing = 0
         for number in range(floor + 1, floor + 1 + MOST_SINGLE_READS):
             try:
-                items.append(self._read_item(number))
+                items.append(known.get(number) or self._read_item(number))
                 missing = 0
             except Refusal as error:
                 if error.status not in (404, 410):
                     raise
                 missing += 1
-                if missing == MISSING_IN_A_ROW:
+                if missing >= MISSING_IN_A_ROW and number >= max(known, default=0):
                     return items
         raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
 

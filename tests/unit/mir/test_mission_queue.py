@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from app.mir import mission_queue
@@ -84,6 +84,7 @@ def client(transport: QueueTransport) -> RobotClient:
 FEATURES = {name: st.booleans() for name in ("has_search", "filters", "sorts", "pages", "whitelists")}
 
 
+@example(done=0, executing=0, pending=2, above=7, features=dict.fromkeys(FEATURES, False))
 @examples(100)
 @given(done=st.integers(0, 450), executing=st.integers(0, 1), pending=st.integers(0, 30), above=st.integers(0, 40),
        features=st.fixed_dictionaries(FEATURES))
