@@ -166,9 +166,9 @@ class Copies:
 
     def cancel_copy(self, item: QueueItem, row: Execution) -> None:
         """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised."""
-        runs = item.is_open or item.state is QueueState.DONE
+        runs = item.state in (QueueState.EXECUTING, QueueState.DONE)
         if row.trigger is Trigger.IDLE:
-            self._ledger.note_idle_copy(self._seen.robot.id, item.id, runs=runs and not item.is_pending)
+            self._ledger.note_idle_copy(self._seen.robot.id, item.id, runs=runs)
         if item.is_pending:
             self.cancel(item.id)
             self._alarm_once("duplicate_healed", row, item)
