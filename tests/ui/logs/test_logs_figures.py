@@ -16,23 +16,7 @@ from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
 from tests.ui import checks
-from tests.ui.logbook import opened, show_anew, tap
-
-
-@pytest.fixture(scope="module")
-def ui(shared_ui):
-    return shared_ui
-
-
-@pytest.fixture(scope="module")
-def container(shared_container):
-    return shared_container
-
-
-@pytest.fixture(scope="module")
-def logs(container, ui):
-    with opened(container, ui) as app:
-        yield app
+from tests.ui.logbook import show_anew, tap
 
 
 @pytest.fixture
