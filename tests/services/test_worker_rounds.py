@@ -9,6 +9,7 @@ import pytest
 from app.domain.models import State
 from app.mir.client import RobotClient
 from app.mir.errors import Unreachable
+from app.services.dispatch.submission import STARTED_TOGETHER
 from app.services.dispatch.timing import LIVE_EVERY
 from app.services.dispatch.worker import RobotWorker
 
@@ -26,9 +27,9 @@ def ledger(site, monkeypatch) -> SimpleNamespace:
         seen.looks += 1
         return unsent_of(robot_id)
 
-    def write(moves, patient=False):
+    def write(moves, **how):
         seen.writes += [len(moves)] if moves else []
-        return make(moves, patient)
+        return make(moves, **how)
 
     monkeypatch.setattr(real, "unsent_of", look)
     monkeypatch.setattr(real, "make", write)
@@ -70,8 +71,30 @@ def test_what_waits_for_a_robot_that_is_gone_is_one_write_a_try(site, plan, ledg
     assert [run.attempts for run in site.executions()] == [1] * COUNT
     assert ledger.writes == [COUNT]
     site.network.down.clear()
+    ledger.writes.clear()
     site.run(60.0)
     assert all(run.queue_id for run in site.executions())
+    assert ledger.writes[:2] == [STARTED_TOGETHER, COUNT - STARTED_TOGETHER]           # their intents
+
+
+def test_one_that_is_cancelled_while_another_of_the_same_write_is_sent_is_not_sent(site, plan, monkeypatch):
+    for name in ("first", "second"):
+        plan("2026-11-23T06:05", name=name)
+    site.network.down.add("R1")
+    site.run(DUE + 1.0)
+    site.network.down.clear()
+    _first, second = site.executions()
+    send, sent = RobotClient.enqueue, []
+
+    def slowly(client, *given, text, **rest):
+        sent.append(text)
+        site.container.operator.cancel_execution(second.id)
+        return send(client, *given, text=text, **rest)
+
+    monkeypatch.setattr(RobotClient, "enqueue", slowly)
+    site.run(60.0)
+    assert sent == ["first"]
+    assert site.executions()[1].state is State.CANCELLED
 
 
 def test_what_one_look_brings_is_one_write(site, plan, ledger):

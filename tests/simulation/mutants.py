@@ -167,9 +167,9 @@ MUTANTS = (
     ),
     Mutant(
         "an intent that is not on disk",
-        f"{LEDGER}.begin_attempt",
-        "return self._change(execution, (State.WAITING,), quietly=True, ",
-        "from dataclasses import replace; return replace(execution, ",
+        f"{SUBMISSION}._begin",
+        "return self._ledger.make([self._ledger.begun(row, robot, floor) for row in rows], quietly=True)",
+        "from dataclasses import replace; return [replace(row, **self._ledger.begun(row, robot, floor).columns) for row in rows]",
         "items with one token",
         CRASHES,
     ),
@@ -265,7 +265,14 @@ MUTANTS = (
         "never ran",
         LOST,
     ),
-    Mutant("low battery, for ever", f"{SUBMISSION}._try", "self._later(row, RECHECK)", "self._later(row, 1e9)", "never ran", FLAT_ROBOTS),
+    Mutant(
+        "low battery, for ever",
+        f"{SUBMISSION}._is_ready",
+        "self._later(row, RECHECK)",
+        "self._later(row, 1e9)",
+        "never ran",
+        FLAT_ROBOTS,
+    ),
     Mutant(
         "a hold without end",
         "services.live.holds:Hold.is_over",
@@ -321,7 +328,7 @@ MUTANTS = (
         CALM,
     ),
     # ------------------------------------------------------------------ nothing that is not wanted
-    Mutant("sent as soon as it is on disk", f"{SUBMISSION}.hold", "ahead = min(", "ahead = 0.0 * min(", "before its instant", CALM),
+    Mutant("sent as soon as it is on disk", f"{SUBMISSION}._hold", "ahead = min(", "ahead = 0.0 * min(", "before its instant", CALM),
     Mutant(
         "the window does not close",
         f"{RULES}:closes_at",

@@ -35,10 +35,10 @@ class Move:
     columns: Mapping[str, Any]
 
 
-
 def was_replaced(row: Execution, serial_number: str | None) -> bool:
     """Whether another machine than the one it was sent to is the row's robot now."""
     return None not in (row.robot_serial, serial_number) and row.robot_serial != serial_number
+
 
 class Ledger:
     def __init__(self, db: Database, executions: ExecutionRepository, settings: SettingsRepository, clock: Clock, changes: Changes,
@@ -113,29 +113,20 @@ class Ledger:
             return execution
         return self._change(execution, (State.WAITING,), quietly=execution.wait is wait, wait=wait, wait_details=details)
 
-    def begin_attempt(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Execution | None:
-        """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it.
-
-        The floor of the first attempt on this machine is kept: everything that this execution ever put there lies above it. No line in
-        the log: how it went follows within moments.
-        """
-        is_first = execution.queue_floor is None or was_replaced(execution, robot.serial_number)
-        floor = queue_floor if is_first else execution.queue_floor
-        return self._change(execution, (State.WAITING,), quietly=True, state=State.SUBMITTING, attempts=execution.attempts + 1,
-                            queue_floor=floor, robot_address=robot.address, robot_serial=robot.serial_number)
-
     def end(self, execution: Execution, reason: Reason) -> Execution | None:
         """End an open execution with a reason, whose code gives the state."""
         return next(iter(self.make([self.ended(execution, reason, (execution.state,))])), None)
 
-    def make(self, moves: Sequence[Move], patient: bool = False) -> list[Execution]:
+    def make(self, moves: Sequence[Move], patient: bool = False, quietly: bool = False) -> list[Execution]:
         """Moves found by one read of a robot, in one transaction; the rows after those that could be made. Several moves of one
-        execution are made in their order. ``patient`` ones may wait some ms to share a transaction."""
+        execution are made in their order. ``patient`` ones may wait some ms to share a transaction; of ``quietly`` made ones the log says
+        nothing: what follows within moments tells more."""
         if not moves:
             return []
         changed = self._db.write(lambda c: [row for move in moves if (row := self._made(c, move))], patient)
         for row in changed:
-            log.info("%s", describe(row))
+            if not quietly:
+                log.info("%s", describe(row))
             if row.ended_at is not None:
                 self.grew = True
                 self.alarm_for(row)
@@ -152,6 +143,14 @@ class Ledger:
             if made.trigger is Trigger.IDLE:
                 self._robots.note_idle(c, made.robot_id, made.queue_id)
         return made
+
+    def begun(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Move:
+        """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it. The floor of the
+        first attempt on this machine is kept: everything that this execution ever put there lies above it."""
+        is_first = execution.queue_floor is None or was_replaced(execution, robot.serial_number)
+        floor = queue_floor if is_first else execution.queue_floor
+        return Move(execution, (State.WAITING,), {"state": State.SUBMITTING, "attempts": execution.attempts + 1, "queue_floor": floor,
+                                                  "robot_address": robot.address, "robot_serial": robot.serial_number})
 
     def accepted(self, execution: Execution, robot: Robot, queue_id: int) -> Move:
         """The robot has it since now. If this were never written, the robot would be asked."""

@@ -32,6 +32,7 @@ from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
 
+STARTED_TOGETHER = 8             # that wait for one robot, with one write; should the app be killed then, all of them are looked for
 SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched after a restore, for submissions that the backup does not know
 
 
@@ -59,27 +60,27 @@ class Submission:
 
     def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
         """Send each at its instant, however the wall clock is set meanwhile. One that came after it was looked for is not."""
+        self._hold(self._own(intents), plan_version)
+
+    def _hold(self, intents: Iterable[Execution], plan_version: int) -> None:
         wall, mono = self._clock.now(), self._clock.monotonic()
-        for intent in self._own(intents):
+        for intent in intents:
             ahead = min(max(0.0, (intent.planned_at - wall).total_seconds()), INTENT_LEAD)
             self.attempts[intent.id] = Attempt(Phase.HELD, mono + ahead, intent, plan_version)
 
     def _own(self, intents: Iterable[Execution]) -> list[Execution]:
         return [intent for intent in intents if intent.id not in self._recovered]
 
-    def send_due(self) -> bool:
-        """Those held whose instant has come, in dispatch order. Returns whether one of them has to be judged like any that waits."""
+    def send_due(self) -> None:
+        """Those held whose instant has come, in dispatch order. What can't be sent now is judged like any that waits."""
         mono = self._clock.monotonic()
         due = [attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row and attempt.wake_at <= mono]
-        is_released = False
         for intent in rules.in_dispatch_order(due):
             is_changed = self.attempts[intent.id].plan_version != self._s.plan_version()
             if self._can_send() and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent)):
                 self._post(intent)
             else:
-                is_released = True
                 self._release([intent])
-        return is_released
 
     def run(self, only: int | None = None) -> None:
         """Do what can be done now for everything that no robot has yet; ``only`` this one execution."""
@@ -88,6 +89,7 @@ class Submission:
         self._forget_all_but({each.id for each in unsent})
         is_held = self._s.holds.active(self._robot_id) is not None
         awake = [each.id for each in unsent if self._is_awake(each, is_held)]
+        starts: list[Execution] = []
         unreachable: list[Execution] = []
         trouble: RobotError | None = None        # asked once, and written once, for all that wait
         for row in rules.in_dispatch_order(self._ledger.unsent(awake)):
@@ -96,8 +98,11 @@ class Submission:
             elif self._is_to_be_tried(row):
                 if trouble := trouble or self._seen.trouble():
                     unreachable.append(row)
-                else:
-                    self._try(row)
+                elif self._is_ready(row, starts):
+                    starts.append(row)
+                    if len(starts) == STARTED_TOGETHER:
+                        self._start(starts)
+        self._start(starts)
         if trouble:
             self._read_failed(unreachable, trouble)
         self.note()
@@ -143,11 +148,13 @@ class Submission:
 
     def _release(self, intents: Sequence[Execution]) -> None:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
+        for intent in intents:
+            self.attempts.pop(intent.id, None)
         for waiting in self._ledger.make([self._ledger.not_tried(intent) for intent in intents]):
             if reason := self._taken_back(waiting):
                 self._ledger.end(waiting, reason)
-        for intent in intents:
-            self.attempts.pop(intent.id, None)
+            else:
+                self._later(waiting, 0.0)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
         for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
@@ -199,34 +206,42 @@ class Submission:
         return until > mono
 
     # ------------------------------------------------------------------ an attempt
-    def _try(self, row: Execution) -> None:
-        """Send it, if the battery allows that and the robot's queue can be read."""
+    def _is_ready(self, row: Execution, before: list[Execution]) -> bool:
+        """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
         try:
             battery, minimum = self._seen.recent_status().battery_percentage, row.minimum_battery_percent
             if not rules.battery_allows(battery, minimum):
                 self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
                 self._later(row, RECHECK)
-                return
-            if row.trigger is Trigger.IDLE and row.attempts and not self._is_still_idle(row):
-                details = {"attempts": row.attempts, "problem": row.wait_details.get("problem", "")}
-                self._ledger.end(row, Reason(ReasonCode.RETRY_LIMIT, details))
-                self._ledger.forget_idle(self._robot_id)      # it may begin anew
-                return
-            floor = self._seen.highest
-            if floor is None:
-                floor = self._client.highest_queue_id() or 0
-            already_there = self._already_there(row, floor)
+                return False
+            if row.trigger is Trigger.IDLE and row.attempts:
+                self._start(before)
+                if not self._is_still_idle(row):
+                    details = {"attempts": row.attempts, "problem": row.wait_details.get("problem", "")}
+                    self._ledger.end(row, Reason(ReasonCode.RETRY_LIMIT, details))
+                    self._ledger.forget_idle(self._robot_id)      # it may begin anew
+                    return False
+            if self._seen.highest is None:
+                self._seen.highest = self._client.highest_queue_id() or 0
+            already_there = self._already_there(row, self._seen.highest)
         except RobotError as problem:
             self._read_failed([row], problem)
-            return
-        if self._clock.now() >= row.closes_at or self._s.holds.active(self._robot_id) is not None:
-            self.attempts.pop(row.id, None)          # the reads took too long, or it was held meanwhile; judged by the next call
-            return
-        if intent := self._ledger.begin_attempt(row, self._seen.robot, floor):
-            if already_there:
+            return False
+        if already_there:
+            for intent in self._begin([row]):
                 self._found(intent, already_there)
-            else:
-                self._post(intent)
+        return not already_there
+
+    def _start(self, rows: list[Execution]) -> None:
+        """Their intents with one write, then each like those the planner has written. Empties ``rows``."""
+        plan_version = self._s.plan_version()
+        self._hold(self._begin(rows), plan_version)
+        rows.clear()
+        self.send_due()
+
+    def _begin(self, rows: list[Execution]) -> list[Execution]:
+        robot, floor = self._seen.robot, self._seen.highest
+        return self._ledger.make([self._ledger.begun(row, robot, floor) for row in rows], quietly=True)
 
     def _already_there(self, row: Execution, floor: int) -> list[QueueItem]:
         """What an earlier attempt may have put there. A restored backup may not know that there was one; the token is the same. A tablet

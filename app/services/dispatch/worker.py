@@ -109,8 +109,7 @@ class RobotWorker:
 
     def _give_way(self) -> None:
         """What is due goes before everything else, also between two reads of a robot that answers slowly."""
-        if self._submission.send_due():
-            self._ledger_changed = True
+        self._submission.send_due()
         if self._submission.attempts.may_be_with_the_robot():
             self._note_sent(True)
 
