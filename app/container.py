@@ -90,10 +90,10 @@ class Container:
         self._settings = CachedUntilChanged(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
         self._calendar = CachedUntilChanged(lambda: working_calendar(db.read(), self.settings()), self.changes,
                                             Topic.SETTINGS, Topic.CALENDAR)
-        self.access = Access(db, repositories.settings, clock, self.changes)
         self.downtime = Downtime()
         self.snapshots = Snapshots(self.changes)
         self.alarms = Alarms(db, repositories.alarms, clock, self.changes)
+        self.access = Access(db, repositories.settings, clock, self.changes, self.alarms)
         self.holds = Holds(db, repositories.holds, clock, self.changes)
         self.tablet = Tablet(db, repositories.settings, clock, self.holds, machine)
         self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes, self.alarms)

@@ -191,6 +191,10 @@ class SchedulerApp(MDApp):
         self.root_box.clear_widgets()
         self.root_box.add_widget(RescuePage(Damage(damage.message, backup, restore, translator.language), self._bus, self.begin))
 
+    def open_settings(self, *_args: object) -> bool:
+        """Kivy's own page of settings, which F1 opens otherwise, past the PIN."""
+        return False
+
     def on_pause(self) -> bool:
         """Android: stay alive behind other apps."""
         return True

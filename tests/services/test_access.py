@@ -5,12 +5,14 @@ import logging
 
 import pytest
 
+from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain.models import InvalidInput
 from app.services.catalogue import configuration
 from app.services.live import access
-from app.services.live.access import TRIES, WAIT_S, Access, Verdict
+from app.services.live.access import ALARM_AFTER, TRIES, WAIT_S, Access, Verdict
+from app.services.live.alarms import Alarms, alarm_sentence
 from app.services.live.changes import Changes
 from tests.support.clock import VirtualClock
 
@@ -23,7 +25,9 @@ class Door:
 
     def again(self) -> Access:
         """As after a restart."""
-        return Access(self.db, SettingsRepository(), self.clock, Changes())
+        changes = Changes()
+        self.alarms = Alarms(self.db, AlarmRepository(), self.clock, changes)
+        return Access(self.db, SettingsRepository(), self.clock, changes, self.alarms)
 
 
 @pytest.fixture
@@ -66,7 +70,56 @@ def test_after_five_wrong_ones_nothing_is_taken_for_half_a_minute(door):
     door.clock.advance(WAIT_S - 1)
     assert door.access.check("4711").wait_s == 1
     door.clock.advance(1)
+    assert door.access.check("4711").is_right
     assert door.access.check("0000") == Verdict(False, 4)
+
+
+def guess(door, times: int) -> list[float]:
+    """The seconds to wait after each wrong PIN, which are waited."""
+    waits = []
+    for _n in range(times):
+        waits.append(door.access.check("0000").wait_s)
+        door.clock.advance(waits[-1])
+    return waits
+
+
+def test_who_goes_on_guessing_waits_twice_as_long_each_time_and_an_hour_at_most(door):
+    door.access.set_pin("4711")
+    assert guess(door, 14) == [0, 0, 0, 0, 30, 60, 120, 240, 480, 960, 1920, 3600, 3600, 3600]
+    assert door.access.check("4711").is_right
+    assert guess(door, 5) == [0, 0, 0, 0, 30]
+
+
+def test_a_restart_shortens_no_waiting_time(door):
+    door.access.set_pin("4711")
+    guess(door, 7)
+    door.access.check("0000")
+    door.clock.advance(200)
+    door.access = door.again()
+    assert door.access.check("4711") == Verdict(False, 0, 240)
+    door.clock.advance(240)
+    assert door.access.check("0000").wait_s == 480
+
+
+def test_ten_wrong_ones_are_an_alarm_until_the_right_one_comes(door):
+    door.access.set_pin("4711")
+    guess(door, ALARM_AFTER - 1)
+    assert door.alarms.open() == []
+    guess(door, 2)
+    [alarm] = door.alarms.open()
+    assert (alarm.code, alarm.count, alarm.cleared_at) == ("pin_guessed", 1, None)
+    assert alarm_sentence(alarm) == "Somebody is guessing the PIN of Settings: 10 wrong ones in a row, or more"
+    assert door.access.check("4711").is_right
+    [alarm] = door.alarms.open()
+    assert alarm.cleared_at is not None
+
+
+def test_removing_the_pin_ends_the_waiting(door):
+    door.access.set_pin("4711")
+    guess(door, 8)
+    door.access.check("0000")
+    assert door.access.remove()
+    door.access.set_pin("4711")
     assert door.access.check("4711").is_right
 
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import pytest
+from kivy.core.window import Window
 
 from app.domain.models import Robot
 from app.screens.common.pin_dialog import PinDialog
@@ -14,6 +15,8 @@ from app.widgets.rows import SectionRow
 from app.widgets.tokens import apply_theme
 from tests.ui import checks
 from tests.ui.integrator import go, says
+
+F1 = 282
 
 
 @pytest.fixture
@@ -77,6 +80,13 @@ def test_it_is_removed(site, app, ui):
 
 
 # ---------------------------------------------------------------------- entering
+def test_no_key_opens_kivys_own_settings_past_it(site, app, ui):
+    before = list(Window.children)
+    Window.dispatch("on_keyboard", F1, 0, None, [])
+    ui.wait(lambda: ui.find_all(NavItem))
+    assert Window.children == before
+
+
 def test_settings_asks_and_opens_with_the_right_one_only(site, app, ui):
     site.container.access.set_pin("4711")
     to_settings(ui)

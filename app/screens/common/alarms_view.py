@@ -106,6 +106,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "database": lambda: _("check the tablet's disk"),
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
+    "pin_guessed": lambda: _("who knows the PIN ends this by entering it"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
 _LOUD: Mapping[str, Callable[[], str]] = {
@@ -166,7 +167,7 @@ def alarm_icon(alarm: Alarm) -> str:
 
 # ---------------------------------------------------------------------- what can be done
 _OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot")
-_OF_THE_TABLET = ("app_was_off", "clock_stepped", "two_tablets", "chore_failed")
+_OF_THE_TABLET = ("app_was_off", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
 _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed", "late_cancelled",
                 "adopted_unproven", "item_unreadable")

@@ -13,7 +13,7 @@ from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import keyboard_words, language_name, theme_names
-from app.services.live.access import LONGEST, SHORTEST
+from app.services.live.access import ADVISED, LONGEST, SHORTEST
 
 
 class DisplayModel(EventDispatcher):
@@ -51,7 +51,8 @@ class DisplayPage(SettingsPage):
     def ask_for_pin(self) -> None:
         """Twice, so that a typing error locks nobody out."""
         access = self.context.services.access
-        first = _("Choose {least} to {most} digits").format(least=SHORTEST, most=LONGEST)
+        first = _("Choose {least} to {most} digits; {advised} or more are hard to guess").format(
+            least=SHORTEST, most=LONGEST, advised=ADVISED)
         dialog = PinDialog(title=_("New PIN"), text=first)
         chosen: list[str] = []
 

@@ -11,6 +11,7 @@ from kivy.core.window import Window
 
 from app.domain.clock import Clock as AppClock
 from app.i18n import _, ngettext
+from app.screens.common import formats
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell
 from app.services.live.access import Access, Verdict
@@ -99,7 +100,7 @@ class Gate:
         if dialog is None:
             return
         if wait_s > 0:
-            dialog.problem = _("Too many wrong PINs; wait {n} s").format(n=math.ceil(wait_s))
+            dialog.problem = _("Too many wrong PINs; wait {time}").format(time=formats.duration(math.ceil(wait_s)))
         elif dialog.waiting:
             dialog.problem = ""
         dialog.waiting = wait_s > 0

@@ -15,14 +15,18 @@ from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput
+from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger(__name__)
 
-SHORTEST, LONGEST = 4, 8                 # digits
-TRIES = 5                                # wrong tries, after which every try is refused for WAIT_S
-WAIT_S = 30.0                            # of the monotonic clock: setting the tablet's clock shortens nothing
+SHORTEST, ADVISED, LONGEST = 4, 6, 8      # digits
+TRIES = 5                                # wrong tries in a row, after which every try is refused for WAIT_S; for twice as long after
+WAIT_S, LONGEST_WAIT_S = 30.0, 3600.0    # each further one. Of the monotonic clock: setting the tablet's clock shortens nothing
+ALARM_AFTER = 10                         # wrong tries in a row
 _NAME = "settings_pin"                   # of the row in the table of settings; no field of ``Settings``, so no way into a file
+_WRONG = "settings_pin_wrong"            # the same, for how many wrong tries there were in a row
+_ALARM = ("pin_guessed", "settings")
 _COST = {"n": 2**14, "r": 8, "p": 1}     # scrypt as RFC 7914 recommends for logging in: 16 MiB and some 50 ms
 
 
@@ -35,12 +39,12 @@ class Verdict:
 
 
 class Access:
-    """Asks for a PIN where one is set. The count of wrong ones lives in memory."""
+    """Asks for a PIN where one is set. A restart shortens no waiting time, it begins anew."""
 
-    def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes) -> None:
-        self._db, self._settings, self._clock, self._changes = db, settings, clock, changes
-        self._wrong = 0
-        self._closed_until = float("-inf")   # monotonic
+    def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes, alarms: Alarms) -> None:
+        self._db, self._settings, self._clock, self._changes, self._alarms = db, settings, clock, changes, alarms
+        self._wrong: int = settings.get(db.read(), _WRONG, 0)
+        self._closed_until = clock.monotonic() + _wait_after(self._wrong)
         self._known: dict[str, Any] | None = None
         self._is_known = False               # whether ``_known`` is what is stored
         changes.subscribe(self._forget)
@@ -70,21 +74,30 @@ class Access:
             return Verdict(False, 0, wait_s)
         stored = self._stored()
         if stored is None or hmac.compare_digest(_hash(pin, bytes.fromhex(stored["salt"]), stored).hex(), stored["hash"]):
-            self._wrong = 0
+            self._forgive()
             return Verdict(True)
         self._wrong += 1
-        if self._wrong < TRIES:
-            return Verdict(False, TRIES - self._wrong)
-        self._wrong = 0
-        self._closed_until = self._clock.monotonic() + WAIT_S
-        log.warning("%d wrong PINs for Settings in a row; none is taken for %d s", TRIES, WAIT_S)
-        return Verdict(False, 0, WAIT_S)
+        wait_s = _wait_after(self._wrong)
+        self._closed_until = self._clock.monotonic() + wait_s
+        self._db.write(lambda c: self._settings.put(c, _WRONG, self._wrong))
+        if self._wrong >= TRIES:
+            log.warning("%d wrong PINs for Settings in a row; none is taken for %d s", self._wrong, wait_s)
+        if self._wrong >= ALARM_AFTER:
+            self._alarms.raise_(*_ALARM, tries=ALARM_AFTER)
+        return Verdict(False, max(0, TRIES - self._wrong), wait_s)
 
     def wait_s(self) -> float:
         """Seconds for which every try is still refused."""
         return max(0.0, self._closed_until - self._clock.monotonic())
 
     # ------------------------------------------------------------------ inside
+    def _forgive(self) -> None:
+        """Who knows the PIN, or needs none, was no guesser."""
+        if self._wrong:
+            self._wrong, self._closed_until = 0, self._clock.monotonic()
+            self._db.write(lambda c: self._settings.put(c, _WRONG, 0))
+            self._alarms.clear(*_ALARM)
+
     def _stored(self) -> dict[str, Any] | None:
         if not self._is_known:
             self._known, self._is_known = self._settings.get(self._db.read(), _NAME), True
@@ -96,8 +109,13 @@ class Access:
 
     def _put(self, value: dict[str, Any] | None) -> None:
         self._db.write(lambda c: self._settings.put(c, _NAME, value))
-        self._wrong = 0
+        self._forgive()
         self._changes.publish(Topic.SETTINGS)
+
+
+def _wait_after(wrong: int) -> float:
+    """Seconds for which no PIN is taken after so many wrong ones in a row: to try all of four digits then takes more than a year."""
+    return min(WAIT_S * 2.0 ** min(wrong - TRIES, 20), LONGEST_WAIT_S) if wrong >= TRIES else 0.0
 
 
 def _hash(pin: str, salt: bytes, cost: dict[str, Any]) -> bytes:

@@ -46,6 +46,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),
     "two_tablets": (Priority.HIGH, "Another tablet starts missions of this plan on {robot} too; nothing is sent from here"),
+    "pin_guessed": (Priority.HIGH, "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
 KEPT = 1000                  # past alarms
