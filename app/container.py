@@ -30,6 +30,7 @@ from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
 from app.services.dispatch.runner import Runner
 from app.services.dispatch.shared import Shared
+from app.services.dispatch.whereabouts import Whereabouts
 from app.services.dispatch.worker import RobotWorker
 from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import DataFiles
@@ -105,10 +106,13 @@ class Container:
         planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
                           missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
                           alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
+        robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
+        self.whereabouts = Whereabouts(db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings)
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
         self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,
                              robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
-                             poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe)
+                             poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe,
+                             whereabouts=self.whereabouts)
         self.engine.add_chore("Watching the database", db.check_in_place)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
@@ -166,8 +170,7 @@ class Container:
         r = self.repositories
         return RobotWorker(robot, self.make_client(robot), Shared(
             self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
-            self.settings, self.calendar, r.settings.restored_at(self.db.read()), self.tablet, lambda: self.engine.plan_version,
-            lambda: self.engine.trusted_since))
+            self.settings, self.calendar, self.tablet, self.whereabouts, lambda: self.engine.plan_version))
 
     def close(self) -> None:
         self.runner.stop()

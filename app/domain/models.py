@@ -99,6 +99,7 @@ class Wait(StrEnum):
     HOLD = "hold"
     LATE_START = "late_start"            # the app came back late; sent when the operator's 30 s are over
     CLOCK = "clock"
+    ELSEWHERE = "elsewhere"              # a robot may have it though a restored backup does not say so: all are asked
 
 
 class Overlap(StrEnum):

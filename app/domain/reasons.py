@@ -69,6 +69,8 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType({
     Wait.HOLD: ((("hold",), "Held back: {hold}; waits until {closes_at}"), ((), "Held back; waits until {closes_at}")),
     Wait.LATE_START: (((), "Starts late because the app was off; can be held back now"),),
     Wait.CLOCK: (((), "The tablet's clock can't be trusted; waits until {closes_at}"),),
+    Wait.ELSEWHERE: ((("robots",), "May have run already; waits until {closes_at} for an answer from {robots}"),
+                     ((), "Robots are being asked whether it has run already; waits until {closes_at}")),
 })
 
 _UNDER_WAY: Mapping[State, str] = MappingProxyType({

@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta
 from functools import cache
 from typing import Any
 
-from app.domain.message import Message
+from app.domain.message import Message, message
 from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
 
 SHORTEST_WINDOW = timedelta(minutes=1)
@@ -107,6 +107,11 @@ def when_window_closed(execution: Execution, app_was_down: bool) -> Reason:
             return Reason(ReasonCode.HOLD, {**execution.wait_details, "until": until})
         case Wait.CLOCK:
             return Reason(ReasonCode.CLOCK_IMPLAUSIBLE, {"until": until})
+        case Wait.ELSEWHERE:
+            robots = execution.wait_details.get("robots")
+            problem = message("it may have run already, and {robots} did not answer", robots=robots) if robots else message(
+                "it may have run already, and there was no time to find out")
+            return Reason(ReasonCode.WINDOW_CLOSED, {"until": until, "problem": problem})
     if app_was_down and execution.attempts == 0:
         return Reason(ReasonCode.APP_DOWN, {"until": until})
     return Reason(ReasonCode.WINDOW_CLOSED, {"attempts": execution.attempts, "until": until,

@@ -158,6 +158,10 @@ class Diary:
                     self._tokens[self.token((schedule_id, instant))] = (schedule_id, instant)
         return self._tokens.get(token)
 
+    def is_of_restored_time(self, instant: datetime) -> bool:
+        """Whether it had come when a backup was restored, or was about to."""
+        return any(instant <= each.end + MINUTE for each in self.restores)
+
     # ------------------------------------------------------------------ troubles
     def begin(self, kind: str, robot: str | None, at: float, seconds: float = math.inf) -> Trouble:
         self.troubles.append(Trouble(kind, robot, at, at + seconds))

@@ -66,6 +66,13 @@ BACK = Profile(acts_per_hour=30, events_per_hour=12).only(
     crash_rate=0.0,
     site={"every_minutes": 3, "fleet": "normal", "history_limit": None},
 )
+BACK_AND_ELSEWHERE = Profile(acts_per_hour=60, events_per_hour=12).only(
+    acts="back_up other_robot",
+    events="restore outage",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"every_minutes": 3, "fleet": "normal", "history_limit": None, "robots": 3},
+)
 SHORT = Profile(acts_per_hour=80, events_per_hour=0).only(
     acts="plan_once switch_schedule rename skip working_days idle_rule run_now",
     events="",
@@ -175,11 +182,20 @@ MUTANTS = (
     ),
     Mutant(
         "a restored row is sent unasked",
-        f"{SUBMISSION}._already_there",
+        f"{SUBMISSION}._may_have_run",
         "if through is None or row.planned_at > through:",
         "if True:",
         "items with one token",
         BACK,
+    ),
+    Mutant(
+        "after a restore only the robot of the backup is asked",
+        f"{SUBMISSION}._may_have_run",
+        "None if row.trigger is Trigger.SCHEDULED else",
+        "",
+        "items with one token",
+        BACK_AND_ELSEWHERE,
+        seed=2,
     ),
     Mutant(
         "after a restore intents are written ahead",

@@ -253,6 +253,9 @@ class Judge:
         for start, until in self.diary.clear_spans(robot, due, end):
             if until - start < self._together or self._gave_up(robot, first, start):
                 continue
+            others = self.diary.names.values() if self.diary.is_of_restored_time(key[1]) else ()
+            if not all(self.diary.is_clear(other, start, until) for other in others):
+                continue  # each has to say that it does not have it
             between = next(instants(plan, key[1] + timedelta(seconds=1), key[1] + timedelta(seconds=start - due + 35.0)), None)
             if between is None or start == due:
                 return start, until

@@ -152,7 +152,8 @@ def trigger_words(execution: Execution) -> str:
 
 
 _WAIT_ICONS = {Wait.DUE: "timer-sand", Wait.RETRY: "refresh", Wait.BATTERY: "battery-alert-variant-outline",
-               Wait.HOLD: "hand-back-right-outline", Wait.LATE_START: "timer-alert-outline", Wait.CLOCK: "clock-alert-outline"}
+               Wait.HOLD: "hand-back-right-outline", Wait.LATE_START: "timer-alert-outline", Wait.CLOCK: "clock-alert-outline",
+               Wait.ELSEWHERE: "magnify"}
 
 
 def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntry:

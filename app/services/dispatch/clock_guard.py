@@ -57,7 +57,7 @@ class ClockGuard:
         self._absent_since: datetime | None = None
         self._unreported: Gap | None = None                      # an absence that is told once the clock is trusted
         self._went_back = False
-        self._is_proven = False                                  # by a robot or a person; else one robot's word counts
+        self.is_proven = False                                  # by a robot or a person; else one robot's word counts
 
     def start(self) -> None:
         """Find out for how long the app was off. Called once, before the first round."""
@@ -120,16 +120,16 @@ class ClockGuard:
         """None ends the doubt."""
         since = self._doubt.since_mono if self._doubt else -1.0
         agree, differ = self._votes({key: reading for key, reading in readings.items() if reading.read_at >= since})
-        self._is_proven |= agree > 0
+        self.is_proven |= agree > 0
         if self._doubt is None:
-            if len(differ) >= (2 if self._is_proven else 1) and len(differ) > agree:
+            if len(differ) >= (2 if self.is_proven else 1) and len(differ) > agree:
                 self._begin_doubt(now)
                 return _difference(differ)
             return None
         if self._holds.take_clock_confirmation():
             offsets = {str(key): reading.offset for key, reading in readings.items() if reading.read_at >= since}
             self._db.write(lambda c: self._settings.put(c, CONFIRMED, offsets))
-            self._is_proven = True
+            self.is_proven = True
         elif differ and agree < len(differ):
             return _difference(differ)
         elif not agree and (problem := self._unproven(can_ask, now, mono)):

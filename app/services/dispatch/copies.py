@@ -20,6 +20,7 @@ from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
 
+SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched for what a restored backup does not know
 LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too, or that were given up
 MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT)      # nobody wanted it not to run
 
@@ -75,6 +76,22 @@ class Copies:
         if looks_like_token(item.description):
             return item.description == row.token
         return item.mission_id in (None, "", row.mission_guid)
+
+    def answer(self) -> None:
+        """Say which starts this robot has, while one is looked for that any robot may have. Failing holds up nothing else."""
+        robot, asked_at = self._seen.robot, self._s.clock.monotonic()
+        if not self._s.whereabouts.wants(robot):
+            return
+        try:
+            found = self._client.status().serial_number
+            if robot.serial_number and found and found != robot.serial_number:        # another machine
+                return
+            newest = (self._client.highest_queue_id() or 0) - SEARCHED_AFTER_RESTORE
+            items = self._client.items_after(max(0, newest))
+        except RobotError as error:
+            log.info("Whether %r has starts of before the restore could not be asked: %s", robot.name, error.text)
+        else:
+            self._s.whereabouts.answer(robot, asked_at, sorted(items, key=lambda item: item.id))
 
     # ------------------------------------------------------------------ one too many
     def watch_for(self, row: Execution) -> None:

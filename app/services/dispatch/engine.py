@@ -42,6 +42,7 @@ from app.services.dispatch.timing import (
     TIDY_EVERY,
     TURN_EVERY,
 )
+from app.services.dispatch.whereabouts import Whereabouts
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
@@ -66,9 +67,10 @@ class Mailboxes(Protocol):
 class Engine:
     def __init__(self, *, planner: Planner, guard: ClockGuard, ledger: Ledger, clock: Clock, alarms: Alarms, changes: Changes,
                  robots: Callable[[], list[Robot]], make_worker: Callable[[Robot], RobotWorker], poll_interval: Callable[[], float],
-                 probe: Callable[[], object]) -> None:
+                 probe: Callable[[], object], whereabouts: Whereabouts) -> None:
         self._planner, self._guard, self._ledger, self._clock = planner, guard, ledger, clock
         self._alarms, self._robots, self._make_worker = alarms, robots, make_worker
+        self._whereabouts = whereabouts
         self._poll_interval, self._probe = poll_interval, probe       # ``probe`` writes something; it raises while nothing can be written
         self._mailboxes: Mailboxes
         self._wake: Callable[[], None] = lambda: None
@@ -77,7 +79,7 @@ class Engine:
         self._lock = threading.Lock()             # for what other threads ask: workers, whose turn it is
         self._inserting: int | None = None        # the thread that is writing what is due
         self.plan_version = 1                     # counts changes that may take a start back
-        self.trusted_since: datetime | None = None                       # when the tablet's clock was last found right
+        self._was_trusted = False
         self._robots_version = 1                  # counts changes of the robots
         self._matched_version = 0                 # of the robots that have their workers
         self._match_again_at = math.inf           # a worker could not be made
@@ -202,8 +204,9 @@ class Engine:
             self._planner.plan_anew()
         if judgement.is_trusted:
             self._guard.acted()
-            if was_in_doubt or self.trusted_since is None:
-                self.trusted_since = self._clock.now()
+            if was_in_doubt or not self._was_trusted:
+                self._whereabouts.clock_is_right(self._guard.is_proven)
+                self._was_trusted = True
         return judgement
 
     def _readings(self) -> Readings:

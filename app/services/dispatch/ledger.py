@@ -19,6 +19,7 @@ from app.domain.clock import Clock
 from app.domain.message import Message
 from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.reasons import sentence, to_store
+from app.domain.robot import QueueItem
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
 
@@ -136,8 +137,9 @@ class Ledger:
 
     def _made(self, c: Any, move: Move) -> Execution | None:
         if State.WAITING in move.expected:               # which edits change too
-            return self._executions.change(c, move.execution.id, move.expected, **move.columns)
-        made = self._executions.change_owned(c, move.execution, move.expected, **move.columns)
+            made = self._executions.change(c, move.execution.id, move.expected, **move.columns)
+        else:
+            made = self._executions.change_owned(c, move.execution, move.expected, **move.columns)
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
             if made.trigger is Trigger.IDLE:
@@ -156,6 +158,13 @@ class Ledger:
         """The robot has it since now. If this were never written, the robot would be asked."""
         return Move(execution, (State.SUBMITTING,), {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": self._clock.now(),
                                                      "robot_address": robot.address, "robot_serial": robot.serial_number})
+
+    def adopted(self, execution: Execution, robot: Robot, item: QueueItem) -> Move:
+        """It is on a robot already: the one that it waits for, or another one."""
+        return Move(execution, (State.WAITING,), {
+            "state": State.QUEUED, "queue_id": item.id, "token": item.description, "submitted_at": self._clock.now(),
+            "attempts": max(1, execution.attempts), "queue_floor": item.id - 1, "robot_id": robot.id, "robot": robot.name,
+            "robot_address": robot.address, "robot_serial": robot.serial_number})
 
     def not_tried(self, intent: Execution) -> Move:
         """An intent whose POST was not even begun."""

@@ -33,7 +33,6 @@ from app.services.live.tablet import old_token
 log = logging.getLogger(__name__)
 
 STARTED_TOGETHER = 8             # that wait for one robot, with one write; should the app be killed then, all of them are looked for
-SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched after a restore, for submissions that the backup does not know
 
 
 class Submission:
@@ -187,7 +186,7 @@ class Submission:
         elif (early := self._seconds_early(row)) > 0:
             self._later(row, min(early, RECHECK))
         else:
-            return not self._is_listed_first(row)
+            return not self._is_listed_first(row) and not self._may_have_run(row)
         return False
 
     def _seconds_early(self, row: Execution) -> float:
@@ -223,7 +222,7 @@ class Submission:
                     return False
             if self._seen.highest is None:
                 self._seen.highest = self._client.highest_queue_id() or 0
-            already_there = self._already_there(row, self._seen.highest)
+            already_there = self._copies.of(row) if row.attempts and row.queue_floor is not None else []
         except RobotError as problem:
             self._read_failed([row], problem)
             return False
@@ -243,15 +242,20 @@ class Submission:
         robot, floor = self._seen.robot, self._seen.highest
         return self._ledger.make([self._ledger.begun(row, robot, floor) for row in rows], quietly=True)
 
-    def _already_there(self, row: Execution, floor: int) -> list[QueueItem]:
-        """What an earlier attempt may have put there. A restored backup may not know that there was one; the token is the same. A tablet
-        from which the plan moved here had tokens of its own."""
-        through = self._s.uncertain_through
+    def _may_have_run(self, row: Execution) -> bool:
+        """Whether it is on a robot, or may be, though a restored backup does not know that: then the row becomes that item's, or waits. A
+        schedule may have been on another robot then. A tablet from which the plan moved here had tokens of its own."""
+        through = self._s.whereabouts.through
         if through is None or row.planned_at > through:
-            return self._copies.of(row) if row.attempts and row.queue_floor is not None else []
-        newest = self._client.items_after(max(0, floor - SEARCHED_AFTER_RESTORE))
+            return False
         tokens = (row.token, old_token(self._s.tablet.move, row))
-        return sorted((item for item in newest if item.description in tokens), key=lambda item: item.id)
+        found = self._s.whereabouts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
+        if found.robot and found.item:
+            self._ledger.make([self._ledger.adopted(row, found.robot, found.item)])
+        elif not found.is_certain:
+            self._ledger.waits(row, Wait.ELSEWHERE, **({"robots": ", ".join(found.silent)} if found.silent else {}))
+            self._later(row, RECHECK)
+        return found.robot is not None or not found.is_certain
 
     def _read_failed(self, rows: list[Execution], error: RobotError) -> None:
         """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""

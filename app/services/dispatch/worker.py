@@ -92,7 +92,7 @@ class RobotWorker:
             return None
         if self._s.holds.active(self.robot.id):
             return None
-        return messages.Readiness(status.battery_percentage, floor, self._s.uncertain_through)
+        return messages.Readiness(status.battery_percentage, floor, self._s.whereabouts.through)
 
     # ------------------------------------------------------------------ the steps
     def advance(self) -> float:
@@ -168,7 +168,8 @@ class RobotWorker:
     # ------------------------------------------------------------------ reading
     @property
     def _is_live(self) -> bool:
-        return self._has_sent or (self.robot.enabled and (self._watched or self._copies.is_watching))
+        return (self._has_sent or self._s.whereabouts.wants(self.robot)
+                or (self.robot.enabled and (self._watched or self._copies.is_watching)))
 
     def _note_sent(self, has_sent: bool) -> None:
         """Whether something of ours is with the robot. After a submission the first read is put off: it would delay what others send."""
@@ -198,6 +199,7 @@ class RobotWorker:
                 self.seen.identify()
                 open_ids = self._read_queue(status, full) if full or self._watched or self._copies.is_watching else None
                 self._following.follow(status.serial_number, open_ids)
+                self._copies.answer()
             except AnotherRobot as error:
                 self._following.give_up_moved(error.params["found"])
             except RobotError as error:
@@ -206,6 +208,7 @@ class RobotWorker:
         self._next_live = mono + (self._apart(pause) if full else pause)
 
     def _follow_switched_off(self) -> None:
+        self._copies.answer()
         try:
             self._following.follow(None)
         except RobotError as error:

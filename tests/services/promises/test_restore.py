@@ -1,29 +1,35 @@
 """After a backup was restored, robots are asked for everything of the restored time before anything is sent (D9)."""
 from __future__ import annotations
 
-from datetime import timedelta
+import shutil
+from dataclasses import replace
+from datetime import datetime, timedelta
 
 import pytest
 
 from app.database.backups import back_up, restore
-from app.domain.models import State
+from app.domain.models import Schedule, State
+from app.domain.reasons import sentence, waiting_sentence
 from tests.support.network import Fate
-from tests.support.seen import items, outcomes, robot_of, sent_at, states
+from tests.support.seen import items, outcomes, reason, robot_of, sent_at, states
+from tests.support.site import Site
 
 
 @pytest.fixture
 def backed_up(site):
     """Makes a backup now; what it returns goes back to it."""
-    def make():
-        backup = site.directory / "before.db"
-        back_up(site.container.db.path, backup)
+    return lambda: back_up_of(site)
 
-        def go_back(clock_behind=0.0):
-            site.switch_off()
-            restore(backup, site.container.db.path, site.clock.now() - timedelta(seconds=clock_behind))
-            site.switch_on()
-        return go_back
-    return make
+
+def back_up_of(site):
+    backup = site.directory / "before.db"
+    back_up(site.container.db.path, backup)
+
+    def go_back(clock_behind=0.0):
+        site.switch_off()
+        restore(backup, site.container.db.path, site.clock.now() - timedelta(seconds=clock_behind))
+        site.switch_on()
+    return go_back
 
 
 def test_what_was_tried_before_the_backup_and_ran_after_it_is_not_sent_again(site, plan, backed_up):
@@ -144,3 +150,149 @@ def test_the_robot_is_asked_before_the_first_try_after_a_restore_even_when_it_an
     site.run(300)
     assert len(items(site)) == 1
     assert [outcome[0] for outcome in outcomes(site)] == [State.QUEUED if found == "pending" else State.COMPLETED]
+
+
+# ---------------------------------------------------------------------- a schedule that was on another robot since
+@pytest.fixture
+def fleet(tmp_path):
+    """Three robots. "Linen" is planned on R1 for 06:05, which is 300 s from now."""
+    site = Site(tmp_path / "first", robots=3)
+    site.add_robots()
+    mission = site.add_mission("Deliver")
+    site.container.catalogue.save_schedule(Schedule(
+        name="Linen", robot_id=robot_of(site).id, mission_id=mission.id, start=datetime(2026, 11, 23, 6, 5), timezone="UTC",
+        start_window_minutes=30))
+    site.run(60)
+    yield site
+    site.switch_off()
+
+
+def move_to(site, robot):
+    [schedule] = site.container.catalogue.schedules()
+    site.container.catalogue.save_schedule(replace(schedule, robot_id=robot_of(site, robot).id))
+
+
+def ran_on_r2(site):
+    """Moved and run since the backup; returns what goes back to it."""
+    go_back = back_up_of(site)
+    move_to(site, "R2")
+    site.run(340)
+    assert states(site, "R2") == ["Done"]
+    return go_back
+
+
+def rows_of(site):
+    return [(row.robot, row.state) for row in site.executions()]
+
+
+def test_what_ran_on_another_robot_since_the_backup_is_not_sent_to_the_one_that_the_backup_names(fleet):
+    """It is that run: the row is the other robot's from then on."""
+    go_back = ran_on_r2(fleet)
+    go_back()
+    fleet.run(600)
+    assert sent_at(fleet, "R1") == []
+    assert rows_of(fleet) == [("R2", State.COMPLETED)]
+
+
+def test_what_still_runs_on_another_robot_is_followed_there(fleet):
+    """From the moment at which the robot has answered."""
+    go_back = back_up_of(fleet)
+    move_to(fleet, "R2")
+    fleet.machines["R2"].pause()
+    fleet.run(340)
+    go_back()
+    fleet.run(30)
+    assert rows_of(fleet) == [("R2", State.QUEUED)]
+    fleet.machines["R2"].resume()
+    fleet.run(120)
+    assert rows_of(fleet) == [("R2", State.COMPLETED)]
+    assert sent_at(fleet, "R1") == []
+
+
+def test_another_robot_that_answers_late_is_waited_for(fleet):
+    """The start says for which one it waits."""
+    go_back = ran_on_r2(fleet)
+    fleet.network.down.add("R2")
+    go_back()
+    fleet.run(300)
+    [row] = fleet.executions()
+    assert (row.state, waiting_sentence(row)) == (State.WAITING, "May have run already; waits until 06:35 for an answer from R2")
+    fleet.network.down.clear()
+    fleet.run(120)
+    assert sent_at(fleet, "R1") == []
+    assert rows_of(fleet) == [("R2", State.COMPLETED)]
+
+
+def test_nothing_is_sent_when_another_robot_never_answers(fleet):
+    """It may have run there: the start ends with its window, and its reason names the robot."""
+    go_back = ran_on_r2(fleet)
+    fleet.network.down.add("R2")
+    go_back()
+    fleet.run(2400)
+    [row] = fleet.executions()
+    assert sent_at(fleet, "R1") == []
+    assert sentence(reason(row), "UTC") == "Its start window closed at 06:35: it may have run already, and R2 did not answer"
+
+
+def test_another_robot_is_asked_though_it_is_switched_off(fleet):
+    """In the backup, or since."""
+    robot_id = robot_of(fleet, "R2").id
+    fleet.container.catalogue.set_robot_enabled(robot_id, False)
+    go_back = back_up_of(fleet)
+    fleet.container.catalogue.set_robot_enabled(robot_id, True)
+    move_to(fleet, "R2")
+    fleet.run(340)
+    assert states(fleet, "R2") == ["Done"]
+    go_back()
+    fleet.run(600)
+    assert sent_at(fleet, "R1") == []
+    assert rows_of(fleet) == [("R2", State.COMPLETED)]
+
+
+def test_a_request_to_another_robot_that_is_under_way_at_the_restore_is_waited_for(fleet):
+    """All robots have answered before it lands; the quiet time is longer."""
+    fleet.network.next("POST", "/mission_queue", Fate.LATE, 50.0)
+    go_back = back_up_of(fleet)
+    move_to(fleet, "R2")
+    fleet.run(250)
+    assert items(fleet, "R2") == []
+    go_back()
+    fleet.run(600)
+    assert (sent_at(fleet, "R1"), states(fleet, "R2")) == ([], ["Done"])
+    assert rows_of(fleet) == [("R2", State.COMPLETED)]
+
+
+def test_what_no_robot_has_is_sent_once_all_have_answered(fleet):
+    """A restored backup holds nothing up for longer than the quiet time, where all robots are well."""
+    fleet.container.holds.hold("shift meeting")
+    fleet.run(260)
+    go_back = back_up_of(fleet)
+    go_back()
+    fleet.container.holds.release()
+    fleet.run(100)
+    assert [round(at / 10) for at in sent_at(fleet, "R1")] == [41]
+    assert states(fleet, "R2") == []
+
+
+def test_a_robot_that_is_gone_for_good_holds_up_no_start_of_after_the_restore(fleet):
+    """However often the app is started since."""
+    fleet.network.down.add("R3")
+    back_up_of(fleet)()
+    fleet.run(200)
+    fleet.power_cut(60)
+    fleet.run(60)
+    assert [round(at / 10) for at in sent_at(fleet, "R1")] == [32]
+
+
+def test_what_ran_on_another_robot_before_the_plan_moved_here_is_not_sent_again(fleet, tmp_path):
+    """The data directory was copied before the schedule was moved to another robot, and the old tablet ran it there."""
+    shutil.copytree(fleet.directory, tmp_path / "copy")
+    move_to(fleet, "R2")
+    fleet.run(340)
+    assert states(fleet, "R2") == ["Done"]
+    other = fleet.another_tablet(tmp_path / "copy")
+    other.container.tablet.move_here()
+    other.run(600)
+    assert sent_at(fleet, "R1") == []
+    assert rows_of(other) == [("R2", State.COMPLETED)]
+    other.switch_off()

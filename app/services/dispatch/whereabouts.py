@@ -1,0 +1,142 @@
+"""Starts that a robot may have though the ledger does not say so: a backup was restored, or the plan moved here from another tablet.
+
+What was planned up to ``through`` may have been sent by then, also to another robot than the one that the plan names now. It is looked for
+by its token on every configured robot, and sent only when each of them has answered after the quiet time, in which a request of before may
+still arrive. Robots are asked only while a start waits for that. Used by the engine and by all robots' workers, each on its own thread.
+"""
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+
+from app.database.connection import Database
+from app.database.settings import SettingsRepository
+from app.database.values import to_instant, to_text
+from app.domain.clock import Clock
+from app.domain.models import Robot, Settings
+from app.domain.robot import QueueItem
+from app.services.dispatch.timing import AWAITED_FOR
+from app.services.live.changes import Changes, Topic
+from app.services.live.tablet import Tablet
+
+SETTLED = "uncertain_through"       # name in the settings: up to when, and of which restore and move
+
+
+@dataclass(frozen=True)
+class Found:
+    """``item`` is on ``robot``; None: on no robot, as far as is known. ``is_certain``: no robot can have it unseen. ``silent``: names of
+    robots that have not answered."""
+    robot: Robot | None = None
+    item: QueueItem | None = None
+    is_certain: bool = True
+    silent: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class _Answer:
+    robot: Robot
+    asked_at: float
+    items: dict[str, QueueItem]         # by description
+
+
+@dataclass
+class _Inquiry:
+    """What robots have answered since the restore or move that was ``noted``. Times on the monotonic clock."""
+    noted: list[datetime]
+    since: float
+    answers: dict[tuple[int, str], _Answer] = field(default_factory=dict)     # by robot and address
+    awaited_until: float = -math.inf
+    called_at: float = -math.inf
+
+    def answer_of(self, robot: Robot) -> _Answer | None:
+        return self.answers.get((robot.id, robot.address))
+
+    def answered_at(self, robot: Robot) -> float:
+        answer = self.answer_of(robot)
+        return answer.asked_at if answer else -math.inf
+
+
+class Whereabouts:
+    def __init__(self, db: Database, repository: SettingsRepository, clock: Clock, changes: Changes, tablet: Tablet,
+                 robots: Callable[[], list[Robot]], settings: Callable[[], Settings]) -> None:
+        self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
+        self._tablet, self._robots, self._settings = tablet, robots, settings
+        self._lock = threading.Lock()
+        self._restored_at = repository.restored_at(db.read())       # who goes back to a backup opens everything anew
+        self._settled = repository.get(db.read(), SETTLED) or {}
+        self._right_since: datetime | None = None
+        self._inquiry = _Inquiry(self._noted, clock.monotonic())
+
+    # ------------------------------------------------------------------ which starts
+    @property
+    def _noted(self) -> list[datetime]:
+        move = self._tablet.move
+        return [at for at in (self._restored_at, move.at if move else None) if at is not None]
+
+    @property
+    def through(self) -> datetime | None:
+        """What was planned up to then may be on a robot although its row does not say so; None: nothing. The clock by which a restore was
+        noted may have been wrong, so all counts that was planned before it was found right."""
+        noted = self._noted
+        if not noted:
+            return None
+        if self._settled.get("of") == [to_text(at) for at in noted]:
+            return to_instant(self._settled["through"])
+        return max([*noted, self._right_since or noted[0]])
+
+    def clock_is_right(self, is_proven: bool) -> None:
+        """Since now. ``is_proven``: by a robot or a person; then what is planned later is certain, in later runs of the app too."""
+        self._right_since = self._clock.now()
+        if is_proven and (through := self.through):
+            settled = {"of": [to_text(at) for at in self._noted], "through": to_text(through)}
+            if settled != self._settled:
+                self._db.write(lambda c: self._repository.put(c, SETTLED, settled))
+                self._settled = settled
+
+    # ------------------------------------------------------------------ asking robots
+    def find(self, tokens: Sequence[str | None], robot_id: int | None) -> Found:
+        """Where an item with one of these tokens is: on one robot, or (None) on any. While that is not certain its robots are asked."""
+        robots = [robot for robot in self._robots() if robot_id in (None, robot.id)]
+        mono = self._clock.monotonic()
+        with self._lock:
+            inquiry, final_from = self._current_inquiry(), self._final_from()
+            for answer in filter(None, map(inquiry.answer_of, robots)):
+                if found := next((answer.items[token] for token in tokens if token in answer.items), None):
+                    return Found(answer.robot, found)
+            if all(inquiry.answered_at(robot) >= final_from for robot in robots):
+                return Found()
+            calls = mono > inquiry.awaited_until or inquiry.called_at < final_from <= mono
+            inquiry.awaited_until = mono + AWAITED_FOR
+            if calls:
+                inquiry.called_at = mono
+            silent = [robot.name for robot in robots if inquiry.answered_at(robot) == -math.inf]
+        if calls:
+            self._changes.publish(Topic.EXECUTIONS)              # wakes every worker
+        return Found(is_certain=False, silent=silent)
+
+    def wants(self, robot: Robot) -> bool:
+        """Whether a start waits for this robot's answer."""
+        mono = self._clock.monotonic()
+        if mono > self._inquiry.awaited_until:
+            return False
+        with self._lock:
+            answered_at, final_from = self._current_inquiry().answered_at(robot), self._final_from()
+        return answered_at < final_from and (answered_at == -math.inf or mono >= final_from)
+
+    def answer(self, robot: Robot, asked_at: float, items: Sequence[QueueItem]) -> None:
+        """A robot's newest items, by ascending id; ``asked_at`` on the monotonic clock."""
+        earliest = {item.description: item for item in reversed(items)}
+        with self._lock:
+            self._current_inquiry().answers[robot.id, robot.address] = _Answer(robot, asked_at, earliest)
+
+    def _current_inquiry(self) -> _Inquiry:
+        """A new one when the plan has moved here meanwhile."""
+        if self._inquiry.noted != self._noted:
+            self._inquiry = _Inquiry(self._noted, self._clock.monotonic())
+        return self._inquiry
+
+    def _final_from(self) -> float:
+        return self._inquiry.since + self._settings().unknown_outcome_quiet_seconds
