@@ -98,6 +98,8 @@ def row(**values) -> Execution:
     ({"wait": Wait.BATTERY, "wait_details": {"battery": None, "minimum": 30}}, "Battery unknown, at least 30 % wanted; waits until 14:15"),
     ({"wait": Wait.HOLD, "wait_details": {"hold": ""}}, "Held back; waits until 14:15"),
     ({"wait": Wait.CLOCK}, "The tablet's clock can't be trusted; waits until 14:15"),
+    ({"wait": Wait.ELSEWHERE, "wait_details": {"robots": "Aino"}}, "May have run already; waits until 14:15 for an answer from Aino"),
+    ({"wait": Wait.ELSEWHERE}, "Robots are being asked whether it has run already; waits until 14:15"),
     ({"state": State.SUBMITTING}, "Checking with the robot"), ({"state": State.EXECUTING}, "Running on the robot"),
     ({"state": State.COMPLETED}, "")])
 def test_what_holds_an_execution_is_reported(values, expected):

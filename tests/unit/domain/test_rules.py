@@ -57,6 +57,7 @@ def test_retry_limit_n_allows_one_and_n_attempts(limit, attempts, ends):
     (row(wait=Wait.HOLD), False, ReasonCode.HOLD, State.SKIPPED),
     (row(wait=Wait.LATE_START), False, ReasonCode.HOLD, State.SKIPPED),
     (row(wait=Wait.CLOCK), False, ReasonCode.CLOCK_IMPLAUSIBLE, State.MISSED),
+    (row(wait=Wait.ELSEWHERE), True, ReasonCode.WINDOW_CLOSED, State.FAILED),
     (row(), True, ReasonCode.APP_DOWN, State.MISSED),
     (row(), False, ReasonCode.WINDOW_CLOSED, State.FAILED),
     (row(attempts=3, wait=Wait.RETRY), True, ReasonCode.WINDOW_CLOSED, State.FAILED),
