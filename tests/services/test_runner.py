@@ -60,7 +60,7 @@ class QuietPlanner:
 
 
 class TrustingGuard:
-    is_in_doubt = False
+    is_in_doubt, is_proven = False, True
 
     def start(self) -> None: ...
     def stop(self) -> None: ...
@@ -91,7 +91,7 @@ class App:
         clock, alarms = container.clock, container.alarms
         self.engine = Engine(planner=planner, guard=TrustingGuard(), ledger=container.ledger, clock=clock,  # type: ignore[arg-type]
                              alarms=alarms, changes=self.changes, robots=read_robots, make_worker=make_worker,  # type: ignore[arg-type]
-                             poll_interval=lambda: every, probe=lambda: None)
+                             poll_interval=lambda: every, probe=lambda: None, whereabouts=container.whereabouts)
         self.runner = Runner(container.db, self.engine, clock, alarms)
         self.runner.start()
 
