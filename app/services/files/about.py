@@ -9,11 +9,11 @@ from importlib import metadata
 
 # what is shipped, by the name of its distribution; the licences as their authors declare them (SPDX)
 LICENCES = (
-    ("Kivy", "MIT"), ("KivyMD", "MIT"), ("asynckivy", "MIT"), ("asyncgui", "MIT"), ("materialyoucolor", "MIT"), ("materialshapes", "MIT"), ("filetype", "MIT"),
-    ("Pillow", "MIT-CMU"), ("docutils", "BSD-2-Clause"), ("Pygments", "BSD-2-Clause"), ("Kivy-Garden", "MIT"), ("requests", "Apache-2.0"),
-    ("urllib3", "MIT"), ("certifi", "MPL-2.0"), ("idna", "BSD-3-Clause"), ("charset-normalizer", "MIT"), ("platformdirs", "MIT"),
-    ("holidays", "MIT"), ("icalendar", "BSD-2-Clause"), ("python-dateutil", "Apache-2.0 OR BSD-3-Clause"), ("six", "MIT"),
-    ("tzdata", "Apache-2.0"), ("typing_extensions", "PSF-2.0"))
+    ("Kivy", "MIT"), ("KivyMD", "MIT"), ("asynckivy", "MIT"), ("asyncgui", "MIT"), ("materialyoucolor", "MIT"), ("materialshapes", "MIT"),
+    ("filetype", "MIT"), ("Pillow", "MIT-CMU"), ("docutils", "BSD-2-Clause"), ("Pygments", "BSD-2-Clause"), ("Kivy-Garden", "MIT"),
+    ("requests", "Apache-2.0"), ("urllib3", "MIT"), ("certifi", "MPL-2.0"), ("idna", "BSD-3-Clause"), ("charset-normalizer", "MIT"),
+    ("platformdirs", "MIT"), ("holidays", "MIT"), ("icalendar", "BSD-2-Clause"), ("python-dateutil", "Apache-2.0 OR BSD-3-Clause"),
+    ("six", "MIT"), ("tzdata", "Apache-2.0"), ("typing_extensions", "PSF-2.0"))
 BUNDLED = (("Roboto", "Apache-2.0"), ("Material Design Icons", "Apache-2.0"))       # fonts inside KivyMD
 
 
