@@ -6,16 +6,18 @@ import sys
 from collections.abc import Generator
 from pathlib import Path
 
-import pytest
-from hypothesis import settings
+# pytest compiles the assertions of every test module, and all of hypothesis, again in every process, if it may not keep what it compiled:
+# seconds each time. The variable would forbid it to the processes that are started from here.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+import pytest  # noqa: E402
+from hypothesis import settings  # noqa: E402
 
 # No example is too slow, however busy the machine. `.ci/run` asks for the profile "thorough".
 settings.register_profile("quick", deadline=None, max_examples=12, derandomize=True)
 settings.register_profile("thorough", deadline=None, max_examples=100)
 settings.load_profile("quick")
-
-# pytest compiles the assertions of every test module again, in every process, if it may not keep what it compiled: seconds each time.
-sys.dont_write_bytecode = False
 
 # Thousands of small databases: in memory nothing waits for a disk.
 if os.access("/dev/shm", os.W_OK):
