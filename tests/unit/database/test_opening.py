@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from app.database import connection, migrations
 from app.database.backups import BACKUPS, problem_of
 from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
 from app.database.missions import MissionRepository
@@ -14,6 +15,12 @@ from app.database.schema import _NO_DECISION_READS_HISTORY, _TYPED_DURATIONS, AP
 from app.database.settings import SettingsRepository
 
 ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
+
+
+@pytest.fixture(autouse=True)
+def every_step(monkeypatch) -> None:
+    """New databases are copies elsewhere."""
+    monkeypatch.setattr(connection, "migrate", migrations.migrate)
 
 
 def mode(path) -> int:
