@@ -10,51 +10,12 @@ import pytest
 
 from app.i18n import CatalogueError, Translator, compile_mo, languages, po_entries, read_po, translation
 from tests import catalogues
-
-FINNISH = r'''
-msgid ""
-msgstr ""
-"Content-Type: text/plain; charset=UTF-8\n"
-"Plural-Forms: nplurals=2; plural=(n != 1);\n"
-
-# a comment of the translator
-#: app/screens/home/screen.py
-msgid "Save"
-msgstr "Tallenna"
-
-#, python-brace-format
-msgid "{n} robot"
-msgid_plural "{n} robots"
-msgstr[0] "{n} robotti"
-msgstr[1] "{n} robottia"
-
-msgctxt "run"
-msgid "Failed"
-msgstr "Epäonnistui"
-
-msgid ""
-"A text on "
-"two lines: \"quoted\"\n"
-msgstr "Kaksi riviä: \"lainattu\"\n"
-
-#, fuzzy
-msgid "Guessed"
-msgstr "Arvattu"
-
-msgid "Not yet"
-msgstr ""
-
-#~ msgid "Gone"
-#~ msgstr "Poissa"
-'''
+from tests.support.finnish import FINNISH, write_finnish
 
 
 @pytest.fixture
 def locale_dir(tmp_path):
-    folder = tmp_path / "locale" / "fi" / "LC_MESSAGES"
-    folder.mkdir(parents=True)
-    (folder / "amr.po").write_text(FINNISH, encoding="utf-8")
-    return tmp_path / "locale"
+    return write_finnish(tmp_path / "locale")
 
 
 def test_a_po_file_is_read(locale_dir):

@@ -10,6 +10,7 @@ from kivy.lang import Builder
 from app.i18n import Translator
 from app.widgets.text import Txt
 from app.widgets.tr import KvTranslator, tr
+from tests.support.finnish import write_finnish
 
 KV = """
 BoxLayout:
@@ -19,28 +20,11 @@ BoxLayout:
     Note:
         text: "{} · {}".format(tr.n_("{n} robot", "{n} robots", root.count).format(n=root.count), tr.p_("run", "Failed"))
 """
-FINNISH = '''msgid ""
-msgstr "Content-Type: text/plain; charset=UTF-8\\nPlural-Forms: nplurals=2; plural=(n != 1);\\n"
-
-msgid "Save"
-msgstr "Tallenna"
-
-msgid "{n} robot"
-msgid_plural "{n} robots"
-msgstr[0] "{n} robotti"
-msgstr[1] "{n} robottia"
-
-msgctxt "run"
-msgid "Failed"
-msgstr "Epäonnistui"
-'''
 
 
 @pytest.fixture
 def finnish(tmp_path):
-    folder = tmp_path / "fi" / "LC_MESSAGES"
-    folder.mkdir(parents=True)
-    (folder / "amr.po").write_text(FINNISH, encoding="utf-8")
+    write_finnish(tmp_path)
     from app.i18n import translator
     return lambda: translator.use("fi", tmp_path)
 
