@@ -111,9 +111,9 @@ def _search(robot: SimulatedRobot, request: Request, path: str, user: Row | None
 
 def _listed(call: Call, value: Any, filters: list[Any] | tuple[()]) -> Any:
     """Apply whitelist, sort_by, limit, offset and filters to the result of a GET."""
-    properties = set(call.robot.definition.properties(call.operation.schema))
-    if isinstance(value, Response):
+    if isinstance(value, Response) or (isinstance(value, dict) and "whitelist" not in call.request.query):
         return value
+    properties = set(call.robot.definition.properties(call.operation.schema))
     if isinstance(value, dict):
         return listing.pick(value, call.request.query, properties)
     entries = [_PlainEntry(entry) if isinstance(entry, dict) else entry for entry in value] if isinstance(value, list) else value
@@ -147,14 +147,21 @@ def _user(robot: SimulatedRobot, authorization: str) -> Row | None:
 
     User names are compared without regard to case (guess).
     """
-    scheme, _, token = authorization.partition(" ")
-    if scheme.lower() != "basic":
-        return None
-    try:
-        name, _, secret = base64.b64decode(token.strip(), validate=True).decode().partition(":")
-    except (binascii.Error, ValueError):
-        return None
+    name, secret = _credentials(authorization)
     for user in robot.site.table("/users"):
         if user["username"].lower() == name.lower() and hmac.compare_digest(user["password_hash"].encode(), secret.encode()):
             return user
     return None
+
+
+@lru_cache(maxsize=256)
+def _credentials(authorization: str) -> tuple[str, str]:
+    """Name and secret of a Basic header; both empty where it is none, which no user has."""
+    scheme, _, token = authorization.partition(" ")
+    if scheme.lower() != "basic":
+        return "", ""
+    try:
+        name, _, secret = base64.b64decode(token.strip(), validate=True).decode().partition(":")
+    except (binascii.Error, ValueError):
+        return "", ""
+    return name, secret

@@ -4,6 +4,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -128,18 +129,25 @@ class Routes:
 
     def __init__(self, templates: list[str]) -> None:
         self._exact = {template: template for template in templates if "{" not in template}
-        self._patterns = [(re.compile(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", template)), template)
-                          for template in sorted(templates, key=lambda t: (t.count("{"), t)) if "{" in template]
+        self._patterns: dict[tuple[str, int], list[tuple[re.Pattern[str], str]]] = defaultdict(list)       # every first segment is literal
+        for template in sorted(templates, key=lambda t: (t.count("{"), t)):
+            if "{" in template:
+                self._patterns[_shape(template)].append((re.compile(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", template)), template))
 
     def find(self, path: str) -> tuple[str, dict[str, str]] | None:
         """Return the template and the values of its placeholders, or None when no template matches."""
         path = path.rstrip("/") or "/"
         if path in self._exact:
             return path, {}
-        for pattern, template in self._patterns:
+        for pattern, template in self._patterns.get(_shape(path), ()):
             if match := pattern.fullmatch(path):
                 return template, match.groupdict()
         return None
+
+
+def _shape(path: str) -> tuple[str, int]:
+    """Its first segment and the number of them."""
+    return path.split("/", 2)[1] if "/" in path else "", path.count("/")
 
 
 @lru_cache(maxsize=len(SOFTWARE))

@@ -72,7 +72,9 @@ def _sorted(entries: list[Listed], sort_by: str | None, fields: set[str]) -> lis
     name, _, direction = (part.strip() for part in sort_by.partition(","))
     if name not in fields or direction.lower() not in ("", "asc", "desc"):
         raise ApiError(400, ORDERING)
-    return sorted(entries, key=lambda entry: _sort_key(entry.value(name)), reverse=direction.lower() == "desc")
+    values = [entry.value(name) for entry in entries]
+    keys = values if set(map(type, values)) <= {int} else [_sort_key(value) for value in values]      # queues are long and have numbers
+    return [entries[index] for index in sorted(range(len(keys)), key=keys.__getitem__, reverse=direction.lower() == "desc")]
 
 
 def _sort_key(value: Any) -> tuple[int, float, str]:
@@ -108,19 +110,26 @@ def _filter(one: Any, fields: set[str]) -> tuple[Predicate, str]:
     return make(wanted), one["fieldname"]
 
 
-def _alike(left: Any, right: Any) -> tuple[Any, Any]:
-    """Make a field's value and the value of a filter comparable: as numbers if the field is one, otherwise as texts (guess)."""
-    if not isinstance(left, str):
-        try:
-            return float(left), float(right)
-        except (TypeError, ValueError, OverflowError):
-            pass
-    return str(left), str(right)
+def _number(value: Any) -> float | None:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
 
 
 def _comparing(compare: Callable[[Any, Any], bool]) -> Callable[[Any], Predicate]:
-    """A comparison with null is never true."""
-    return lambda wanted: lambda value: value is not None and wanted is not None and compare(*_alike(value, wanted))
+    """As numbers if the field is one, otherwise as texts (guess). A comparison with null is never true."""
+    def make(wanted: Any) -> Predicate:
+        text, number = str(wanted), _number(wanted)
+
+        def accepts(value: Any) -> bool:
+            if value is None or wanted is None:
+                return False
+            if isinstance(value, str) or number is None or (left := _number(value)) is None:
+                return compare(str(value), text)
+            return compare(left, number)
+        return accepts
+    return make
 
 
 def _like(wanted: Any) -> Predicate:
@@ -131,8 +140,8 @@ def _like(wanted: Any) -> Predicate:
 def _in(wanted: Any) -> Predicate:
     if not isinstance(wanted, list):
         raise ApiError(400, FILTERS)
-    accepted = [_equal_to(one) for one in wanted]
-    return lambda value: any(accepts(value) for accepts in accepted)
+    accepted, texts = [_equal_to(one) for one in wanted], {str(one) for one in wanted if one is not None}
+    return lambda value: value in texts if isinstance(value, str) else any(accepts(value) for accepts in accepted)
 
 
 def _equal_or_both_null(wanted: Any) -> Predicate:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
@@ -45,6 +46,11 @@ class Judge:
         self._said: set[str] = set()
         self._first_post: dict[str, float] = {}
         self._ran: set[Key] = set()
+        self._items_of: dict[str, list[Found]] = defaultdict(list)  # by token
+        self._copied: dict[str, None] = {}  # tokens of more than one item
+        self._taken: dict[int, tuple[Iterable[QueueItem], int]] = {}  # lists of items by identity, and how many of each are in these
+        self._known: set[int] = set()  # items, by identity: of a queue that began anew, most were taken before
+        self._late: set[str] = set()  # tokens of requests that may arrive yet
         self._idle: set[str] = set()  # tokens
         self._back_at, self._away_since = -1e9, -1e9  # after the last absence
         self.truth = Truth(world, self)
@@ -91,6 +97,8 @@ class Judge:
         elif not self._knew_manual(post.token):
             self.object(f"safety: never planned: {name}")
         self._first_post.setdefault(post.token, post.at)
+        if post.fate is Fate.LATE:
+            self._late.add(post.token)
 
     def _judge_idle(self, post: Submission, wishes: list[Wishes], name: str) -> None:
         """Its robot has a rule, and somebody has used it since its last idle mission."""
@@ -215,7 +223,7 @@ class Judge:
             == 1
         )
 
-    def _judge_liveness(self, sent: set[str]) -> None:
+    def _judge_liveness(self, sent: Set[str]) -> None:
         wall, now = self.world.site.clock.now(), self.world.site.seconds()
         if abs(self.diary.ahead(now)) > 600:
             return
@@ -292,23 +300,29 @@ class Judge:
         return at - (self.world.site.seconds() - ago)
 
     # ------------------------------------------------------------------ verdicts
-    def items(self) -> Iterator[Found]:
+    def _take_new_items(self) -> None:
+        """Items are added to lists and never removed: only what is new is looked at."""
         for name, machine in [*self.world.site.machines.items(), *self.world.impostors]:
             machine.catch_up()
-            for item in [*(self.diary.lost_items[name] if self.world.site.machines.get(name) is machine else ()), *machine.queue]:
-                if item.description:
-                    yield Found(machine, name, item)
+            lost = self.diary.lost_items[name] if self.world.site.machines.get(name) is machine else []
+            for items in (lost, machine.queue):
+                _items, taken = self._taken.get(id(items), (items, 0))
+                for item in itertools.islice(items, taken, None):
+                    if item.description and id(item) not in self._known:
+                        self._known.add(id(item))
+                        self._items_of[item.description].append(Found(machine, name, item))
+                        if len(self._items_of[item.description]) > 1:
+                            self._copied[item.description] = None
+                self._taken[id(items)] = items, len(items)
 
     def now_and_then(self) -> None:
-        self._items_of: dict[str, list[Found]] = defaultdict(list)
-        for found in self.items():
-            self._items_of[found.item.description].append(found)
-        for token, items in self._items_of.items():
-            if len(items) > 1 and self.world.nature.fleet != "forgetful":
-                self._judge_copies(token, items)
+        self._take_new_items()
+        if self.world.nature.fleet != "forgetful":
+            for token in self._copied:
+                self._judge_copies(token, self._items_of[token])
         if self.world.nature.fleet == "forgetful":
             self._judge_numbers()
-        self._judge_liveness({*self._items_of, *(post.token for post in self.world.site.network.submissions if post.fate is Fate.LATE)})
+        self._judge_liveness(self._items_of.keys() | self._late)
 
     def _judge_numbers(self) -> None:
         """Where robots forget whose an item is: not more of a mission than there were starts of it."""

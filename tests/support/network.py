@@ -12,11 +12,12 @@ import random
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from datetime import timedelta
+from datetime import datetime, timedelta
 from email.utils import format_datetime
 from enum import StrEnum
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
-from urllib.parse import urlencode
+from urllib.parse import unquote
 
 from app.mir.credentials import Token
 from app.mir.errors import ConnectionLost, NotWanted, TimedOut, Unreachable
@@ -158,11 +159,16 @@ class Network:
         return item | own
 
 
+@lru_cache(maxsize=64)
+def _http_date(at: datetime) -> str:
+    return format_datetime(at, usegmt=True)
+
+
 class SimulatedTransport:
     def __init__(self, machine: SimulatedRobot, network: Network, clock: VirtualClock, name: str, token: Token) -> None:
         self._machine, self._network, self._clock, self._name = machine, network, clock, name
         self._in_a_row, self._asked_at = 0, 0.0
-        self._headers = {"Authorization": token.header, "Content-Type": "application/json", "Accept-Language": "en_US"}
+        self._headers = {"authorization": token.header, "content-type": "application/json", "accept-language": "en_US"}
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
              is_wanted: Callable[[], bool] | None = None) -> Response:
@@ -242,14 +248,13 @@ class SimulatedTransport:
         if network.short_lists is not None and (method, path) == ("GET", QUEUE):
             asked = {name: value for name, value in query.items() if name == "whitelist"}
             query = {**asked, "sort_by": "id", "limit": str(network.short_lists)}
-        target = f"/api/v2.0.0{path}" + (f"?{urlencode(query)}" if query else "")
-        answer = api.handle(machine, Request.of(method, target, self._headers, body))
+        answer = api.handle(machine, Request(method, unquote(f"{api.BASE}{path}"), query, self._headers, body))
         return Response(answer.status, network.as_given(self._name, path, answer.body), {**answer.headers, **self._date()})
 
     def _date(self) -> dict[str, str]:
         """The header that tells the robot's clock: true time and that clock's error, however fast the robot is simulated."""
         clock, elapsed = self._machine.clock, self._clock.elapsed()
-        return {"Date": format_datetime(clock.start + timedelta(seconds=elapsed + clock.error(elapsed)), usegmt=True)}
+        return {"Date": _http_date((clock.start + timedelta(seconds=elapsed + clock.error(elapsed))).replace(microsecond=0))}
 
     def close(self) -> None:
         """Nothing is held."""

@@ -208,9 +208,8 @@ class Site:
 
     # ------------------------------------------------------------------ looking
     def executions(self, *states: State) -> list:
-        c = self.container.db.read()
-        rows = [self.container.repositories.executions.get(c, row[0]) for row in c.execute("SELECT id FROM executions ORDER BY id")]
-        return [row for row in rows if not states or row.state in states]
+        rows = self.container.repositories.executions.stream(self.container.db.read())
+        return sorted((row for row in rows if not states or row.state in states), key=lambda row: row.id)
 
     # ------------------------------------------------------------------ the world
     tablet = "the tablet"         # which machine the app runs on
