@@ -29,18 +29,18 @@ class QueueReader:
 
     def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem]) -> None:
         self._ask, self._read_item = ask, read_item
-        self._has_search = True              # until the robot says otherwise
+        self._has_search: bool | None = None          # None: not known yet
         self._does_sort = True               # the same: the newest of its list come first
         self._climbed = 0                    # highest id seen, where it doesn't sort
 
     def open_items(self) -> list[QueueItem]:
         states = [QueueState.PENDING.value, QueueState.EXECUTING.value]
-        items = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: parse.queue_state(entry).is_open)
+        items, _ = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: parse.queue_state(entry).is_open)
         return [item for item in items if item.is_open]
 
     def items_after(self, floor: int) -> list[QueueItem]:
-        found = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor)
-        return found if self._has_search or self._does_sort else self._one_by_one(floor, found)
+        found, is_proof = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor)
+        return found if is_proof else self._one_by_one(floor, found)
 
     def _one_by_one(self, floor: int, listed: Sequence[QueueItem]) -> list[QueueItem]:
         """Where a list proves nothing (it may be of the oldest), numbers do: those above the floor, until some in a row are not there."""
@@ -88,18 +88,26 @@ class QueueReader:
     def ids(self, query: Mapping[str, str]) -> list[int]:
         return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]
 
-    def _search(self, filter_: Mapping[str, Any], wanted: Wanted) -> list[QueueItem]:
-        """By the robot's search, or where it has none, from its list: newest first, until a page has nothing wanted."""
-        if self._has_search:
-            try:
-                entries = list(self._pages("POST", "/mission_queue/search", {"filters": [filter_]}, wanted))
-            except Refusal as error:
-                if error.status not in NOT_OFFERED:
-                    raise
-                self._has_search = False
-        if not self._has_search:
-            entries = list(self._pages("GET", "/mission_queue", None, wanted))
-        return self._whole(entries)
+    def _search(self, filter_: Mapping[str, Any], wanted: Wanted) -> tuple[list[QueueItem], bool]:
+        """By the robot's search, or where it has none, from its list: newest first, until a page has nothing wanted. Also whether that
+        proves that there are no others."""
+        entries = self._by_search(filter_, wanted) if self._has_search is not False else None
+        if entries is not None:
+            return self._whole(entries), True
+        entries = list(self._pages("GET", "/mission_queue", None, wanted))
+        return self._whole(entries), self._does_sort
+
+    def _by_search(self, filter_: Mapping[str, Any], wanted: Wanted) -> list[parse.Object] | None:
+        """None: the robot does not offer it; for now, if it has before, as one that boots."""
+        try:
+            entries = list(self._pages("POST", "/mission_queue/search", {"filters": [filter_]}, wanted))
+        except Refusal as error:
+            if error.status not in NOT_OFFERED:
+                raise
+            self._has_search = self._has_search or False
+            return None
+        self._has_search = True
+        return entries
 
     def _pages(self, method: str, path: str, body: Any, wanted: Wanted) -> Iterator[parse.Object]:
         """Each wanted entry once, whether or not the robot supports filter, order, limit and offset."""
