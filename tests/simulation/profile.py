@@ -95,6 +95,10 @@ class Profile:
         return Profile(**{**vars(self), **chosen, **values})  # type: ignore[arg-type]
 
 
+# Half as much as with one act and one event an hour, everything of it; crashes are as frequent.
+CALM = Profile(every_minutes=60, poll_interval=600, acts_per_hour=0.5, events_per_hour=0.5, crash_rate=0.001)
+
+
 @dataclass(frozen=True)
 class Nature:
     """What a seed draws of a site."""
