@@ -124,6 +124,18 @@ def test_a_robot_without_search_is_asked_for_it_once(status: int) -> None:
     assert transport.requests.count("POST /mission_queue/search") == 1
 
 
+def test_a_robot_that_refuses_its_search_for_a_moment_is_searched_again() -> None:
+    transport = QueueTransport(history(500, 1, 2))
+    robot = client(transport)
+    robot.open_items()
+    transport.has_search = False
+    assert [item.id for item in robot.items_after(498)] == [499, 500, 501, 502, 503]
+    transport.has_search = True
+    transport.requests.clear()
+    assert [item.id for item in robot.items_after(498)] == [499, 500, 501, 502, 503]
+    assert transport.requests == ["POST /mission_queue/search"]
+
+
 def test_other_refusals_of_the_search_are_no_reason_to_read_the_list() -> None:
     transport = QueueTransport(history(3), has_search=False, missing_status=503)
     with pytest.raises(Busy):
