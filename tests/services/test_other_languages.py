@@ -14,6 +14,7 @@ from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
 from app.mir.errors import Unreachable
 from app.services.files.daily_backup import DailyBackup
+from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
 from app.services.live.tablet import old_token
 from mir_sim.state import RobotError
@@ -210,10 +211,16 @@ def backup_failed(site, plan):
     backup.tick()
 
 
+def pin_guessed(site, plan):
+    site.container.access.set_pin("4711")
+    for _n in range(ALARM_AFTER):
+        site.clock.advance(site.container.access.check("0000").wait_s)
+
+
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, execution_failed, execution_skipped,
     executions_missed, app_was_off, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, unknown_outcome, database,
-    backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, item_unreadable)}
+    backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, item_unreadable, pin_guessed)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():

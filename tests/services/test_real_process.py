@@ -16,11 +16,13 @@ from pathlib import Path
 import pytest
 
 import mir_sim
+from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain.clock import SystemClock
 from app.mir.credentials import Token
 from app.services.live.access import Access
+from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes
 from tests.support.crash_drill import drill
 from tests.support.process import (
@@ -183,8 +185,8 @@ def test_exports_beside_a_running_app(site, robot, tmp_path):
 # ---------------------------------------------------------------------- a forgotten PIN
 def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
     def set_pin() -> None:
-        db = Database.open(data / DATABASE)
-        Access(db, SettingsRepository(), SystemClock(), Changes()).set_pin("4711")
+        db, clock, changes = Database.open(data / DATABASE), SystemClock(), Changes()
+        Access(db, SettingsRepository(), clock, changes, Alarms(db, AlarmRepository(), clock, changes)).set_pin("4711")
         db.close()
 
     assert run(data, "--remove-pin").stdout == "there was no PIN for Settings\n"

@@ -128,6 +128,8 @@ class Copies:
             else:
                 self._set_right(row, item)
         searched = max((item.id for item in newer), default=0)           # what is older has been seen
+        if self._seen.highest is not None:
+            self._seen.highest = max(self._seen.highest, searched)       # or the next search would begin at the first item
         self._watched = {token: (floor if token in unsettled or not newer else searched, until)
                          for token, (floor, until) in self._watched.items()}
 

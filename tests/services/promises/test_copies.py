@@ -6,6 +6,7 @@ import shutil
 import pytest
 
 from app.domain.models import InvalidInput, ReasonCode, State
+from app.mir.client import RobotClient
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, reason, robot_of, sent_at, states
@@ -53,6 +54,24 @@ def test_a_first_try_that_lands_behind_the_second_one_is_cancelled_before_it_run
     site.run(900)
     assert (sent_at(site), states(site)) == ([300, 395], ["Done", "Aborted"])
     assert "duplicate_healed" in alarms(site)
+
+
+def test_what_was_searched_is_not_searched_again(site, plan, monkeypatch):
+    """The history of a robot has thousands of items, and robots are read every 2 s while a request may still arrive."""
+    site.container.catalogue.change_settings(poll_interval_seconds=600)
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 110.0)
+    site.run(500)
+    search, floors = RobotClient.items_after, []
+
+    def noting(client, floor):
+        floors.append(floor)
+        return search(client, floor)
+
+    monkeypatch.setattr(RobotClient, "items_after", noting)
+    site.run(60)
+    assert len(floors) >= 20
+    assert set(floors) == {max(item.id for item in items(site))}
 
 
 def test_a_second_copy_that_has_run_before_anybody_saw_it_is_told_once(site, plan):
