@@ -159,12 +159,14 @@ class Driver:
         for top in [root] if root is not None else list(Window.children):
             yield from self._walk(top)
 
-    def _walk(self, widget: Widget) -> Iterator[Widget]:
-        if not widget.opacity:
-            return
-        yield widget
-        for child in reversed(widget.children):
-            yield from self._walk(child)
+    @staticmethod
+    def _walk(top: Widget) -> Iterator[Widget]:
+        waiting = [top]
+        while waiting:
+            widget = waiting.pop()
+            if widget.opacity:
+                yield widget
+                waiting += widget.children                  # the last of them was added first
 
     def find_all(self, kind: type | None = None, root: Widget | None = None, **values) -> list[Widget]:
         """All that is shown of class ``kind`` with those property values, in reading order of the tree."""

@@ -27,7 +27,7 @@ from app.services.dispatch.copies import Copies
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
+from app.services.dispatch.timing import EARLY_RECHECK, INTENT_LEAD, RECHECK, RECONCILE_EVERY
 from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
@@ -184,7 +184,7 @@ class Submission:
             self._ledger.waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
             self._later(row, RECHECK)
         elif (early := self._seconds_early(row)) > 0:
-            self._later(row, min(early, RECHECK))
+            self._later(row, min(early, EARLY_RECHECK))
         else:
             return not self._is_listed_first(row) and not self._may_have_run(row)
         return False
