@@ -179,7 +179,8 @@ class Container:
 
 def connect(robot: Robot) -> RobotClient:
     """A client over HTTP for a configured robot."""
-    return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256)
+    return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256,
+                       serial_number=robot.serial_number, identified_by=robot.identified_by)
 
 
 class CachedUntilChanged(Generic[T]):

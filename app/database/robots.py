@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 from app.database.values import placeholders
 from app.domain.models import IdleRule, Robot
+from app.domain.robot import IdentifiedBy
 
-_COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", "serial_number", "model", "software")
+_IDENTITY = ("serial_number", "model", "software", "identified_by")
+_COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", *_IDENTITY)
 _SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled
              FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id"""
-_IDENTITY = ("serial_number", "model", "software")
 
 
 class Accepted(NamedTuple):
@@ -53,11 +54,12 @@ class RobotRepository:
         self._put_idle(c, robot)
 
     def note_identity(self, c: sqlite3.Connection, robot_id: int, **found: str) -> None:
-        """Store what the machine reports of itself: serial_number, model, software."""
+        """Store what the machine reports of itself: serial_number, model, software; identified_by. A known serial number stays."""
         if unknown := found.keys() - set(_IDENTITY):
             raise ValueError(f"not part of a robot's identity: {sorted(unknown)}")
         for name, value in found.items():
-            c.execute(f"UPDATE robots SET {name} = ? WHERE id = ?", (value, robot_id))
+            kept = "coalesce(serial_number, ?)" if name == "serial_number" else "?"
+            c.execute(f"UPDATE robots SET {name} = {kept} WHERE id = ?", (value, robot_id))
 
     # ------------------------------------------------------------------ what dispatch has to know of it
     def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Accepted | None:
@@ -99,5 +101,7 @@ def _robot(row: sqlite3.Row) -> Robot:
     idle = None
     if row["idle_mission_id"] is not None:
         idle = IdleRule(row["idle_mission_id"], row["idle_after_minutes"], bool(row["idle_enabled"]))
-    values = {name: row[name] for name in _COLUMNS} | {"enabled": bool(row["enabled"]), "needs_password": bool(row["needs_password"])}
+    values = {name: row[name] for name in _COLUMNS} | {
+        "enabled": bool(row["enabled"]), "needs_password": bool(row["needs_password"]),
+        "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"])}
     return Robot(id=row["id"], idle=idle, **values)

@@ -265,5 +265,9 @@ ALTER TABLE executions ADD COLUMN revoked TEXT;              -- JSON: why it mus
 DROP INDEX executions_idle;
 """
 
+_IDENTIFIED_BY = """
+ALTER TABLE robots ADD COLUMN identified_by TEXT;            -- what shows that the machine at its address is the robot
+"""
+
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
-                               _NO_DECISION_READS_HISTORY)
+                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY)

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from app.domain.message import Message, message, render
-from app.domain.robot import QueueItem, RobotStatus
+from app.domain.robot import IdentifiedBy, QueueItem, RobotStatus
 
 WEEKDAYS = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
 
@@ -128,6 +128,7 @@ class Robot:
     needs_password: bool = False
     certificate_sha256: str | None = None
     serial_number: str | None = None     # of the machine that answered first; another one is a wrong robot
+    identified_by: IdentifiedBy | None = None        # None: it has not answered since user, address, certificate or serial number changed
     model: str | None = None
     software: str | None = None
     idle: IdleRule | None = None

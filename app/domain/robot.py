@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from datetime import datetime
-from enum import Enum, IntEnum
+from enum import Enum, IntEnum, StrEnum
 from typing import Any
 
 
@@ -160,12 +160,20 @@ class MissionParameter:
     choices: tuple[tuple[Any, str], ...] = ()        # (value, label)
 
 
+class IdentifiedBy(StrEnum):
+    """What shows, before credentials are sent, that the machine at an address is the robot."""
+    SERIAL_NUMBER = "serial_number"      # in its status, which it gives to anybody
+    CERTIFICATE = "certificate"          # of HTTPS
+    ADDRESS = "address"                  # nothing else: it gives no status without credentials, or no serial number
+
+
 @dataclass(frozen=True)
 class Identity:
     """Who answers at an address; asked with credentials, so a wrong password is noticed."""
     status: RobotStatus
     user_name: str = ""
     software: str | None = None
+    identified_by: IdentifiedBy = IdentifiedBy.ADDRESS
 
     @property
     def name(self) -> str:

@@ -2,10 +2,14 @@
 
 A client is used by one thread at a time: its robot's worker, or one action of the operator. Every call raises RobotError and
 nothing else; ``error.delivery`` says what a failed one may have done. Calls that change something are never repeated here.
+
+The status is asked for without credentials and its serial number compared with the known one. No request with credentials is sent
+unless that was done in the last seconds: where it was not, the call does it first.
 """
 from __future__ import annotations
 
 import json as json_module
+import math
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
@@ -13,6 +17,7 @@ from urllib.parse import quote
 
 from app.domain.message import message
 from app.domain.robot import (
+    IdentifiedBy,
     Identity,
     MapPosition,
     MissionDetail,
@@ -27,7 +32,7 @@ from app.mir import parameters as mission_parameters
 from app.mir import parse
 from app.mir.address import Address
 from app.mir.credentials import Token
-from app.mir.errors import Busy, NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
+from app.mir.errors import AnotherRobot, Busy, NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
 from app.mir.http import HttpTransport
 from app.mir.mission_queue import NOT_OFFERED, QueueReader
 from app.mir.texts import clean, resolve
@@ -36,16 +41,23 @@ from app.mir.transport import API, Response, Timeouts, Transport
 LONGEST_DESCRIPTION = 200   # characters of message and description (MiR's REST definition 3.5.4)
 LONGEST_TOLD = 20_000       # characters of an error's text that are looked at
 LONGEST_ANSWER = 255        # characters of the answer to a prompt (the same)
+COMPARED_FOR = 10.0         # s for which a compared serial number lets credentials go out
 
 T = TypeVar("T")
 
 
 class RobotClient:
-    """``clock`` is a monotonic clock in seconds, for the elapsed time of answers; ``transport`` replaces HTTP in simulations."""
+    """``clock`` is a monotonic clock in seconds; ``transport`` replaces HTTP in simulations.
 
-    def __init__(self, address: Address, token: Token, *, certificate_sha256: str | None = None, transport: Transport | None = None,
+    ``serial_number`` is the known one, None before the first contact. ``identified_by`` is what it was identified by the last time: a
+    robot that has shown its serial number to anybody gets no credentials when it does so no longer.
+    """
+
+    def __init__(self, address: Address, token: Token, *, certificate_sha256: str | None = None, serial_number: str | None = None,
+                 identified_by: IdentifiedBy | None = None, transport: Transport | None = None,
                  clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None) -> None:
-        self.address = address
+        self.address, self.serial_number, self.identified_by = address, serial_number, identified_by
+        self._compared_at = -math.inf
         self._token, self._clock, self._timeouts = token, clock, timeouts or Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
         self.give_way: Callable[[], None] = lambda: None      # called between the many requests that reading a queue may take
@@ -60,15 +72,41 @@ class RobotClient:
 
     # ------------------------------------------------------------------ who and how
     def status(self) -> RobotStatus:
-        """How the robot is; answered without credentials too. Raises NotAMir when something else answers."""
+        """How the robot is, asked without credentials; with them only where it gives no status else (401).
+
+        Raises AnotherRobot when its serial number is not the known one, NotAMir when something else answers, or a robot that has always
+        shown its serial number does so no longer.
+        """
         began = self._clock()
+        answer, is_open = self._answer_of_status()
+        status = self._status(answer, self._clock() - began)
+        expected, found = self.serial_number, status.serial_number
+        if expected and found and found != expected:
+            raise AnotherRobot(address=self.address.netloc, expected=expected, found=found)
+        if not found:
+            self._check_may_be_hidden()
+        shown = IdentifiedBy.SERIAL_NUMBER if is_open and found else IdentifiedBy.ADDRESS
+        self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else shown
+        self._compared_at = self._clock()
+        return status
+
+    def _answer_of_status(self) -> tuple[Response, bool]:
+        """And whether it is given without credentials."""
         try:
-            answer = self._request("GET", "/status")
+            try:
+                return self._send("GET", "/status", with_credentials=False), True
+            except Unauthorized:
+                self._check_may_be_hidden()
+                return self._send("GET", "/status"), False
         except Rejected as error:
             if error.status in (404, 405, 410):
                 raise NotAMir(code="no_interface", address=self.address.netloc, status=error.status) from None
             raise
-        return self._status(answer, self._clock() - began)
+
+    def _check_may_be_hidden(self) -> None:
+        """Whoever takes a robot's place could hide its serial number to get the credentials."""
+        if self.serial_number and self.identified_by is IdentifiedBy.SERIAL_NUMBER:
+            raise NotAMir(code="serial_number_hidden", address=self.address.netloc)
 
     def identify(self) -> Identity:
         """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where known."""
@@ -78,7 +116,7 @@ class RobotClient:
         except Rejected:
             user = ""
             self._queue.ids({"limit": "1"})                     # needs credentials as well
-        return Identity(status, user, status.software or self._software())
+        return Identity(status, user, status.software or self._software(), self.identified_by or IdentifiedBy.ADDRESS)
 
     def _software(self) -> str | None:
         """From software 3.x on; older robots give it in a header, if at all."""
@@ -226,8 +264,23 @@ class RobotClient:
 
     def _request(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None,
                  is_wanted: Callable[[], bool] | None = None) -> Response:
+        """With credentials, to the robot that is known. Raises RobotError."""
+        if self.serial_number and self._clock() - self._compared_at > COMPARED_FOR:
+            try:
+                self.status()
+            except RobotError as error:
+                raise error.unsent() from None
+        return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
+
+    def _send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None,
+              is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
         """The answer, if its status is one of success. Raises RobotError."""
-        answer = self._transport.send(method, path, query=query, json=json, timeout=self._timeouts, is_wanted=is_wanted)
+        try:
+            answer = self._transport.send(method, path, query=query, json=json, timeout=self._timeouts, is_wanted=is_wanted,
+                                          with_credentials=with_credentials)
+        except RobotError:
+            self._compared_at = -math.inf            # what answers next may be another machine
+            raise
         status, address = answer.status, self.address.netloc
         if 200 <= status < 300:
             return answer

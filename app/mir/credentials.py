@@ -8,7 +8,7 @@ import hashlib
 import hmac
 import re
 
-from app.domain.models import InvalidInput
+from app.domain.models import InvalidInput, Robot
 
 # Printed in MiR's manuals; clients on robots send the user names in either spelling.
 _PUBLISHED = (("distributor", "distributor"), ("Distributor", "distributor"), ("admin", "admin"), ("Admin", "admin"))
@@ -76,6 +76,23 @@ class Token:
         return "Token(***)" if self._header else "Token()"
 
     __str__ = __repr__
+
+
+def token_for(robot: Robot, password: str | None, stored: Robot | None) -> str | None:
+    """What may be sent to ``robot`` as it is entered now, addresses in normal form: the token of the password or, without one, that of the
+    stored robot; None where that belongs to another user, address, certificate or serial number. The only place where this is decided.
+
+    Raises InvalidInput for a user name that can't be one.
+    """
+    if password is not None:
+        return Token.derive(robot.username, password).header
+    return stored.token if stored is not None and is_same_endpoint(robot, stored) else None
+
+
+def is_same_endpoint(robot: Robot, stored: Robot) -> bool:
+    """Whether the credentials of the one are those of the other. A serial number that only now becomes known changes nothing."""
+    return (robot.username, robot.address, robot.certificate_sha256) == (stored.username, stored.address, stored.certificate_sha256) \
+        and stored.serial_number in (None, robot.serial_number)
 
 
 def normalise_fingerprint(text: str) -> str:

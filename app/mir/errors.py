@@ -47,6 +47,8 @@ SENTENCES: Mapping[str, str] = {
     "web_page": "{address} answers with a web page, not like a MiR robot",
     "no_interface": "{address} answers, but has no MiR interface (status {status})",
     "no_status": "{address} answers, but not with the status of a MiR robot",
+    "serial_number_hidden": "{address} doesn't show its serial number any more, so nothing was sent; if it is still the same robot, "
+                            "enter its password again",
     "another_robot": "{address} has serial number {found} instead of {expected}, so nothing was sent; is it still the same robot?",
     "unreadable": "{address} gave an answer that can't be read: {problem}",
     "too_long": "{address} gave an answer longer than {limit} MiB",
@@ -81,6 +83,11 @@ class RobotError(Exception):
     def at(self, address: str) -> Self:
         """The same error, naming the robot's address."""
         self.params["address"] = address
+        return self
+
+    def unsent(self) -> Self:
+        """The same error, as what kept another request from being sent."""
+        self._delivery = Delivery.NOT_SENT
         return self
 
     @property
@@ -152,9 +159,9 @@ class Rejected(Refusal):
     """Any other 4xx: the robot says no (400 wrong argument, 404 no such thing, 409 exists already …)."""
     code = "rejected"
 
-    @property
-    def delivery(self) -> Delivery:
-        return Delivery.UNKNOWN if self.status in MAY_STILL_HAPPEN else Delivery.REFUSED
+    def __init__(self, msgid: str = "", *, status: int, **params: Any) -> None:
+        super().__init__(msgid, status=status, **params)
+        self._delivery = Delivery.UNKNOWN if status in MAY_STILL_HAPPEN else Delivery.REFUSED
 
 
 class Busy(Refusal):
@@ -176,7 +183,7 @@ class NotAMir(RobotError):
 
 
 class AnotherRobot(NotAMir):
-    """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent. Raised by who compares them."""
+    """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent."""
     code = "another_robot"
     _delivery = Delivery.NOT_SENT
 

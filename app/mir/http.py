@@ -49,17 +49,18 @@ class HttpTransport:
         self._reading, self._writing = kind(address.host, address.port, **tls), kind(address.host, address.port, **tls)
         self._headers = {
             "Host": address.netloc, "Accept": "application/json", "Accept-Encoding": "identity", "Accept-Language": "en_US",
-            "Content-Type": "application/json", "User-Agent": "AMR-Scheduler", **({"Authorization": token.header} if token else {})}
+            "Content-Type": "application/json", "User-Agent": "AMR-Scheduler"}
+        self._credentials = {"Authorization": token.header} if token else {}
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: Callable[[], bool] | None = None) -> Response:
+             is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
         request, headers = requests.PreparedRequest(), {"Connection": "keep-alive"}
-        request.method = method
-        request.url = f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else "")
+        request.method, request.url = method, f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else "")
         if method != "GET":
             body = b"" if json is None else json_module.dumps(json, allow_nan=False).encode("ascii")
             request.body, headers = body or None, {"Connection": "close", "Content-Length": str(len(body))}
-        request.headers = cast(Any, self._headers | headers)         # whose names need no other case
+        # Their names need no other case.
+        request.headers = cast(Any, self._headers | (self._credentials if with_credentials else {}) | headers)
         connection = self._reading if method == "GET" else self._writing
         connection.begin(timeout, is_wanted)
         try:

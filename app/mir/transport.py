@@ -28,9 +28,9 @@ class Transport(Protocol):
     """Carries one request at a time. Used by one thread at a time."""
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: Callable[[], bool] | None = None) -> Response:
+             is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
         """Send and return the answer, whatever its status. ``path`` is below ``/api/v2.0.0``; ``json`` None means no body. ``is_wanted``,
-        for what changes something, is asked once the connection stands.
+        for what changes something, is asked once the connection is open. ``with_credentials``: with the credentials.
 
         Raises Unreachable or NotWanted when nothing was sent, TimedOut, ConnectionLost or Unreadable when something was.
         """

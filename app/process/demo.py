@@ -54,7 +54,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
             raise BadInput("this data directory is no demo's, its robots are real: leave --data-dir out, or give the demo one of its own")
         for name, url in robots:
             if name in known:
-                container.catalogue.save_robot(replace(known[name], address=url))
+                container.catalogue.save_robot(replace(known[name], address=url), password=PASSWORD)
         return
     saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
     by_name = {name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES)) for name, guid in missions.items()}

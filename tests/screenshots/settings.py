@@ -13,9 +13,9 @@ from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
 from app.domain.models import Connection, Mission, Robot, Schedule
-from app.domain.robot import Identity, MissionInfo, RobotState, RobotStatus
+from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus
 from app.i18n import _, ngettext
-from app.mir.errors import Unauthorized, Unreachable
+from app.mir.errors import AnotherRobot, Unauthorized, Unreachable
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
@@ -24,8 +24,8 @@ from app.screens.settings.missions_view import offer_options, offers
 from app.screens.settings.page import PageContext
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.screen import SettingsScreen
-from app.screens.settings.view import connection_found, done, went_wrong
-from app.widgets.dialogs import ChoiceDialog
+from app.screens.settings.view import certificate_question, connection_found, done, went_wrong
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from tests.screenshots.gallery import NAV
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
 from tests.support.clock import VirtualClock
@@ -76,7 +76,8 @@ class Plant:
             catalogue.save_mission(Mission(name, guid(name), favourite=name == MISSIONS[0]))
         missions = {mission.name: mission for mission in self.container.repositories.missions.all(self.container.db.read())}
         for name, address, model, serial, software, connection, age in ROBOTS:
-            robot = catalogue.save_robot(Robot(name, address, "scheduler", serial_number=serial, model=model, software=software), "secret")
+            robot = catalogue.save_robot(Robot(name, address, "scheduler", serial_number=serial, model=model, software=software,
+                                               identified_by=IdentifiedBy.SERIAL_NUMBER), "secret")
             self.container.snapshots.update(robot.id, connection=connection, status=RobotStatus(RobotState.READY),
                                             read_at=NOW - timedelta(seconds=age))
         robots = {robot.name: robot for robot in self.container.repositories.robots.all(self.container.db.read())}
@@ -146,8 +147,8 @@ def robots_tested(studio):
     screen = Plant(studio).screen(studio)
     page, context = screen.page, screen.vm.context
     aino, sisu, veikko = context.facts.robots
-    page._answered(aino, connection_found(replace(identity("200104012"), software="3.5.4"), aino))
-    page._answered(sisu, connection_found(identity(), sisu))
+    page._answered(aino, connection_found(replace(identity("200104012"), software="3.5.4")))
+    page._answered(sisu, went_wrong(AnotherRobot(address="10.40.12.23", expected="220511008", found="180003127")))
     page._answered(veikko, went_wrong(Unreachable(code="no_answer", address="10.40.12.22")))
     return screen
 
@@ -196,6 +197,20 @@ def robot_dialog(context: PageContext):
     dialog = RobotDialog(context, context.facts.robots[2])
     dialog._passed(dialog.vm.connection, identity(), lambda: None)
     return dialog
+
+
+@dialog("robot-dialog-new-robot")
+def robot_dialog_new_robot(context: PageContext):
+    dialog = RobotDialog(context, context.facts.robots[0])
+    context.shell.dialogs.open(dialog)
+    dialog._failed(dialog.vm.connection, AnotherRobot(address="10.40.12.21", expected="200104012", found="230617044"))
+    return context.shell.dialogs.top
+
+
+@dialog("robot-dialog-certificate")
+def robot_dialog_certificate(context: PageContext):
+    return ConfirmDialog(title=_("Trust this certificate?"), text=certificate_question("3fa1c2" * 10 + "90ab", "77de01" * 10 + "1234"),
+                         confirm=_("Trust it"), decline=_("Cancel"))
 
 
 @dialog("robot-dialog-problems")

@@ -12,7 +12,7 @@ from app.database.errors import translated
 from app.domain.models import Alarm, Priority, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
-from app.mir.errors import Unreachable
+from app.mir.errors import CertificateMismatch, Unreachable
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
@@ -74,6 +74,13 @@ def not_a_robot(site, plan):
 def wrong_robot(site, plan):
     site.run(60)
     site.machines["R1"].serial_number = "777"
+    site.run(60)
+
+
+def certificate_changed(site, plan):
+    def refuse(_where):
+        raise CertificateMismatch(address="R1")
+    site.network.interrupt = refuse
     site.run(60)
 
 
@@ -218,9 +225,10 @@ def pin_guessed(site, plan):
 
 
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
-    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, execution_failed, execution_skipped,
-    executions_missed, app_was_off, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, unknown_outcome, database,
-    backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, item_unreadable, pin_guessed)}
+    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, certificate_changed, execution_failed,
+    execution_skipped, executions_missed, app_was_off, clock_stepped, clock_implausible, duplicate_healed, duplicate_running,
+    unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, item_unreadable,
+    pin_guessed)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():

@@ -168,10 +168,11 @@ class SimulatedTransport:
     def __init__(self, machine: SimulatedRobot, network: Network, clock: VirtualClock, name: str, token: Token) -> None:
         self._machine, self._network, self._clock, self._name = machine, network, clock, name
         self._in_a_row, self._asked_at = 0, 0.0
-        self._headers = {"authorization": token.header, "content-type": "application/json", "accept-language": "en_US"}
+        self._headers = {"content-type": "application/json", "accept-language": "en_US"}
+        self._credentials = {"authorization": token.header}
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: Callable[[], bool] | None = None) -> Response:
+             is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
         network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
         network.interrupt(f"before {method} {path}")
         planned = network.fate_of(self._name, method, path)
@@ -189,7 +190,7 @@ class SimulatedTransport:
             self._note(planned, json)
 
         def handle() -> Response:
-            return self._handle(method, path, query or {}, body)
+            return self._handle(method, path, query or {}, body, self._headers | (self._credentials if with_credentials else {}))
         match fate:
             case Fate.LOST:
                 network.time_out(timeout.read)
@@ -238,7 +239,7 @@ class SimulatedTransport:
         self._network.submissions.append(submission)
         self._network.submitted(submission)
 
-    def _handle(self, method: str, path: str, query: Mapping[str, str], body: bytes) -> Response:
+    def _handle(self, method: str, path: str, query: Mapping[str, str], body: bytes, headers: Mapping[str, str]) -> Response:
         """What the robot answers now."""
         network, machine = self._network, self._network.impostors.get(self._name, self._machine)
         if path.startswith(f"{QUEUE}/") and method == "GET" and (self._name, int(path.rsplit("/", 1)[1])) in network.unreadable:
@@ -248,7 +249,7 @@ class SimulatedTransport:
         if network.short_lists is not None and (method, path) == ("GET", QUEUE):
             asked = {name: value for name, value in query.items() if name == "whitelist"}
             query = {**asked, "sort_by": "id", "limit": str(network.short_lists)}
-        answer = api.handle(machine, Request(method, unquote(f"{api.BASE}{path}"), query, self._headers, body))
+        answer = api.handle(machine, Request(method, unquote(f"{api.BASE}{path}"), query, headers, body))
         return Response(answer.status, network.as_given(self._name, path, answer.body), {**answer.headers, **self._date()})
 
     def _date(self) -> dict[str, str]:

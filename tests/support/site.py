@@ -116,7 +116,8 @@ class Site:
         name = robot.address.removeprefix("http://").upper()
         token = Token.from_header(robot.token or "")
         transport = SimulatedTransport(self.machines[name], self.network, self.clock, name, token)
-        return RobotClient(Address.parse(robot.address), token, transport=transport, clock=self.clock.monotonic)
+        return RobotClient(Address.parse(robot.address), token, serial_number=robot.serial_number, identified_by=robot.identified_by,
+                           transport=transport, clock=self.clock.monotonic)
 
     # ------------------------------------------------------------------ furnishing
     def add_robots(self) -> list[Robot]:

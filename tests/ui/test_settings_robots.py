@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import socket
+from dataclasses import replace
 from datetime import datetime
 
 import pytest
@@ -11,8 +12,10 @@ from app.mir.credentials import Token
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import Toggle
+from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
 from app.widgets.rows import RobotChip
+from tests.hostile.capture import capture, pin_of
 from tests.ui.integrator import enter, fill_in, go, press, robots, says, schedules, undo
 from tests.ui.whole_app import PASSWORD, USER
 
@@ -152,21 +155,125 @@ def test_another_user_needs_the_users_own_password(site, app, ui):
     assert robots(site)[0].username == "admin"
 
 
-def test_another_machine_is_reported_before_it_is_accepted(site, app, ui):
-    site.add_robots()
-    ui.wait(lambda: all(robot.serial_number for robot in robots(site)))
-    before = robots(site)[0].serial_number
-    go(ui, "robots")
+def edit_aino(ui) -> RobotDialog:
     ui.wait(lambda: ui.find_all(RobotPanel))
     press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    dialog = fill_in(ui, address=site.fleet.robots[1].url)
+    return ui.find(RobotDialog)
+
+
+def answer(ui, word: str) -> ConfirmDialog:
+    """Press ``word`` on the question that is asked next; returns the question."""
+    ui.wait(lambda: ui.find_all(ConfirmDialog))
+    question = ui.find(ConfirmDialog)
+    press(ui, word, question)
+    return question
+
+
+def test_another_address_needs_the_password_again(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    dialog = edit_aino(ui)
+    enter(ui, dialog.ids.address_field, site.fleet.robots[0].url.replace("127.0.0.1", "localhost"))
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: dialog.ids.password_field.problem.startswith("Enter the password"))
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: dialog.vm.save_word == "Save as this robot")
-    assert before in dialog.vm.outcome.text
-    assert robots(site)[0].serial_number == before
-    press(ui, "Save as this robot", dialog)
+    ui.wait(lambda: app.shell.background.idle)
+    assert ui.find_all(RobotDialog)
+    assert "localhost" not in robots(site)[0].address
+    enter(ui, dialog.ids.password_field, PASSWORD)
+    press(ui, "Save robot", dialog)
     ui.wait(lambda: not ui.find_all(RobotDialog))
-    assert robots(site)[0].serial_number == robots(site)[1].serial_number
+    assert "localhost" in robots(site)[0].address
+
+
+def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(site, app, ui):
+    site.add_robots()
+    ui.wait(lambda: all(robot.serial_number for robot in robots(site)))
+    before, other = (robot.serial_number for robot in robots(site))
+    go(ui, "robots")
+    edit_aino(ui)
+    dialog = fill_in(ui, address=site.fleet.robots[1].url, password=PASSWORD)
+    press(ui, "Save robot", dialog)
+    question = answer(ui, "Cancel")
+    assert question.title == "Is this the new Aino?"
+    assert before in question.text
+    assert other in question.text
+    assert dialog.vm.outcome.tone == "attention"
+    assert robots(site)[0].serial_number == before
+    press(ui, "Test connection", dialog)
+    answer(ui, "This is the new Aino")
+    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    assert (robots(site)[0].serial_number, robots(site)[0].needs_password) == (other, False)
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Connected"))
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").trust.text == "Default password of MiR · Identified by its serial number")
+
+
+def test_a_new_robot_at_the_old_address_needs_its_password_too(site, app, ui):
+    site.add_robots()
+    ui.wait(lambda: robots(site)[0].serial_number)
+    site.container.catalogue.save_robot(replace(robots(site)[0], serial_number="the one before"), PASSWORD)
+    go(ui, "robots")
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Another robot"))
+    press(ui, "Test connection", ui.find(RobotPanel, name="Aino"))
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").result.note == "If it is the new one, accept it in Edit")
+    dialog = edit_aino(ui)
+    press(ui, "Test connection", dialog)
+    answer(ui, "This is the new Aino")
+    assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
+    enter(ui, dialog.ids.password_field, PASSWORD)
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Connected"))
+    assert robots(site)[0].serial_number != "the one before"
+
+
+def test_a_certificate_is_shown_to_compare_and_pinned_when_it_is_trusted(site, app, ui):
+    with capture("field_robot.pem") as machine:
+        go(ui, "robots")
+        press(ui, "Add robot")
+        dialog = fill_in(ui, name="Safe", address=machine.url, username=USER, password=PASSWORD)
+        press(ui, "Save robot", dialog)
+        ui.wait(lambda: ui.find_all(ConfirmDialog))
+        assert machine.seen == []
+        question, pin = answer(ui, "Trust it"), pin_of("field_robot.pem")
+        assert ":".join(pin[n:n + 2].upper() for n in range(0, 16, 2)) in question.text
+        ui.wait(lambda: dialog.vm.outcome.tone == "done")
+        press(ui, "Save robot", dialog)
+        ui.wait(lambda: not ui.find_all(RobotDialog))
+        assert robots(site)[0].certificate_sha256 == pin
+        ui.wait(lambda: ui.find(RobotPanel, name="Safe").trust.text.endswith("Identified by its certificate"))
+
+
+def test_another_certificate_is_compared_with_the_pinned_one(site, app, ui):
+    with capture("plant_robot.pem") as machine:
+        site.container.catalogue.save_robot(Robot("Aino", machine.url, USER, certificate_sha256=pin_of("field_robot.pem")), PASSWORD)
+        go(ui, "robots")
+        dialog = edit_aino(ui)
+        press(ui, "Test connection", dialog)
+        question = answer(ui, "Trust it")
+        assert question.text.index("Pinned so far") > 0
+        assert dialog.vm.fingerprint == pin_of("plant_robot.pem")
+        assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
+        assert machine.seen == []
+        assert robots(site)[0].certificate_sha256 == pin_of("field_robot.pem")
+
+
+def test_a_robot_reached_over_https_asks_before_it_goes_on_without(site, app, ui):
+    with capture() as machine:
+        site.container.catalogue.save_robot(Robot("Aino", "https://127.0.0.1:1", USER), PASSWORD)
+        go(ui, "robots")
+        edit_aino(ui)
+        dialog = fill_in(ui, address=machine.url, password=PASSWORD)
+        press(ui, "Save robot", dialog)
+        answer(ui, "Cancel")
+        ui.wait(lambda: app.shell.background.idle)
+        assert (machine.seen, robots(site)[0].address) == ([], "https://127.0.0.1:1")
+        press(ui, "Save robot", dialog)
+        answer(ui, "Use http")
+        ui.wait(lambda: not ui.find_all(RobotDialog))
+        assert robots(site)[0].address == machine.url
 
 
 def test_a_robot_can_be_switched_off_without_answering(site, app, ui):

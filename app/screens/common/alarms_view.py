@@ -101,7 +101,8 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "unreachable": lambda: _("is it switched on, and on this network?"),
     "unauthorized": lambda: _("enter user name and password again"),
     "not_a_robot": lambda: _("correct its address"),
-    "wrong_robot": lambda: _("correct its address, or remove and add the robot"),
+    "wrong_robot": lambda: _("correct its address, or accept the new robot"),
+    "certificate_changed": lambda: _("correct its address, or accept the new certificate"),
     "clock_implausible": lambda: _("set the tablet's clock, or say that it is right"),
     "database": lambda: _("check the tablet's disk"),
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
@@ -166,7 +167,7 @@ def alarm_icon(alarm: Alarm) -> str:
 
 
 # ---------------------------------------------------------------------- what can be done
-_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot")
+_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "certificate_changed")
 _OF_THE_TABLET = ("app_was_off", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
 _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed", "late_cancelled",

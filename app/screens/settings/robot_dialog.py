@@ -1,4 +1,7 @@
-"""The dialog that adds or edits a robot. It tests the connection before it saves, and never shows a saved password."""
+"""The dialog that adds or edits a robot. It tests the connection before it saves, and never shows a saved password.
+
+Where another machine answers, or one with an unknown certificate, it asks; nothing is sent before the answer.
+"""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,14 +15,16 @@ from app.domain import names
 from app.domain.models import InvalidInput, Robot
 from app.domain.robot import Identity
 from app.i18n import _
-from app.mir.errors import Unauthorized
+from app.mir.errors import AnotherRobot, Unauthorized
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import (
     NoticeView,
     asking_robot,
+    certificate_question,
     connection_found,
-    is_same_connection,
+    has_unknown_certificate,
+    new_robot_question,
     plain_address,
     went_wrong,
 )
@@ -72,6 +77,8 @@ class RobotDialog(FormDialog):
         self._context, self._robot = context, robot
         self._tested: tuple[str, ...] | None = None      # the connection whose test is over, passed or failed
         self._found: Identity | None = None
+        self._new_serial: str | None = None              # of the machine that was accepted as the new robot
+        self._may_be_open = robot is None or not robot.address.startswith("https:")
         form = RobotForm(save_word=_("Save robot"), title=_("Add robot"))
         if robot is not None:
             form.title, form.can_remove = _("Edit {robot}").format(robot=robot.name), True
@@ -79,6 +86,7 @@ class RobotDialog(FormDialog):
             form.fingerprint, form.enabled = robot.certificate_sha256 or "", robot.enabled
             form.password_hint = _("needed to switch it on") if robot.needs_password else _("unchanged")
             form.enabled = robot.enabled or robot.needs_password
+        self._as_saved = form.connection if robot is not None and not robot.needs_password else None        # needs no test
         super().__init__(vm=form, **kwargs)
         for name in FIELDS:
             form.fbind(name, self._edited, name)
@@ -99,13 +107,13 @@ class RobotDialog(FormDialog):
             self.vm.outcome = NoticeView()
             self.vm.save_word = _("Save robot")
         if name == "address":
-            self.vm.fingerprint_problem = ""
+            self.vm.fingerprint_problem, self._new_serial = "", None
 
     # ------------------------------------------------------------------ what is pressed
     def test(self) -> None:
         """Test the connection, without saving."""
         if not self.vm.testing and self._has_password():
-            self._ask(lambda: None)
+            self._if_it_may_be_open(lambda: self._ask(lambda: None))
 
     def save(self) -> None:
         """Save a connection that has been tested; test it first if it has not. After a failed test the next press saves all the same."""
@@ -114,23 +122,31 @@ class RobotDialog(FormDialog):
             return
         if not form.name.strip():
             form.name_problem = _("Give the robot a name")
-        elif not form.enabled or self._tested == form.connection or self._is_as_saved():
-            self._save()
+        elif not form.enabled or form.connection in (self._tested, self._as_saved):
+            self._if_it_may_be_open(self._save)
         elif self._has_password():
-            form.saving = True
-            self._ask(self._save_after_test)
+            self._if_it_may_be_open(self._test_and_save)
 
     def remove(self) -> None:
         if self._robot is not None:
             self.dismiss()
             self.dispatch("on_remove", self._robot)
 
-    # ------------------------------------------------------------------ test
-    def _is_as_saved(self) -> bool:
-        form = self.vm
-        return self._robot is not None and is_same_connection(self._robot, form.address.strip(), form.username.strip(), form.password,
-                                                              form.fingerprint.strip())
+    def _if_it_may_be_open(self, then: Callable[[], object]) -> None:
+        """A robot that was reached over https does not become an unencrypted one without a word."""
+        if self._may_be_open or self.vm.is_https:
+            then()
+            return
 
+        def agreed() -> None:
+            self._may_be_open = True
+            then()
+        self._context.shell.dialogs.confirm(
+            _("Without encryption?"),
+            _("So far this robot is reached over https. Over http, anybody on the network can read its password."),
+            _("Use http"), agreed, danger=True)
+
+    # ------------------------------------------------------------------ test
     def _has_password(self) -> bool:
         """A stored password belongs to the stored user. Without one only a robot that is switched off can be saved."""
         form, stored = self.vm, self._robot
@@ -141,15 +157,17 @@ class RobotDialog(FormDialog):
             form.password_problem = _("Enter the password of {user}").format(user=form.username.strip())
         return not (form.username_problem or form.password_problem)
 
+    def _test_and_save(self) -> None:
+        self.vm.saving = True
+        self._ask(self._save_after_test)
+
     def _ask(self, then: Callable[[], object]) -> None:
-        form, robot = self.vm, self._robot
+        form, robot, password = self.vm, self._entered(), self.vm.password or None
         asked = form.connection
         form.testing = True
         form.outcome = asking_robot()
-        operator = self._context.services.operator
         self._context.run(
-            lambda: operator.test_connection(asked[0].strip(), asked[1].strip(), asked[2] or None, robot_id=robot.id if robot else None,
-                                             certificate_sha256=asked[3].strip() or None),
+            lambda: self._context.services.operator.test_connection(robot, password),
             lambda identity: self._passed(asked, identity, then), lambda problem: self._failed(asked, problem))
 
     def _passed(self, asked: tuple[str, ...], identity: Identity, then: Callable[[], object]) -> None:
@@ -160,7 +178,7 @@ class RobotDialog(FormDialog):
             form.outcome = NoticeView()
             return
         self._tested, self._found = asked, identity
-        form.outcome = connection_found(identity, self._robot)
+        form.outcome = connection_found(identity)
         if not form.name.strip() and identity.name:
             form.name = names.cleaned(identity.name)
         then()
@@ -179,13 +197,43 @@ class RobotDialog(FormDialog):
             if isinstance(problem, Unauthorized):
                 form.password_problem = _("Check user name and password")
             form.save_word = _("Save anyway")
+            if isinstance(problem, AnotherRobot) and self._robot is not None:
+                self._ask_about_robot(self._robot, problem)
+            elif has_unknown_certificate(problem):
+                self._ask_about_certificate(asked)
 
     def _save_after_test(self) -> None:
         self.vm.saving = False
-        if self.vm.outcome.tone == "done":
-            self._save()
+        self._save()
+
+    # ------------------------------------------------------------------ another machine, another certificate
+    def _ask_about_robot(self, robot: Robot, problem: AnotherRobot) -> None:
+        def accepted() -> None:
+            self._new_serial, self._as_saved = problem.params["found"], None
+            self._test_again()
+        self._context.shell.dialogs.confirm(_("Is this the new {robot}?").format(robot=robot.name), new_robot_question(problem),
+                                            _("This is the new {robot}").format(robot=robot.name), accepted)
+
+    def _ask_about_certificate(self, asked: tuple[str, ...]) -> None:
+        """Show the fingerprint of what answers, for a person to compare."""
+        def shown(found: str) -> None:
+            if asked == self.vm.connection:
+                self._context.shell.dialogs.confirm(_("Trust this certificate?"), certificate_question(found, asked[3]),
+                                                    _("Trust it"), lambda: accepted(found))
+
+        def accepted(found: str) -> None:
+            self.vm.fingerprint = found
+            self._test_again()
+        self._context.run(lambda: self._context.services.operator.presented_fingerprint(asked[0].strip()), shown, self._show_problem)
+
+    def _test_again(self) -> None:
+        """With the password of what was accepted; the stored one belongs to what was there before."""
+        form = self.vm
+        self._tested, form.outcome, form.save_word = None, NoticeView(), _("Save robot")
+        if self._robot is not None and not form.password:
+            form.password_problem = _("Enter the password of {user}").format(user=form.username.strip())
         else:
-            self.vm.save_word = _("Save as this robot")
+            self.test()
 
     # ------------------------------------------------------------------ save
     def _save(self) -> None:
@@ -198,12 +246,13 @@ class RobotDialog(FormDialog):
     def _entered(self) -> Robot:
         form = self.vm
         robot = self._robot or Robot("", "")
+        pin = form.fingerprint.strip() or None if form.is_https else robot.certificate_sha256
         entered = replace(robot, name=form.name.strip(), address=form.address.strip(), username=form.username.strip(), enabled=form.enabled,
-                          certificate_sha256=form.fingerprint.strip() or None if form.is_https else None)
+                          certificate_sha256=pin, serial_number=self._new_serial or robot.serial_number)
         found = self._found
-        if found is not None and found.serial_number and self._tested == form.connection:
-            # the result of the test was shown before Save was pressed: this machine is accepted
-            entered = replace(entered, serial_number=found.serial_number, model=found.model, software=found.software)
+        if found is not None and self._tested == form.connection:
+            entered = replace(entered, serial_number=found.serial_number or entered.serial_number, model=found.model,
+                              software=found.software, identified_by=found.identified_by)
         return entered
 
     def _saved(self, robot: Robot) -> None:

@@ -27,6 +27,7 @@ class RobotPanel(RecycledRow, TonedSurface):
     missions = StringProperty("–")
     missions_tone = OptionProperty("neutral", options=TONES)
     missions_icon = StringProperty()
+    trust = ObjectProperty(NoticeView(), rebind=True)
     badge = StringProperty()
     badge_icon = StringProperty()
     testing = BooleanProperty(False)
@@ -85,9 +86,8 @@ class RobotsPage(SettingsPage):
         self._asked.add(robot.id)
         self._show_result(robot, asking_robot())
         self.context.run(
-            lambda: self.context.services.operator.test_connection(robot.address, robot.username, None, robot_id=robot.id,
-                                                                   certificate_sha256=robot.certificate_sha256),
-            lambda identity: self._answered(robot, connection_found(identity, robot)),
+            lambda: self.context.services.operator.test_connection(robot),
+            lambda identity: self._answered(robot, connection_found(identity)),
             lambda problem: self._answered(robot, went_wrong(problem)))
 
     def _answered(self, robot: Robot, notice: NoticeView) -> None:

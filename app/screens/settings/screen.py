@@ -106,8 +106,9 @@ class SettingsViewModel(ViewModel):
             return
         facts = self.context.facts
         snapshots = {robot.id: self._services.snapshots.get(robot.id) for robot in facts.robots}
-        if any(snapshot.connection is not facts.snapshot(robot_id).connection for robot_id, snapshot in snapshots.items()):
-            self._refresher.request()                    # model and serial number are stored when a robot answers for the first time
+        if any(snapshots[robot.id].connection is not facts.snapshot(robot.id).connection or
+               (robot.identified_by is None and answers(facts, robot)) for robot in facts.robots):
+            self._refresher.request()                    # what it is known by is stored when a robot answers for the first time
         self.context.facts = replace(facts, snapshots=snapshots)
         self.show()
 

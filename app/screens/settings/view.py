@@ -12,8 +12,10 @@ from zoneinfo import ZoneInfo
 from app import __version__
 from app.domain.message import Message
 from app.domain.models import WEEKDAYS, Connection, Robot, Settings
-from app.domain.robot import Identity
+from app.domain.robot import IdentifiedBy, Identity
 from app.i18n import _, ngettext
+from app.mir.credentials import Token
+from app.mir.errors import AnotherRobot, CertificateProblem
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
@@ -67,6 +69,7 @@ class RobotPanelView:
     tone: str
     missions_tone: str = "neutral"
     missions_icon: str = ""
+    trust: NoticeView = NoticeView()     # what it is identified by, and whether its password is a published one
     testing: bool = False
     result: NoticeView = NoticeView()
 
@@ -194,36 +197,67 @@ def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
     return RobotPanelView(
         key=robot.id, name=robot.name, model=robot.model or _("MiR robot"), address=plain_address(robot.address),
         serial=robot.serial_number or "–", software=robot.software or "–", badge=text, badge_icon=icon, tone=tone, missions=missions,
-        missions_tone="attention" if missing else "neutral", missions_icon="alert" if missing else "")
+        missions_tone="attention" if missing else "neutral", missions_icon="alert" if missing else "", trust=_trust(robot))
 
 
-def connection_found(identity: Identity, stored: Robot | None = None) -> NoticeView:
-    """Which robot answered. One with another serial number than the stored one is a different robot, to which nothing is sent."""
+def _trust(robot: Robot) -> NoticeView:
+    """What makes the machine that answers the robot, and whether its password is known to everybody."""
+    words, icon = {
+        None: ("", ""),
+        IdentifiedBy.SERIAL_NUMBER: (_("Identified by its serial number"), "shield-check-outline"),
+        IdentifiedBy.CERTIFICATE: (_("Identified by its certificate"), "shield-lock-outline"),
+        IdentifiedBy.ADDRESS: (_("Identified by its address only"), "shield-outline"),
+    }[robot.identified_by]
+    if Token(robot.token or "").is_published_default:
+        return NoticeView(" · ".join(filter(None, (_("Default password of MiR"), words))), "", "attention", "key-alert-outline")
+    return NoticeView(words, "", "neutral", icon)
+
+
+def connection_found(identity: Identity) -> NoticeView:
+    """Which robot answered."""
     facts = " · ".join(filter(None, (
         identity.model,
         identity.serial_number and _("serial {number}").format(number=identity.serial_number),
         identity.software and _("software {version}").format(version=identity.software))))
-    expected = stored.serial_number if stored else None
-    if expected and identity.serial_number and identity.serial_number != expected:
-        text = _("A different robot answers at this address, not the one with serial number {number}").format(number=expected)
-        return NoticeView(text, facts, "attention", "robot-confused-outline")
     name = identity.name or identity.model or _("The robot")
     answer = _("{robot} answers in {n} ms").format(robot=name, n=max(1, round(identity.status.elapsed_s * 1000)))
     return done(answer, facts)
 
 
 def went_wrong(problem: BaseException) -> NoticeView:
-    return NoticeView(sentence_of(problem), "", "fault", "alert-circle")
+    if isinstance(problem, AnotherRobot):
+        return NoticeView(sentence_of(problem), _("If it is the new one, accept it in Edit"), "attention", "robot-confused-outline")
+    note = _("Its fingerprint can be compared in Edit") if has_unknown_certificate(problem) else ""
+    return NoticeView(sentence_of(problem), note, "fault", "alert-circle")
+
+
+def has_unknown_certificate(problem: BaseException) -> bool:
+    """Whether it shows a certificate that a person could compare and pin."""
+    return isinstance(problem, CertificateProblem) and problem.code in ("certificate_untrusted", "certificate_mismatch")
+
+
+def new_robot_question(problem: AnotherRobot) -> str:
+    return _("Serial number so far: {expected}\nAnswers now: {found}\n\nNothing has been sent to it. The new robot needs its password "
+             "entered again.").format(expected=problem.params["expected"], found=problem.params["found"])
+
+
+def certificate_question(found: str, pinned: str) -> str:
+    """``found`` and ``pinned`` are fingerprints; ``pinned`` may be empty."""
+    lines = [_("Compare this SHA-256 fingerprint with the one that the robot's own web page or its administrator gives:"),
+             grouped(found)]
+    if pinned:
+        lines += [_("Pinned so far:"), grouped(pinned)]
+    return "\n\n".join([*lines, _("Nothing has been sent to it.")])
+
+
+def grouped(fingerprint: str) -> str:
+    """In four lines of eight bytes, as people compare it."""
+    pairs = [fingerprint[n:n + 2].upper() for n in range(0, len(fingerprint), 2)]
+    return "\n".join(":".join(pairs[n:n + 8]) for n in range(0, len(pairs), 8))
 
 
 def asking_robot() -> NoticeView:
     return NoticeView(_("Asking the robot …"), "", "neutral", "timer-sand")
-
-
-def is_same_connection(robot: Robot, address: str, username: str, password: str, fingerprint: str) -> bool:
-    """Whether nothing that a connection test depends on has changed since the robot was saved."""
-    return (robot.address == address and robot.username == username and not password and (robot.certificate_sha256 or "") == fingerprint
-            and not robot.needs_password)
 
 
 def answers(facts: SettingsFacts, robot: Robot) -> bool:

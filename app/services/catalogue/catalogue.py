@@ -96,8 +96,8 @@ class Catalogue:
 
     # ------------------------------------------------------------------ robots
     def save_robot(self, robot: Robot, password: str | None = None) -> Robot:
-        """Add (id 0) or change a robot. Without a password it keeps its token; a new one, or one whose user name changes, is then switched
-        off and needs a password."""
+        """Add (id 0) or change a robot. Without a password it keeps its token; a new one, or one whose user, address, certificate or serial
+        number changes, is then switched off and needs a password."""
         return self.edit(lambda edit: edit.save_robot(robot, password))
 
     def set_robot_enabled(self, robot_id: int, enabled: bool) -> Robot:

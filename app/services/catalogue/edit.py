@@ -33,7 +33,7 @@ from app.domain.models import (
     Settings,
     State,
 )
-from app.mir.credentials import Token
+from app.mir.credentials import is_same_endpoint, token_for
 from app.services.catalogue import validation
 from app.services.live.changes import Topic
 from app.services.planning import public_holidays
@@ -159,23 +159,21 @@ class Edit:
 
     # ------------------------------------------------------------------ robots
     def save_robot(self, robot: Robot, password: str | None = None) -> Robot:
-        """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another user name is switched
-        off and needs a password. A robot that only waited for its password is switched on by it."""
+        """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another user, address,
+        certificate or serial number is switched off and needs a password. A robot that only waited for its password is switched on by it. A
+        serial number of None leaves the known one."""
         stored = self.the_robot(robot.id) if robot.id else None
         robot = validation.robot(robot)
         self._check_robot_name(robot)
         if password == "":
             raise InvalidInput("password", "enter a password")
-        if password is not None:
-            is_on = robot.enabled or (stored is not None and stored.needs_password)
-            robot = replace(robot, token=Token.derive(robot.username, password).header, needs_password=False, enabled=is_on)
-        elif stored is None:
-            robot = replace(robot, needs_password=robot.token is None)
-        else:
-            is_same_user = robot.username == stored.username
-            robot = replace(robot, token=stored.token if is_same_user else None, needs_password=stored.needs_password or not is_same_user)
-        if robot.needs_password:
-            robot = replace(robot, enabled=False, token=None)
+        if stored is not None:
+            robot = replace(robot, serial_number=robot.serial_number or stored.serial_number)
+            if not is_same_endpoint(robot, stored) and robot.identified_by is stored.identified_by:
+                robot = replace(robot, identified_by=None)
+        token = token_for(robot, password, stored)
+        was_waiting = password is not None and stored is not None and stored.needs_password
+        robot = replace(robot, token=token, needs_password=token is None, enabled=token is not None and (robot.enabled or was_waiting))
         if robot.idle is not None:
             robot = replace(robot, idle=self._checked_idle(robot.id, robot.idle))
         return self._put_robot(robot, stored)

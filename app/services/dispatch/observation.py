@@ -12,7 +12,7 @@ from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot
 from app.domain.robot import RobotState, RobotStatus
 from app.mir.client import RobotClient
-from app.mir.errors import AnotherRobot, NotAMir, RobotError, TimedOut, Unauthorized, Unreadable
+from app.mir.errors import AnotherRobot, CertificateMismatch, NotAMir, RobotError, TimedOut, Unauthorized, Unreadable
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import LIVE_EVERY, SAVE_SPANS_EVERY, SLOW_ANSWER, STATUS_IS_FRESH
 from app.services.live.snapshots import STALE_POLLS
@@ -31,7 +31,7 @@ class ClockReading:
 
 class Observation:
     def __init__(self, robot: Robot, client: RobotClient, shared: Shared) -> None:
-        self.robot, self._client, self._s = robot, client, shared
+        self._robot, self._client, self._s = robot, client, shared
         self.clock: ClockReading | None = None
         self.gives_time = True                   # as far as is known; robots behind some proxies don't
         self.highest: int | None = None          # queue id seen
@@ -48,15 +48,25 @@ class Observation:
         self._spans_saved_at = shared.clock.monotonic()
         self._writes_to_prune = 0                # writes of spans until the next pruning
 
+    @property
+    def robot(self) -> Robot:
+        return self._robot
+
+    @robot.setter
+    def robot(self, robot: Robot) -> None:
+        """As it is configured now. With another serial number it is another machine, of which nothing is known yet."""
+        if self._robot.serial_number not in (None, robot.serial_number):
+            self.highest, self._read_at = None, -math.inf
+        self._identified &= robot.identified_by is not None
+        self._robot = robot
+        self._client.serial_number, self._client.identified_by = robot.serial_number, robot.identified_by
+
     # ------------------------------------------------------------------ reading
     def read_status(self) -> RobotStatus:
         """Ask for the status; snapshot and alarms follow. Raises RobotError, AnotherRobot when another machine answers."""
         self._read_at = -math.inf
         try:
             status = self._client.status()
-            expected, found = self.robot.serial_number, status.serial_number
-            if expected and found and found != expected:
-                raise AnotherRobot(address=self._client.address.netloc, expected=expected, found=found)
         except RobotError as error:
             self._note_failure(error)
             raise
@@ -66,11 +76,12 @@ class Observation:
         return status
 
     def identify(self) -> None:
-        """Once per start: does the password hold (``/status`` answers without one), and which machine is it?"""
+        """Once per start: does the password hold (``/status`` answers without one), and which machine is it, where that is not known?"""
         if self._identified:
             return
         identity = self._client.identify()
-        found = {"serial_number": identity.serial_number, "model": identity.model, "software": identity.software}
+        found = {"serial_number": identity.serial_number, "model": identity.model, "software": identity.software,
+                 "identified_by": identity.identified_by}
         if any(value and value != getattr(self.robot, name) for name, value in found.items()):
             changes = {name: value for name, value in found.items() if value}
             self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot.id, **changes))
@@ -140,6 +151,9 @@ class Observation:
             case AnotherRobot():
                 self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=error.params["found"])
                 connection = Connection.WRONG_ROBOT
+            case CertificateMismatch():
+                self._set_alarm("certificate_changed", True)
+                connection = Connection.WRONG_ROBOT
             case Unauthorized():
                 self._identified, self._refused = False, True
                 self._set_alarm("unauthorized", True)
@@ -162,7 +176,7 @@ class Observation:
             level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
             log.log(level, "%s: %s%s", self.robot.name, connection, f" ({render(problem)})" if problem else "")
         if connection is Connection.CONNECTED:
-            for code in ("unreachable", "not_a_robot", "wrong_robot"):
+            for code in ("unreachable", "not_a_robot", "wrong_robot", "certificate_changed"):
                 self._set_alarm(code, False)
         self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
 

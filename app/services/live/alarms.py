@@ -29,6 +29,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
     "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
                                    "nothing is sent"),
+    "certificate_changed": (Priority.HIGH, "The certificate of {robot} is not the pinned one; nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
     "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "

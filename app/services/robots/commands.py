@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import logging
 import uuid
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from dataclasses import replace
 from typing import Any
 
 from app.database.connection import Database
@@ -20,8 +21,9 @@ from app.domain.models import Execution, InvalidInput, Mission, Reason, ReasonCo
 from app.domain.robot import Identity, MissionInfo, RobotState
 from app.mir.address import Address
 from app.mir.client import RobotClient
-from app.mir.credentials import Token
-from app.mir.errors import AnotherRobot, Delivery, RobotError
+from app.mir.credentials import normalise_fingerprint, token_for
+from app.mir.errors import Delivery, RobotError
+from app.mir.fingerprint import presented_fingerprint
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
 from app.services.live.holds import Holds
@@ -122,16 +124,23 @@ class Operator:
         self._engine.poll(robot_id)
 
     # ------------------------------------------------------------------ the integrator
-    def test_connection(self, address: str, username: str, password: str | None, *, robot_id: int | None = None,
-                        certificate_sha256: str | None = None) -> Identity:
-        """Who answers at this address. Without a password the stored robot's own token is tried. Raises InvalidInput or RobotError."""
-        stored = self._robots.get(self._db.read(), robot_id) if robot_id else None
-        token = Token.derive(username, password).header if password else stored.token if stored else None
-        client = self._make_client(Robot("test", Address.parse(address).url, username, token, certificate_sha256=certificate_sha256))
-        try:
+    def test_connection(self, robot: Robot, password: str | None = None) -> Identity:
+        """Who answers to ``robot`` as it is entered, saved or not. Without a password the token of the saved robot is used, where it
+        belongs to that user, address, certificate and serial number. Raises InvalidInput or RobotError, AnotherRobot among them."""
+        stored = self._robots.get(self._db.read(), robot.id) if robot.id else None
+        pin = robot.certificate_sha256
+        robot = replace(robot, address=Address.parse(robot.address).url, certificate_sha256=normalise_fingerprint(pin) if pin else None,
+                        serial_number=robot.serial_number or (stored.serial_number if stored else None))
+        token = token_for(robot, password, stored)
+        if token is None:
+            raise InvalidInput("password", "enter the password: the stored one belongs to another user, address, certificate or robot")
+        identified_by = stored.identified_by if stored is not None and password is None else None
+        with closing(self._make_client(replace(robot, token=token, identified_by=identified_by))) as client:
             return client.identify()
-        finally:
-            client.close()
+
+    def presented_fingerprint(self, address: str) -> str:
+        """SHA-256 of the certificate at an https address, for a person to compare; sends no request. Raises InvalidInput or RobotError."""
+        return presented_fingerprint(Address.parse(address))
 
     def fetch_missions(self, robot_id: int) -> list[MissionInfo]:
         """The missions that the robot has, by name."""
@@ -139,17 +148,9 @@ class Operator:
             return sorted(client.missions(), key=lambda mission: mission.name.casefold())
 
     # ------------------------------------------------------------------ inside
-    @contextmanager
-    def _client(self, robot_id: int) -> Iterator[RobotClient]:
-        """A connection of its own to a robot that is the one it should be: no command reaches another machine at that address."""
-        robot = self._robot(robot_id)
-        client = self._make_client(robot)
-        try:
-            if robot.serial_number and (found := client.status().serial_number) and found != robot.serial_number:
-                raise AnotherRobot(address=client.address.netloc, expected=robot.serial_number, found=found)
-            yield client
-        finally:
-            client.close()
+    def _client(self, robot_id: int) -> closing[RobotClient]:
+        """A connection of its own."""
+        return closing(self._make_client(self._robot(robot_id)))
 
     def _robot(self, robot_id: int) -> Robot:
         if robot := self._robots.get(self._db.read(), robot_id):

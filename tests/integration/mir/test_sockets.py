@@ -96,7 +96,8 @@ def test_reads_share_a_connection_and_writes_get_their_own(serve: Serve, connect
     lines = [request.split(b"\r\n")[0] for request in server.requests]
     assert lines[2] == b"POST /api/v2.0.0/mission_queue HTTP/1.1"
     assert b"\r\nConnection: close\r\n" in server.requests[2]
-    assert b"\r\nAuthorization: " + TOKEN.header.encode() + b"\r\n" in server.requests[0]
+    sent = [b"\r\nAuthorization: " + TOKEN.header.encode() + b"\r\n" in request for request in server.requests]
+    assert sent == [False, False, True, True, False, False]          # the status is asked for without
 
 
 def test_a_mission_leaves_in_one_piece(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -116,13 +117,16 @@ def test_every_request_says_who_asks_and_what_it_wants(serve: Serve, connect: Co
     server = serve(after_request(lambda robot: robot.answer(READY, "200 OK", "Set-Cookie: session=1", "Connection: close")))
     robot = connect(server)
     robot.status()
-    robot.status()
-    for request in server.requests:
+    for _ in range(2):
+        with pytest.raises(Unreadable):
+            robot.missions()
+    for request, path, credentials in zip(server.requests, ("status", "missions", "missions"), (False, True, True), strict=True):
         head = request.decode().split("\r\n")
-        assert head[0] == "GET /api/v2.0.0/status HTTP/1.1"
+        assert head[0] == f"GET /api/v2.0.0/{path} HTTP/1.1"
         assert head[1:head.index("")] == [
             f"Host: 127.0.0.1:{server.port}", "Accept: application/json", "Accept-Encoding: identity", "Accept-Language: en_US",
-            "Content-Type: application/json", "User-Agent: AMR-Scheduler", f"Authorization: {TOKEN.header}", "Connection: keep-alive"]
+            "Content-Type: application/json", "User-Agent: AMR-Scheduler", *[f"Authorization: {TOKEN.header}"] * credentials,
+            "Connection: keep-alive"]
 
 
 def test_a_search_is_sorted_as_clients_on_robots_ask_for_it(serve: Serve, connect: Connect) -> None:

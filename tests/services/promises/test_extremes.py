@@ -12,7 +12,7 @@ from app.domain.models import ReasonCode, Schedule, State
 from app.services.catalogue import configuration
 from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, reason, robot_of, sent_at, states
-from tests.support.site import Site
+from tests.support.site import PASSWORD, Site
 
 LONGEST_TRANSACTION = 0.1    # s of processor time: 50 ms, on a machine half as fast
 
@@ -64,7 +64,7 @@ def test_a_long_absence_is_written_in_short_transactions(site, plan, monkeypatch
 # ---------------------------------------------------------------------- another address
 def move(site, address):
     robot = robot_of(site)
-    site.container.catalogue.save_robot(replace(robot, address=address))
+    site.container.catalogue.save_robot(replace(robot, address=address), PASSWORD)
 
 
 @pytest.fixture
@@ -90,12 +90,12 @@ def test_a_robot_that_is_found_at_a_new_address_goes_on(moving):
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
 
 
-@pytest.mark.parametrize("kept", [True, False], ids=["serial number kept", "serial number forgotten"])
-def test_an_address_that_is_given_another_machine_leaves_the_outcome_unknown_and_says_why(moving, kept):
+@pytest.mark.parametrize("is_accepted", [True, False], ids=["accepted as the new robot", "not accepted"])
+def test_an_address_that_is_given_another_machine_leaves_the_outcome_unknown_and_says_why(moving, is_accepted):
     """What the robot at the old address did can't be asked any more; it has not vanished."""
     site = moving
-    if not kept:
-        site.container.catalogue.save_robot(replace(robot_of(site), serial_number=None))
+    if is_accepted:
+        site.container.catalogue.save_robot(replace(robot_of(site), serial_number=site.machines["R2"].serial_number), PASSWORD)
     move(site, "http://r2")
     site.power_cut(5)
     site.run(300)
@@ -119,10 +119,10 @@ def test_what_may_be_on_one_machine_is_not_sent_to_the_one_that_takes_its_place(
     site.network.next("POST", "/mission_queue", fate)
     site.run(300.6)
     if how == "address":
-        site.container.catalogue.save_robot(replace(robot_of(site), address="http://r2", serial_number=None))
+        site.container.catalogue.save_robot(replace(robot_of(site), address="http://r2", serial_number=other.serial_number), PASSWORD)
     else:
         site.machines["R1"] = other
-        site.container.catalogue.save_robot(replace(robot_of(site), serial_number=other.serial_number))
+        site.container.catalogue.save_robot(replace(robot_of(site), serial_number=other.serial_number), PASSWORD)
         site.power_cut(5)                                     # connections are made anew
     site.run(300)
     [row] = site.executions()

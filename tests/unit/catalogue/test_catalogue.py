@@ -13,6 +13,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.models import Between, Execution, IdleRule, InvalidInput, Mission, ReasonCode, Robot, Schedule, Settings, State, Trigger
+from app.domain.robot import IdentifiedBy
 from app.services.catalogue.catalogue import Catalogue
 from app.services.live.changes import Changes, Topic
 from tests.support.clock import VirtualClock
@@ -83,10 +84,20 @@ def test_without_a_password_a_new_robot_is_off_until_it_has_one(world):
     assert (given.enabled, given.needs_password, given.token) == (True, False, world.robot.token)
 
 
-def test_another_user_needs_another_password(world):
-    assert world.catalogue.save_robot(replace(world.robot, address="10.0.0.9")).token == world.robot.token
-    changed = world.catalogue.save_robot(replace(world.robot, username="other"))
+@pytest.mark.parametrize("change", [{"username": "other"}, {"address": "10.0.0.9"}, {"certificate_sha256": "ab" * 32}])
+def test_another_user_address_or_certificate_needs_the_password_again(world, change):
+    assert world.catalogue.save_robot(replace(world.robot, name="Bella")).token == world.robot.token
+    changed = world.catalogue.save_robot(replace(world.robot, **change))
     assert (changed.enabled, changed.needs_password, changed.token) == (False, True, None)
+
+
+def test_a_known_serial_number_changes_with_the_password_only_and_is_never_forgotten(world):
+    known = world.catalogue.save_robot(replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER))
+    assert known.token == world.robot.token          # now it is known: nothing has changed
+    assert world.catalogue.save_robot(replace(known, serial_number=None)) == known
+    new = world.catalogue.save_robot(replace(known, serial_number="2"), "secret")
+    assert (new.serial_number, new.identified_by, new.needs_password) == ("2", None, False)
+    assert world.catalogue.save_robot(replace(new, serial_number="3")).needs_password
 
 
 def test_a_robot_that_was_switched_off_stays_off_with_a_new_password(world):

@@ -169,7 +169,8 @@ def test_sections_may_be_left_out_and_nothing_is_ever_deleted(world):
 def test_keys_given_are_set_and_the_others_stay(world):
     world.take(FULL)
     before = world.robots["R1"]
-    assert world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9"}]}) == ["robot R1 changed: address"]
+    moved = {"name": "R1", "address": "10.0.0.9", "password": "secret"}
+    assert world.take({"format": FORMAT, "robots": [moved]}) == ["robot R1 changed: address"]
     assert world.robots["R1"] == replace(before, address="http://10.0.0.9")
     morning = world.schedules["Morning"]
     lines = world.take({"format": FORMAT, "schedules": [

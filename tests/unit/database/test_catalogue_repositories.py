@@ -14,12 +14,13 @@ from app.database.robots import Accepted, RobotRepository
 from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Alarm, Between, IdleRule, Mission, Overlap, Priority, Robot, Schedule, Settings
+from app.domain.robot import IdentifiedBy
 from tests.unit.database.conftest import NOON
 
 ROBOTS, MISSIONS, SCHEDULES, SETTINGS = RobotRepository(), MissionRepository(), ScheduleRepository(), SettingsRepository()
 ALARMS, HOLDS = AlarmRepository(), HoldRepository()
 FULL = Robot("Äiti", "https://10.0.0.1", "user", "Basic x", enabled=False, needs_password=True, certificate_sha256="ab", serial_number="1",
-             model="MiR100", software="3.5.4")
+             identified_by=IdentifiedBy.CERTIFICATE, model="MiR100", software="3.5.4")
 
 
 @pytest.fixture
@@ -59,7 +60,9 @@ def test_an_idle_rule_comes_and_goes_with_its_robot(db, robot, mission):
 
 
 def test_what_the_machine_says_of_itself_is_noted_and_nothing_else(db, robot):
-    db.write(lambda c: ROBOTS.note_identity(c, robot.id, serial_number="2", software="3.6"))
+    db.write(lambda c: ROBOTS.update(c, replace(robot, serial_number=None)))
+    for number in ("2", "3"):                        # a known serial number is not overwritten by what answers
+        db.write(lambda c, number=number: ROBOTS.note_identity(c, robot.id, serial_number=number, software=f"{number}.6"))
     assert ROBOTS.get(db.read(), robot.id) == replace(robot, serial_number="2", software="3.6")
     with pytest.raises(ValueError, match="token"):
         db.write(lambda c: ROBOTS.note_identity(c, robot.id, token="x"))

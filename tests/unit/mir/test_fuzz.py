@@ -49,7 +49,7 @@ class Scripted:
     methods: list[str] = field(default_factory=list)
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: object = None) -> Response:
+             is_wanted: object = None, with_credentials: bool = True) -> Response:
         self.methods.append(method)
         path.encode("ascii")
         return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]

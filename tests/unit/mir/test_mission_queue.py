@@ -32,7 +32,7 @@ class QueueTransport:
     requests: list[str] = field(default_factory=list)
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: object = None) -> Response:
+             is_wanted: object = None, with_credentials: bool = True) -> Response:
         self.requests.append(f"{method} {path}")
         if path == "/mission_queue/search" and not self.has_search:
             return Response(self.missing_status)

@@ -6,8 +6,9 @@ import pytest
 
 from app.domain.message import message
 from app.domain.models import Connection, IdleRule, InvalidInput, Mission, Robot, RobotSnapshot, Schedule, Settings
-from app.domain.robot import Identity, MissionInfo, RobotStatus
-from app.mir.errors import TimedOut, Unreachable
+from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotStatus
+from app.mir.credentials import Token
+from app.mir.errors import AnotherRobot, CertificateMismatch, CertificateProblem, TimedOut, Unreachable
 from app.screens.settings import missions_view, view
 from app.screens.settings.facts import SettingsFacts
 from app.services.files.exports import Backup
@@ -112,7 +113,7 @@ def identity(serial="200104012", **values):
 
 
 def test_a_passed_test_says_who_answered():
-    notice = view.connection_found(identity(), AINO)
+    notice = view.connection_found(identity())
     assert notice == view.NoticeView("MiR_R1234 answers in 38 ms", "MiR250 · serial 200104012 · software 3.5.4", "done", "check-circle")
 
 
@@ -120,11 +121,36 @@ def test_a_passed_test_leaves_out_what_the_robot_does_not_tell():
     assert view.connection_found(identity(serial=None, software=None)).note == "MiR250"
 
 
-def test_another_machine_at_the_address_is_no_success():
-    notice = view.connection_found(identity(serial="999"), AINO)
-    assert notice.tone == "attention"
+def test_another_machine_or_certificate_leads_to_where_it_can_be_accepted():
+    notice = view.went_wrong(AnotherRobot(address="10.1.1.1", expected="200104012", found="999"))
+    assert (notice.tone, notice.note) == ("attention", "If it is the new one, accept it in Edit")
     assert "200104012" in notice.text
-    assert "999" in notice.note
+    assert "999" in notice.text
+    assert view.went_wrong(CertificateMismatch()).note == view.went_wrong(CertificateProblem(code="certificate_untrusted")).note != ""
+    assert view.went_wrong(CertificateProblem()).note == ""
+
+
+@pytest.mark.parametrize(("by", "words"), [(None, ""), (IdentifiedBy.SERIAL_NUMBER, "Identified by its serial number"),
+                                           (IdentifiedBy.CERTIFICATE, "Identified by its certificate"),
+                                           (IdentifiedBy.ADDRESS, "Identified by its address only")])
+def test_a_panel_says_what_makes_the_machine_the_robot(by, words):
+    [panel] = view.robot_panels(facts(robots=(replace(AINO, identified_by=by),)), NOW)
+    assert (panel.trust.text, panel.trust.tone) == (words, "neutral")
+
+
+def test_a_password_that_is_printed_in_manuals_stands_out():
+    published, own = (Token.derive(user, "distributor").header for user in ("distributor", "scheduler"))
+    [panel] = view.robot_panels(facts(robots=(replace(AINO, token=published, identified_by=IdentifiedBy.ADDRESS),)), NOW)
+    assert (panel.trust.text, panel.trust.tone) == ("Default password of MiR · Identified by its address only", "attention")
+    [panel] = view.robot_panels(facts(robots=(replace(AINO, token=own),)), NOW)
+    assert panel.trust == view.NoticeView()
+
+
+def test_fingerprints_are_shown_as_people_compare_them():
+    question = view.certificate_question("0123456789abcdef" * 4, "ff" * 32)
+    assert "\n".join(["01:23:45:67:89:AB:CD:EF"] * 4) in question
+    assert "Pinned so far:\n\nFF:FF" in question
+    assert "Pinned" not in view.certificate_question("ab" * 32, "")
 
 
 @pytest.mark.parametrize(("problem", "sentence"), [
@@ -137,14 +163,6 @@ def test_a_failed_test_says_exactly_what_is_wrong(problem, sentence):
     notice = view.went_wrong(problem)
     assert notice.text.startswith(sentence)
     assert notice.tone == "fault"
-
-
-def test_only_what_a_test_depends_on_asks_for_a_new_one():
-    same = {"address": AINO.address, "username": "scheduler", "password": "", "fingerprint": ""}
-    assert view.is_same_connection(AINO, **same)
-    for name, value in {"address": "http://10.40.12.99", "username": "other", "password": "new", "fingerprint": "ab" * 32}.items():
-        assert not view.is_same_connection(AINO, **{**same, name: value}), name
-    assert not view.is_same_connection(replace(AINO, needs_password=True), **same)
 
 
 # ---------------------------------------------------------------------- missions

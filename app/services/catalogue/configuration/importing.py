@@ -108,6 +108,8 @@ class _Import:
             yield (message("robot {name} changed: {what}; it is switched off and needs a password", name=after.name, what=what)
                    if after.needs_password and not before.needs_password else
                    message("robot {name} changed: {what}", name=after.name, what=what))
+        if before.address.startswith("https:") and after.address.startswith("http:"):
+            yield message("the connection to robot {name} is no longer encrypted", name=after.name)
 
     # ------------------------------------------------------------------ missions
     def _mission(self, item: Item) -> Iterator[Message]:

@@ -1,0 +1,1 @@
+"""What hostile or mistaken machines and files try, and what has to come of it."""

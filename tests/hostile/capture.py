@@ -1,0 +1,106 @@
+"""A machine on loopback that answers like a robot, as whoever it pretends to be, and notes every request with all of its headers."""
+from __future__ import annotations
+
+import hashlib
+import json
+import ssl
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from email.message import Message
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+from tests.unit.mir.answers import STATUS
+
+CERTIFICATES = Path(__file__).parents[1] / "integration" / "mir" / "certificates"
+API = "/api/v2.0.0"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One request."""
+    method: str
+    path: str                # below the API, without the query
+    headers: Message
+
+    @property
+    def authorization(self) -> str | None:
+        return self.headers["Authorization"]
+
+
+@dataclass
+class Capture:
+    """``status_is_open``: whether ``/status`` is answered without credentials; everything else never is."""
+    url: str
+    serial: str | None = "A-1"
+    status_is_open: bool = True
+    seen: list[Seen] = field(default_factory=list)
+
+    @property
+    def credentials(self) -> list[str]:
+        """Every Authorization header that arrived."""
+        return [one.authorization for one in self.seen if one.authorization is not None]
+
+    def answer(self, one: Seen) -> tuple[int, Any]:
+        if one.authorization is None and not (one.path == "/status" and self.status_is_open):
+            return 401, {"error_code": "unauthorized"}
+        match one.method, one.path:
+            case _, "/status":
+                return 200, {**STATUS, "serial_number": self.serial, "state_id": 3, "errors": []}
+            case "GET", "/users/me":
+                return 200, {"name": "scheduler"}
+            case "POST", "/mission_queue":
+                return 201, {"id": 7}
+            case "DELETE", _:
+                return 204, None
+        return 200, []
+
+
+@contextmanager
+def capture(certificate: str = "", **given: Any) -> Iterator[Capture]:
+    """Listens until the block ends; with a certificate (a file's name) over https."""
+    class Handler(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def log_message(self, *_: Any) -> None:
+            """Not on stderr."""
+
+        def handle_any(self) -> None:
+            self.rfile.read(int(self.headers["Content-Length"] or 0))
+            one = Seen(self.command, self.path.partition("?")[0].removeprefix(API), self.headers)
+            machine.seen.append(one)
+            status, found = machine.answer(one)
+            body = b"" if found is None else json.dumps(found).encode()
+            self.send_response(status)
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        do_GET = do_POST = do_PUT = do_DELETE = handle_any
+
+    class QuietServer(ThreadingHTTPServer):
+        def handle_error(self, *_: Any) -> None:
+            """A handshake that the app ends is what these tests are about."""
+
+    with QuietServer(("127.0.0.1", 0), Handler) as server:
+        if certificate:
+            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            context.load_cert_chain(CERTIFICATES / certificate)
+            server.socket = context.wrap_socket(server.socket, server_side=True)
+        machine = Capture(f"http{'s' if certificate else ''}://127.0.0.1:{server.server_port}", **given)
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+        thread.start()
+        try:
+            yield machine
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def pin_of(certificate: str) -> str:
+    """Its SHA-256 fingerprint."""
+    text = (CERTIFICATES / certificate).read_text()
+    return hashlib.sha256(ssl.PEM_cert_to_DER_cert(text[text.index("-----BEGIN CERT"):])).hexdigest()
