@@ -24,7 +24,7 @@ from app.screens.settings.missions_view import offer_options, offers
 from app.screens.settings.page import PageContext
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.screen import SettingsScreen
-from app.screens.settings.view import certificate_question, connection_found, done, went_wrong
+from app.screens.settings.view import certificate_question, connection_found, done, failed_test
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from tests.screenshots.gallery import NAV
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
@@ -76,8 +76,10 @@ class Plant:
             catalogue.save_mission(Mission(name, guid(name), favourite=name == MISSIONS[0]))
         missions = {mission.name: mission for mission in self.container.repositories.missions.all(self.container.db.read())}
         for name, address, model, serial, software, connection, age in ROBOTS:
-            robot = catalogue.save_robot(Robot(name, address, "scheduler", serial_number=serial, model=model, software=software,
-                                               identified_by=IdentifiedBy.SERIAL_NUMBER), "secret")
+            user, password = ("distributor", "distributor") if name == "Veikko" else ("scheduler", "secret")
+            identified_by = IdentifiedBy.ADDRESS if name == "Sisu" else IdentifiedBy.SERIAL_NUMBER
+            robot = catalogue.save_robot(Robot(name, address, user, serial_number=serial, model=model, software=software,
+                                               identified_by=identified_by), password)
             self.container.snapshots.update(robot.id, connection=connection, status=RobotStatus(RobotState.READY),
                                             read_at=NOW - timedelta(seconds=age))
         robots = {robot.name: robot for robot in self.container.repositories.robots.all(self.container.db.read())}
@@ -148,8 +150,8 @@ def robots_tested(studio):
     page, context = screen.page, screen.vm.context
     aino, sisu, veikko = context.facts.robots
     page._answered(aino, connection_found(replace(identity("200104012"), software="3.5.4")))
-    page._answered(sisu, went_wrong(AnotherRobot(address="10.40.12.23", expected="220511008", found="180003127")))
-    page._answered(veikko, went_wrong(Unreachable(code="no_answer", address="10.40.12.22")))
+    page._answered(sisu, failed_test(AnotherRobot(address="10.40.12.23", expected="220511008", found="180003127")))
+    page._answered(veikko, failed_test(Unreachable(code="no_answer", address="10.40.12.22")))
     return screen
 
 

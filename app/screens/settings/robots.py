@@ -11,7 +11,7 @@ from app.domain.models import Robot
 from app.screens.settings.missions_view import robot_removal_sentence
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.view import NoticeView, asking_robot, connection_found, robot_panels, went_wrong
+from app.screens.settings.view import NoticeView, asking_robot, connection_found, failed_test, robot_panels
 from app.widgets.lists import RecycledRow
 from app.widgets.surfaces import Surface, TonedSurface
 from app.widgets.tokens import TONES
@@ -22,12 +22,12 @@ class RobotPanel(RecycledRow, TonedSurface):
     name = StringProperty()
     model = StringProperty()
     address = StringProperty()
-    software = StringProperty("–")
     serial = StringProperty("–")
+    identified_by = StringProperty("–")
     missions = StringProperty("–")
     missions_tone = OptionProperty("neutral", options=TONES)
     missions_icon = StringProperty()
-    trust = ObjectProperty(NoticeView(), rebind=True)
+    has_default_password = BooleanProperty(False)
     badge = StringProperty()
     badge_icon = StringProperty()
     testing = BooleanProperty(False)
@@ -88,7 +88,7 @@ class RobotsPage(SettingsPage):
         self.context.run(
             lambda: self.context.services.operator.test_connection(robot),
             lambda identity: self._answered(robot, connection_found(identity)),
-            lambda problem: self._answered(robot, went_wrong(problem)))
+            lambda problem: self._answered(robot, failed_test(problem)))
 
     def _answered(self, robot: Robot, notice: NoticeView) -> None:
         self._asked.discard(robot.id)

@@ -5,7 +5,7 @@ Those of missions are in missions_view.py, those of the calendar in calendar_vie
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -62,14 +62,14 @@ class RobotPanelView:
     model: str
     address: str
     serial: str
-    software: str
+    identified_by: str
     missions: str
     badge: str
     badge_icon: str
     tone: str
     missions_tone: str = "neutral"
     missions_icon: str = ""
-    trust: NoticeView = NoticeView()     # what it is identified by, and whether its password is a published one
+    has_default_password: bool = False   # one that is printed in manuals
     testing: bool = False
     result: NoticeView = NoticeView()
 
@@ -194,23 +194,19 @@ def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
         missions = ngettext("{n} missing", "{n} missing", len(missing)).format(n=len(missing))
     else:
         missions = ngettext("{n} in use", "{n} in use", len(used)).format(n=len(used)) if used else _("none in use")
+    model = " · ".join(filter(None, (robot.model or _("MiR robot"),
+                                     robot.software and _("software {version}").format(version=robot.software))))
     return RobotPanelView(
-        key=robot.id, name=robot.name, model=robot.model or _("MiR robot"), address=plain_address(robot.address),
-        serial=robot.serial_number or "–", software=robot.software or "–", badge=text, badge_icon=icon, tone=tone, missions=missions,
-        missions_tone="attention" if missing else "neutral", missions_icon="alert" if missing else "", trust=_trust(robot))
+        key=robot.id, name=robot.name, model=model, address=plain_address(robot.address),
+        serial=robot.serial_number or "–", identified_by=_identified_by(robot), badge=text, badge_icon=icon, tone=tone, missions=missions,
+        missions_tone="attention" if missing else "neutral", missions_icon="alert" if missing else "",
+        has_default_password=Token(robot.token or "").is_published_default)
 
 
-def _trust(robot: Robot) -> NoticeView:
-    """What makes the machine that answers the robot, and whether its password is known to everybody."""
-    words, icon = {
-        None: ("", ""),
-        IdentifiedBy.SERIAL_NUMBER: (_("Identified by its serial number"), "shield-check-outline"),
-        IdentifiedBy.CERTIFICATE: (_("Identified by its certificate"), "shield-lock-outline"),
-        IdentifiedBy.ADDRESS: (_("Identified by its address only"), "shield-outline"),
-    }[robot.identified_by]
-    if Token(robot.token or "").is_published_default:
-        return NoticeView(" · ".join(filter(None, (_("Default password of MiR"), words))), "", "attention", "key-alert-outline")
-    return NoticeView(words, "", "neutral", icon)
+def _identified_by(robot: Robot) -> str:
+    """What makes the machine that answers the robot."""
+    return {None: "–", IdentifiedBy.SERIAL_NUMBER: _("serial number"), IdentifiedBy.CERTIFICATE: _("certificate"),
+            IdentifiedBy.ADDRESS: _("address only")}[robot.identified_by]
 
 
 def connection_found(identity: Identity) -> NoticeView:
@@ -225,10 +221,15 @@ def connection_found(identity: Identity) -> NoticeView:
 
 
 def went_wrong(problem: BaseException) -> NoticeView:
-    if isinstance(problem, AnotherRobot):
-        return NoticeView(sentence_of(problem), _("If it is the new one, accept it in Edit"), "attention", "robot-confused-outline")
-    note = _("Its fingerprint can be compared in Edit") if has_unknown_certificate(problem) else ""
-    return NoticeView(sentence_of(problem), note, "fault", "alert-circle")
+    tone, icon = ("attention", "robot-confused-outline") if isinstance(problem, AnotherRobot) else ("fault", "alert-circle")
+    return NoticeView(sentence_of(problem), "", tone, icon)
+
+
+def failed_test(problem: BaseException) -> NoticeView:
+    """On a panel: what can be accepted as new is accepted in the dialog."""
+    note = _("If it is the new one, accept it in Edit") if isinstance(problem, AnotherRobot) else \
+        _("Its fingerprint can be compared in Edit") if has_unknown_certificate(problem) else ""
+    return replace(went_wrong(problem), note=note)
 
 
 def has_unknown_certificate(problem: BaseException) -> bool:

@@ -86,13 +86,13 @@ def test_day_options_show_the_working_days():
 # ---------------------------------------------------------------------- robots
 def test_a_robots_panel_is_its_data_sheet():
     [aino, _sisu] = view.robot_panels(facts(snapshots={1: snapshot()}), NOW)
-    assert aino == view.RobotPanelView(1, "Aino", "MiR250", "10.40.12.21", "200104012", "3.5.4", missions="1 in use",
+    assert aino == view.RobotPanelView(1, "Aino", "MiR250 · software 3.5.4", "10.40.12.21", "200104012", "–", missions="1 in use",
                                        badge="Connected · 2 s ago", badge_icon="wifi", tone="neutral")
 
 
 def test_what_is_not_known_of_a_robot_is_a_dash():
     [_aino, sisu] = view.robot_panels(facts(missions=()), NOW)
-    assert (sisu.serial, sisu.software, sisu.missions) == ("–", "–", "none in use")
+    assert (sisu.serial, sisu.model, sisu.missions) == ("–", "MiR robot", "none in use")
     assert sisu.address == "https://sisu.plant:8443"      # what is not plain http is said
 
 
@@ -122,28 +122,25 @@ def test_a_passed_test_leaves_out_what_the_robot_does_not_tell():
 
 
 def test_another_machine_or_certificate_leads_to_where_it_can_be_accepted():
-    notice = view.went_wrong(AnotherRobot(address="10.1.1.1", expected="200104012", found="999"))
+    notice = view.failed_test(AnotherRobot(address="10.1.1.1", expected="200104012", found="999"))
     assert (notice.tone, notice.note) == ("attention", "If it is the new one, accept it in Edit")
     assert "200104012" in notice.text
     assert "999" in notice.text
-    assert view.went_wrong(CertificateMismatch()).note == view.went_wrong(CertificateProblem(code="certificate_untrusted")).note != ""
-    assert view.went_wrong(CertificateProblem()).note == ""
+    assert view.failed_test(CertificateMismatch()).note == view.failed_test(CertificateProblem(code="certificate_untrusted")).note != ""
+    assert view.failed_test(CertificateProblem()).note == ""
 
 
-@pytest.mark.parametrize(("by", "words"), [(None, ""), (IdentifiedBy.SERIAL_NUMBER, "Identified by its serial number"),
-                                           (IdentifiedBy.CERTIFICATE, "Identified by its certificate"),
-                                           (IdentifiedBy.ADDRESS, "Identified by its address only")])
+@pytest.mark.parametrize(("by", "words"), [(None, "–"), (IdentifiedBy.SERIAL_NUMBER, "serial number"),
+                                           (IdentifiedBy.CERTIFICATE, "certificate"), (IdentifiedBy.ADDRESS, "address only")])
 def test_a_panel_says_what_makes_the_machine_the_robot(by, words):
     [panel] = view.robot_panels(facts(robots=(replace(AINO, identified_by=by),)), NOW)
-    assert (panel.trust.text, panel.trust.tone) == (words, "neutral")
+    assert panel.identified_by == words
 
 
-def test_a_password_that_is_printed_in_manuals_stands_out():
-    published, own = (Token.derive(user, "distributor").header for user in ("distributor", "scheduler"))
-    [panel] = view.robot_panels(facts(robots=(replace(AINO, token=published, identified_by=IdentifiedBy.ADDRESS),)), NOW)
-    assert (panel.trust.text, panel.trust.tone) == ("Default password of MiR · Identified by its address only", "attention")
-    [panel] = view.robot_panels(facts(robots=(replace(AINO, token=own),)), NOW)
-    assert panel.trust == view.NoticeView()
+@pytest.mark.parametrize(("user", "is_published"), [("distributor", True), ("scheduler", False)])
+def test_a_password_that_is_printed_in_manuals_is_flagged(user, is_published):
+    [panel] = view.robot_panels(facts(robots=(replace(AINO, token=Token.derive(user, "distributor").header),)), NOW)
+    assert panel.has_default_password is is_published
 
 
 def test_fingerprints_are_shown_as_people_compare_them():
