@@ -32,7 +32,18 @@ from app.mir import parameters as mission_parameters
 from app.mir import parse
 from app.mir.address import Address
 from app.mir.credentials import Token
-from app.mir.errors import AnotherRobot, Busy, NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
+from app.mir.errors import (
+    AnotherRobot,
+    Busy,
+    NotAMir,
+    Refusal,
+    Rejected,
+    RobotError,
+    RobotFault,
+    SerialNumberHidden,
+    Unauthorized,
+    Unreadable,
+)
 from app.mir.http import HttpTransport
 from app.mir.mission_queue import NOT_OFFERED, QueueReader
 from app.mir.texts import clean, resolve
@@ -74,8 +85,8 @@ class RobotClient:
     def status(self) -> RobotStatus:
         """How the robot is, asked without credentials; with them only where it gives no status else (401).
 
-        Raises AnotherRobot when its serial number is not the known one, NotAMir when something else answers, or a robot that has always
-        shown its serial number does so no longer.
+        Raises AnotherRobot when its serial number is not the known one, SerialNumberHidden when it was always shown and is no longer,
+        NotAMir when something else answers.
         """
         began = self._clock()
         answer, is_open = self._answer_of_status()
@@ -106,7 +117,7 @@ class RobotClient:
     def _check_may_be_hidden(self) -> None:
         """Whoever takes a robot's place could hide its serial number to get the credentials."""
         if self.serial_number and self.identified_by is IdentifiedBy.SERIAL_NUMBER:
-            raise NotAMir(code="serial_number_hidden", address=self.address.netloc)
+            raise SerialNumberHidden(address=self.address.netloc, expected=self.serial_number)
 
     def identify(self) -> Identity:
         """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where known."""

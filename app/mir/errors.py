@@ -188,6 +188,11 @@ class AnotherRobot(NotAMir):
     _delivery = Delivery.NOT_SENT
 
 
+class SerialNumberHidden(NotAMir):
+    """The robot at this address has always shown its serial number, ``expected``; what answers now does not."""
+    code = "serial_number_hidden"
+
+
 class Unreadable(RobotError):
     """The answer is not what this call's answer has to be: not JSON, wrong shape, too long."""
     code = "unreadable"

@@ -14,7 +14,7 @@ from app.container import Container
 from app.domain.models import Connection, InvalidInput, Mission, ReasonCode, Robot, State
 from app.domain.robot import IdentifiedBy
 from app.mir.credentials import Token
-from app.mir.errors import AnotherRobot, CertificateMismatch, CertificateProblem, NotAMir, RobotError, Unauthorized
+from app.mir.errors import AnotherRobot, CertificateMismatch, CertificateProblem, RobotError, SerialNumberHidden, Unauthorized
 from app.services.catalogue.configuration.importing import import_configuration
 from app.services.dispatch import messages
 from tests.hostile.capture import Capture, capture, pin_of
@@ -207,9 +207,10 @@ def test_a_machine_that_does_not_show_the_known_serial_number_gets_nothing(table
     for name, value in pretends.items():
         setattr(machine, name, value)
     poll(tablet)
-    assert connection(tablet) in (Connection.WRONG_ROBOT, Connection.NOT_A_ROBOT)
+    assert connection(tablet) is Connection.WRONG_ROBOT
+    assert "wrong_robot" in [alarm.code for alarm in tablet.alarms.open()]
     everything_an_operator_asks_for(tablet, robot)
-    with pytest.raises((AnotherRobot, NotAMir)):
+    with pytest.raises((AnotherRobot, SerialNumberHidden)):
         tablet.operator.test_connection(stored(tablet))
     if machine.serial == "B-2":
         with pytest.raises(AnotherRobot):

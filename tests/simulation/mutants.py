@@ -436,7 +436,7 @@ MUTANTS = (
     ),
     Mutant(
         "another machine will do",
-        "services.dispatch.observation:Observation.read_status",
+        "mir.client:RobotClient.status",
         "and found != expected",
         "and False",
         "another machine",

@@ -12,7 +12,7 @@ from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot
 from app.domain.robot import RobotState, RobotStatus
 from app.mir.client import RobotClient
-from app.mir.errors import AnotherRobot, CertificateMismatch, NotAMir, RobotError, TimedOut, Unauthorized, Unreadable
+from app.mir.errors import AnotherRobot, CertificateMismatch, NotAMir, RobotError, SerialNumberHidden, TimedOut, Unauthorized, Unreadable
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import LIVE_EVERY, SAVE_SPANS_EVERY, SLOW_ANSWER, STATUS_IS_FRESH
 from app.services.live.snapshots import STALE_POLLS
@@ -148,8 +148,8 @@ class Observation:
         self.was_lost = True
         self._observe("offline")
         match error:
-            case AnotherRobot():
-                self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=error.params["found"])
+            case AnotherRobot() | SerialNumberHidden():
+                self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=error.params.get("found", "–"))
                 connection = Connection.WRONG_ROBOT
             case CertificateMismatch():
                 self._set_alarm("certificate_changed", True)
