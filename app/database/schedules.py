@@ -56,9 +56,11 @@ class ScheduleRepository:
         """Those of which instants that are still to come have their rows, and those that were planned or changed at such a time."""
         return self._list(c, "WHERE planned_through > ? OR changed_at > ?", to_text(now), to_text(now))
 
-    def set_plan(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None, planned_through: datetime | None) -> None:
-        c.execute("UPDATE schedules SET next_at = ?, planned_through = ? WHERE id = ?",
-                  (to_optional_text(next_at), to_optional_text(planned_through), schedule_id))
+    def plan_anew(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None, planned_through: datetime,
+                  now: datetime) -> None:
+        """Nothing of it is from a time that is still to come any more."""
+        c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = min(changed_at, ?) WHERE id = ?",
+                  (to_optional_text(next_at), to_text(planned_through), to_text(now), schedule_id))
 
     def days_changed(self, c: sqlite3.Connection, now: datetime) -> None:
         """Other days are working days since then."""

@@ -134,7 +134,7 @@ class Planner:
                 self._executions.drop_unsent_after(c, schedule.id, through)
                 known = replace(schedule, planned_through=through)
                 next_at = first_due(known, settings, now, calendar, self._schedules.skipped(c, schedule.id))
-                self._schedules.set_plan(c, schedule.id, next_at, through)
+                self._schedules.plan_anew(c, schedule.id, next_at, through, now)
             return bool(ahead)
         if self._db.write(work):
             log.warning("The clock was set back: what had been planned beyond it is planned anew")

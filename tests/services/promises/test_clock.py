@@ -217,6 +217,24 @@ def test_what_is_edited_while_the_clock_is_ahead_is_planned_from_the_true_time(s
     assert [at for at in sent_at(site) if at > 180] == [60 * minute for minute in wanted]
 
 
+def test_what_was_edited_while_the_clock_was_ahead_misses_nothing_when_the_app_starts_again(site, plan):
+    """Before the time at which it seems to have been edited, the app is off while one of its instants falls due."""
+    schedule = plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10")
+    site.run(60)
+    site.clock.step(7200)
+    site.run(30)
+    site.container.catalogue.set_schedule_enabled(schedule.id, False)
+    site.container.catalogue.set_schedule_enabled(schedule.id, True)
+    site.run(30)
+    site.clock.step(-7200)
+    site.run(880 - 120)
+    site.power_cut(40)
+    site.run(120)
+    first, second = sent_at(site)
+    assert first == 300
+    assert 920 <= second <= 930
+
+
 def test_a_start_that_waits_when_the_clock_is_set_back_waits_for_its_instant(site, plan):
     """It fell due by a clock that was some minutes ahead; it is not sent before its time."""
     plan("2026-11-23T06:05")

@@ -13,6 +13,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import Accepted, RobotRepository
 from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
+from app.database.values import to_text
 from app.domain.models import Alarm, Between, IdleRule, Mission, Overlap, Priority, Robot, Schedule, Settings
 from app.domain.robot import IdentifiedBy
 from tests.unit.database.conftest import NOON
@@ -152,8 +153,10 @@ def test_how_far_schedules_have_been_planned(db, schedule):
     db.write(lambda c: SCHEDULES.advance_all(c, [Progress(schedule.id, None, later, None)]))       # only planned further, not started
     assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=None, planned_through=later, started_through=NOON)
     assert [found.id for found in SCHEDULES.planned_beyond(db.read(), NOON)] == [schedule.id]
-    db.write(lambda c: SCHEDULES.set_plan(c, schedule.id, NOON + day, None))
-    assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=NOON + day, planned_through=None, started_through=NOON)
+    db.write(lambda c: c.execute("UPDATE schedules SET changed_at = ? WHERE id = ?", (to_text(later), schedule.id)))
+    db.write(lambda c: SCHEDULES.plan_anew(c, schedule.id, NOON + day, NOON, NOON))
+    assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=NOON + day, planned_through=NOON, started_through=NOON,
+                                                            changed_at=NOON)
     assert SCHEDULES.planned_beyond(db.read(), NOON) == []
 
 
