@@ -8,6 +8,7 @@ from app.database.values import from_json, to_instant, to_json, to_optional_inst
 from app.domain.models import Alarm, Priority
 
 _STANDING = "(cleared_at IS NULL OR acknowledged_at IS NULL)"
+_OF_ONE_KIND = 50            # past alarms of one code and key that are kept before those of others
 _SELECT = """SELECT *, (SELECT name FROM robots WHERE alarms.key = 'robot:' || robots.id
                                                OR robots.id = json_extract(alarms.details, '$.robot_id')) AS robot FROM alarms"""
 
@@ -79,9 +80,11 @@ class AlarmRepository:
         return int(c.execute(f"SELECT count(*) FROM alarms WHERE NOT {_STANDING}").fetchone()[0])
 
     def prune(self, c: sqlite3.Connection, limit: int) -> int:
-        """Keep the newest N of the past ones; returns how many were dropped."""
-        return c.execute(f"""DELETE FROM alarms WHERE id IN (SELECT id FROM alarms WHERE NOT {_STANDING}
-                             ORDER BY last_at DESC, id DESC LIMIT -1 OFFSET ?)""", (limit,)).rowcount
+        """Keep N of the past ones, the newest, but of one that came again and again only a few; returns how many were dropped."""
+        return c.execute(f"""DELETE FROM alarms WHERE id IN (
+                                 SELECT id FROM (SELECT id, last_at, row_number() OVER (PARTITION BY code, key ORDER BY last_at DESC) AS nth
+                                                 FROM alarms WHERE NOT {_STANDING})
+                                 ORDER BY nth > {_OF_ONE_KIND}, last_at DESC, id DESC LIMIT -1 OFFSET ?)""", (limit,)).rowcount
 
 
 def _alarm(row: sqlite3.Row) -> Alarm:

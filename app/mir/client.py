@@ -50,6 +50,7 @@ from app.mir.texts import clean, resolve
 from app.mir.transport import API, Response, Timeouts, Transport
 
 LONGEST_DESCRIPTION = 200   # characters of message and description (MiR's REST definition 3.5.4)
+LARGEST_OBJECT = 256 * 1024              # bytes of an answer about one thing: a status, a queue item, an error
 LONGEST_TOLD = 20_000       # characters of an error's text that are looked at
 LONGEST_ANSWER = 255        # characters of the answer to a prompt (the same)
 COMPARED_FOR = 10.0         # s for which a compared serial number lets credentials go out
@@ -140,7 +141,7 @@ class RobotClient:
     # ------------------------------------------------------------------ missions
     def missions(self) -> list[MissionInfo]:
         """All missions of the site that the robot has."""
-        return self._get("/missions", lambda found: parse.listed(found, message("the mission list"), parse.mission_info))
+        return self._get("/missions", lambda found: parse.listed(found, message("the mission list"), parse.mission_info), largest=None)
 
     def mission(self, guid: str) -> MissionDetail:
         """Raises Rejected with status 404 when the robot has no such mission."""
@@ -155,7 +156,7 @@ class RobotClient:
         for url, read in ((mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
                           (mission.actions_url or f"{own}/actions", mission_parameters.from_actions)):
             try:
-                found = self._get(url.removeprefix(API), read)
+                found = self._get(url.removeprefix(API), read, largest=None)
             except Refusal as error:
                 if error.status not in NOT_OFFERED:
                     raise
@@ -229,22 +230,23 @@ class RobotClient:
 
     def map(self, map_id: str) -> RobotMap:
         """Picture and scale of a map; ``RobotStatus.map_id`` is the current one."""
-        return self._get(f"/maps/{_segment(map_id)}", parse.robot_map)
+        return self._get(f"/maps/{_segment(map_id)}", parse.robot_map, largest=None)
 
     def positions(self, map_id: str | None = None) -> list[MapPosition]:
         """Named places, of one map or of all. Coordinates come along where the robot knows the whitelist."""
         path = f"/maps/{_segment(map_id)}/positions" if map_id else "/positions"
         return self._get(path, lambda found: parse.listed(found, message("the list of positions"),
                                                           lambda entry: parse.map_position(entry, map_id)),
-                         {"whitelist": "all"})
+                         {"whitelist": "all"}, largest=None)
 
     # ------------------------------------------------------------------ requests
-    def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None) -> T:
-        return self._read(self._request("GET", path, query=query), read)
+    def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None, *,
+             largest: int | None = LARGEST_OBJECT) -> T:
+        return self._read(self._request("GET", path, query=query), read, largest)
 
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
         answer = self._request(method, path, query=query, json=json)
-        return self._read(answer, lambda found: parse.objects(found, message("the mission queue")))
+        return self._read(answer, lambda found: parse.objects(found, message("the mission queue")), None)
 
     def _next_item(self, queue_id: int) -> QueueItem:
         self.give_way()
@@ -262,8 +264,11 @@ class RobotClient:
         software, date = clean(answer.headers.get("Robot-Version", ""), 40) or None, parse.http_date(answer.headers.get("Date", ""))
         return self._read(answer, lambda found: parse.status(found, software=software, date=date, elapsed_s=elapsed_s))
 
-    def _read(self, answer: Response, read: Callable[[Any], T]) -> T:
-        """What the body says. Raises Unreadable or NotAMir, with the robot's address in it."""
+    def _read(self, answer: Response, read: Callable[[Any], T], largest: int | None = LARGEST_OBJECT) -> T:
+        """What a body of at most ``largest`` bytes says: parsing one of megabytes holds up every thread. Raises Unreadable or NotAMir,
+        with the robot's address in it."""
+        if largest is not None and len(answer.body) > largest:
+            raise Unreadable(code="too_large", address=self.address.netloc, limit=largest >> 10)
         try:
             return read(parse.loads(answer.body))
         except Unreadable as error:
@@ -310,7 +315,7 @@ class RobotClient:
     def _own_words(self, answer: Response) -> tuple[str, str]:
         """``error_code`` and ``error_human`` of the error body, empty where there is none."""
         try:
-            found = parse.loads(answer.body)
+            found = parse.loads(answer.body) if len(answer.body) <= LARGEST_OBJECT else None
         except Unreadable:
             return "", ""
         if not isinstance(found, dict):

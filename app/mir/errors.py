@@ -52,6 +52,7 @@ SENTENCES: Mapping[str, str] = {
     "another_robot": "{address} has serial number {found} instead of {expected}, so nothing was sent; is it still the same robot?",
     "unreadable": "{address} gave an answer that can't be read: {problem}",
     "too_long": "{address} gave an answer longer than {limit} MiB",
+    "too_large": "{address} gave an answer larger than {limit} KiB where a short one is expected",
 }
 
 

@@ -29,7 +29,8 @@ from app.mir.errors import NotAMir, Unreadable
 from app.mir.texts import clean, resolve
 
 LARGEST_INT = 2**63 - 1
-LONGEST_LIST = 1000             # of things inside one object: errors, options, parameters
+LONGEST_LIST = 1000             # of things inside one object: errors, parameters
+MOST_OPTIONS = 12               # of a prompt
 LARGEST_MAP = 64_000_000        # pixels
 _NOT_SET = datetime(1970, 1, 1)  # noqa: DTZ001  # how MiR Fleet writes "not set"
 
@@ -209,8 +210,9 @@ def _prompt(value: Any) -> UserPrompt | None:
     if not isinstance(value, dict) or not (guid := text_or_none(value.get("guid"))):
         return None
     options = value.get("options")
-    return UserPrompt(guid, resolve(value.get("question")), tuple(map(clean, options[:LONGEST_LIST])) if isinstance(options, list) else (),
-                      not_negative(value.get("timeout")), clean(value.get("user_group"), 80))
+    options = options if isinstance(options, list) else []
+    return UserPrompt(guid, resolve(value.get("question")), tuple(map(clean, options[:MOST_OPTIONS])),
+                      not_negative(value.get("timeout")), clean(value.get("user_group"), 80), len(options[MOST_OPTIONS:]))
 
 
 def _pose(value: Any, x: str = "x", y: str = "y") -> Pose | None:

@@ -7,17 +7,30 @@ import os
 import sys
 import threading
 from pathlib import Path
+from time import monotonic
 from types import TracebackType
 
 from app.failures import BadInput
 
 FILE_NAME = "amr-scheduler.log"
 BYTES, FILES = 1_000_000, 5
+LONGEST, LONGEST_TRACE = 2000, 8000      # bytes of a message, and of one with a traceback
+OF_A_ROBOT = "worker-"       # begins the name of a thread that talks to one robot
+BURST, AN_HOUR = 64_000, 24_000          # bytes that such a thread may write at once, and on average: what a busy robot needs
 NEW_LINE = " ⏎ "             # where a line of a traceback or of a robot's text ended
 
 log = logging.getLogger(__name__)
 
 _file: Path | None = None
+
+
+def shortened(text: str, longest: int) -> str:
+    """Its begin and its end, in at most so many bytes of UTF-8."""
+    encoded = text.encode()
+    if len(encoded) <= longest:
+        return text
+    half = longest // 2 - 4
+    return encoded[:half].decode(errors="ignore") + " … " + encoded[-half:].decode(errors="ignore")
 
 
 def one_line(text: str) -> str:
@@ -32,7 +45,7 @@ class _OneLine(logging.Formatter):
     """For the terminal: no traceback, no line break."""
 
     def format(self, record: logging.LogRecord) -> str:
-        text = one_line(" ".join(record.getMessage().split()))
+        text = shortened(one_line(" ".join(record.getMessage().split())), LONGEST)
         return f"{self.formatTime(record, '%Y-%m-%d %H:%M:%S')} {record.levelname:<7} {text}"
 
 
@@ -43,7 +56,30 @@ class _FileLine(logging.Formatter):
         super().__init__("%(asctime)s %(levelname)-7s %(threadName)s %(name)s: %(message)s")
 
     def format(self, record: logging.LogRecord) -> str:
-        return one_line(super().format(record))
+        text = shortened(one_line(super().format(record)), LONGEST_TRACE if record.exc_info else LONGEST)
+        left_out: int = getattr(record, "left_out", 0)
+        return f"{text} (before it {left_out} lines of this robot were left out)" if left_out else text
+
+
+class _FairShare(logging.Filter):
+    """Keeps a robot about which there is something to say at every poll from pushing everything else out of the file."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._shares: dict[str, tuple[float, float, int]] = {}        # by thread: bytes left, when that was, lines left out since
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        name = record.threadName or ""
+        if not name.startswith(OF_A_ROBOT):
+            return True
+        now = monotonic()
+        left, since, left_out = self._shares.get(name, (BURST, now, 0))
+        left = min(BURST, left + (now - since) * AN_HOUR / 3600)
+        size = 100 + min(len(record.getMessage()), LONGEST) + (LONGEST_TRACE if record.exc_info else 0)
+        fits = size <= left
+        record.left_out = left_out if fits else 0
+        self._shares[name] = (left - size, now, 0) if fits else (left, now, left_out + 1)
+        return fits
 
 
 class _OwnerOnly(logging.handlers.RotatingFileHandler):
@@ -67,6 +103,7 @@ def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
         directory.mkdir(mode=0o700, exist_ok=True)
         handler = _OwnerOnly(directory / FILE_NAME, maxBytes=BYTES, backupCount=FILES, encoding="utf-8")
         handler.setFormatter(_FileLine())
+        handler.addFilter(_FairShare())
         root.addHandler(handler)
         _file = directory / FILE_NAME
     except OSError as error:

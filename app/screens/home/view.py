@@ -4,9 +4,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 
+from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot
+from app.domain.problems import in_words
 from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.problems import words_of
@@ -209,7 +211,7 @@ def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
 
 
 def _errors(status: RobotStatus) -> str:
-    return "; ".join(dict.fromkeys(error.description for error in status.errors if error.description))
+    return render(in_words(status.errors), _)
 
 
 def _figures(status: RobotStatus) -> tuple[LabelledValue, ...]:
@@ -223,7 +225,13 @@ def _figures(status: RobotStatus) -> tuple[LabelledValue, ...]:
 
 def prompt(snapshot: RobotSnapshot, old: bool) -> PromptView:
     asked: UserPrompt | None = snapshot.status.user_prompt if snapshot.status and not old else None
-    return PromptView(asked.guid, asked.question, asked.options) if asked else PromptView()
+    if asked is None:
+        return PromptView()
+    question, more = asked.question, asked.more_options
+    if more:
+        question += " " + ngettext("({n} more answer can be given at the robot)", "({n} more answers can be given at the robot)",
+                                   more).format(n=more)
+    return PromptView(asked.guid, question, asked.options)
 
 
 # ---------------------------------------------------------------------- the controls

@@ -10,6 +10,7 @@ from zoneinfo import ZoneInfo
 from app.domain.activity import SpanRecorder, activity_of
 from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot
+from app.domain.problems import in_words
 from app.domain.robot import RobotState, RobotStatus
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, CertificateMismatch, NotAMir, RobotError, SerialNumberHidden, TimedOut, Unauthorized, Unreadable
@@ -134,7 +135,7 @@ class Observation:
             self.clock = ClockReading((status.date - now).total_seconds(), self._s.clock.monotonic())
         self._observe(activity_of(status))
         self._change_connection(connection, problem, status=status, read_at=now)
-        trouble: Message = "; ".join(error.description for error in status.errors) or status.mission_text or message("an error")
+        trouble = in_words(status.errors) or status.mission_text or message("an error")
         self._set_alarm("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
         self._set_alarm("robot_error", status.state is RobotState.ERROR, problem=trouble)
 

@@ -14,6 +14,7 @@ from app.database.connection import Database
 from app.domain.clock import Clock
 from app.domain.message import Decimal, Message, is_message, render
 from app.domain.models import Alarm, Priority
+from app.domain.problems import clipped
 from app.domain.reasons import instants_in_words, stored_sentence
 from app.domain.writing import Translate
 from app.services.live.changes import Changes, Topic
@@ -53,6 +54,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
 KEPT = 1000                  # past alarms
 SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
 LONGEST_NOTE = 200           # characters
+LONGEST_DETAIL = 300         # characters
 EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
                     "duplicate_running", "unknown_outcome", "late_cancelled", "adopted_unproven", "item_unreadable"})
 
@@ -79,6 +81,13 @@ def _rendered(value: Any, zone: str, translate: Translate) -> Any:
     return Decimal(value, translate) if isinstance(value, float) else value
 
 
+def _short(value: Any) -> Any:
+    """A detail without the endless texts that a robot may send."""
+    if isinstance(value, Mapping):
+        return {name: _short(part) for name, part in value.items()}
+    return clipped(value, LONGEST_DETAIL) if isinstance(value, str) else value
+
+
 class Alarms:
     def __init__(self, db: Database, repository: AlarmRepository, clock: Clock, changes: Changes) -> None:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
@@ -86,7 +95,7 @@ class Alarms:
 
     def raise_(self, code: str, key: str, **details: Any) -> None:
         """Open an alarm, or count up the open one of the same code and key."""
-        now = self._clock.now()
+        now, details = self._clock.now(), {name: _short(value) for name, value in details.items()}
         alarm = Alarm(code, key, SENTENCES[code][0], now, details, last_at=now, cleared_at=now if code in EVENTS else None)
         if self._db.write(lambda c: self._repository.raise_once(c, alarm)):
             log.warning("alarm: %s", alarm_sentence(alarm))

@@ -1,0 +1,25 @@
+"""What is wrong with a robot, in its own words, short enough to be read."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from app.domain.message import Message, message
+from app.domain.robot import RobotProblem
+
+MOST = 3
+LONGEST = 280                # characters, so that the number of the others fits into 300
+
+
+def in_words(problems: Sequence[RobotProblem]) -> Message:
+    """The first different descriptions, and how many more there are; empty when there is none."""
+    found = list(dict.fromkeys(problem.description for problem in problems if problem.description))
+    shown = found[:MOST]
+    while len(shown) > 1 and len("; ".join(shown)) > LONGEST:
+        shown.pop()
+    text, more = clipped("; ".join(shown), LONGEST), len(found) - len(shown)
+    return message("{problems} … and {count} more", problems=text, count=more) if more else text
+
+
+def clipped(text: str, longest: int) -> str:
+    """The text, or its beginning."""
+    return text if len(text) <= longest else text[:longest - 1] + "…"

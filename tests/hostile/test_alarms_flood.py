@@ -1,0 +1,143 @@
+"""A robot that reports more than anybody can read: what it says is counted, and pushes nothing else out of the log or the alarm list."""
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+from datetime import timedelta
+
+import pytest
+
+from app.domain.message import render
+from app.domain.models import Alarm
+from app.domain.problems import in_words
+from app.domain.robot import RobotProblem
+from app.process import log_file as logs
+from app.services.live.alarms import KEPT, alarm_sentence
+from tests.support.site import Site
+
+LONGEST_ALARM, LONGEST_LINE = 300, 2000
+
+
+@pytest.fixture
+def site(tmp_path):
+    site = Site(tmp_path)
+    site.add_robots()
+    yield site
+    site.switch_off()
+
+
+@pytest.fixture
+def log_directory(tmp_path, monkeypatch):
+    root = logging.getLogger()
+    before, level = list(root.handlers), root.level
+    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
+    monkeypatch.setattr(threading, "excepthook", threading.excepthook)
+    logs.start(tmp_path / "logs", stderr=False)
+    yield tmp_path / "logs"
+    for handler in set(root.handlers) - set(before):
+        root.removeHandler(handler)
+        handler.close()
+    root.setLevel(level)
+
+
+def only_alarm(site: Site) -> Alarm:
+    [alarm] = site.container.alarms.open()
+    return alarm
+
+
+def test_hundreds_of_errors_make_one_short_alarm(site):
+    for number in range(400):                          # in 200 KiB: a longer status is not read
+        site.machines["R1"].raise_error(_error(number), lasting=True)
+    site.run(10.0)
+    sentence = alarm_sentence(only_alarm(site))
+    assert len(sentence) <= LONGEST_ALARM + len("R1: ")
+    assert sentence.endswith("… and 399 more")         # one long description fills it
+
+
+def test_three_short_errors_and_the_number_of_the_others():
+    few = [RobotProblem(number, f"Wheel {number}") for number in range(3)]
+    assert render(in_words(few)) == "Wheel 0; Wheel 1; Wheel 2"
+    many = [RobotProblem(number, f"Wheel {number}") for number in range(1000)]
+    assert render(in_words(many)) == "Wheel 0; Wheel 1; Wheel 2 … and 997 more"
+    assert in_words([RobotProblem(1, "Wheel"), RobotProblem(2, "Wheel"), RobotProblem(3)]) == "Wheel"
+    assert in_words([]) == ""
+
+
+def test_no_detail_of_an_alarm_is_long(site):
+    site.container.alarms.raise_("robot_error", "robot:1", robot="R1", problem="x" * 100_000)
+    site.container.alarms.raise_("unreachable", "robot:1", robot="R1", problem={"msgid": "{reason}", "params": {"reason": "y" * 100_000}})
+    assert all(len(alarm_sentence(alarm)) < 2 * LONGEST_ALARM for alarm in site.container.alarms.open())
+
+
+def test_alarms_of_one_kind_do_not_push_the_others_out_of_the_list(site):
+    """A condition that came back again and again, each time acknowledged."""
+    repository = site.container.repositories.alarms
+    start = site.clock.now()
+
+    def fill(c):
+        for number in range(KEPT + 500):
+            at = start + timedelta(seconds=number)
+            code, key = ("executions_missed", f"gap:{number}") if number < 100 else ("unreachable", "robot:1")
+            repository.raise_once(c, Alarm(code, key, "medium", at, {}, last_at=at, cleared_at=at))
+            c.execute("UPDATE alarms SET acknowledged_at = cleared_at")
+
+    site.container.db.write(fill)
+    site.container.alarms.prune()
+    past, total = site.container.alarms.past(KEPT)
+    assert total == KEPT
+    assert sum(alarm.code == "executions_missed" for alarm in past) == 100
+
+
+def test_no_line_of_the_log_is_long(log_directory):
+    logging.getLogger("app").warning("alarm: %s", "z" * 500_000)
+    try:
+        raise ValueError("q" * 500_000)
+    except ValueError:
+        logging.getLogger("app").exception("It broke")
+    line, crash = (log_directory / logs.FILE_NAME).read_text().splitlines()
+    assert len(line.encode()) <= LONGEST_LINE + 200
+    assert "Traceback" in crash
+    assert len(crash.encode()) <= logs.LONGEST_TRACE + 200
+
+
+def test_a_robot_that_makes_lines_all_day_does_not_fill_the_log(log_directory):
+    log = logging.getLogger("app")
+    log.warning("evidence")
+
+    def rave():
+        for number in range(20_000):
+            log.warning("R1: %d %s", number, "w" * 300)
+
+    threads = [threading.Thread(target=rave, name=f"worker-R{number}") for number in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [path.name for path in log_directory.iterdir()] == [logs.FILE_NAME]
+    content = (log_directory / logs.FILE_NAME).read_text()
+    assert "evidence" in content
+    assert len(content) < 3 * (logs.BURST + 10_000)
+
+
+def test_what_was_left_out_of_the_log_is_counted(log_directory, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(logs, "monotonic", lambda: now[0])
+    log = logging.getLogger("app")
+
+    def rave(times):
+        thread = threading.Thread(target=lambda: [log.warning("w" * 1000) for _ in range(times)], name="worker-R1")
+        thread.start()
+        thread.join()
+
+    rave(200)
+    written = len((log_directory / logs.FILE_NAME).read_text().splitlines())
+    now[0] += 3600.0
+    rave(1)
+    last = (log_directory / logs.FILE_NAME).read_text().splitlines()[-1]
+    assert last.endswith(f" (before it {200 - written} lines of this robot were left out)")
+
+
+def _error(number: int):
+    from mir_sim.state import RobotError
+    return RobotError(10_000 + number, f"{number} " + "x" * 490, "Wheels")

@@ -1,0 +1,72 @@
+"""A robot whose answers are larger than anybody needs: they are not parsed, and what is left out is said."""
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from app.mir import parse
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import Rejected, Unreadable
+from app.mir.transport import Response
+from app.screens.home.view import prompt
+from tests.support.home_facts import READY, snapshot
+
+KIB = 1024
+
+
+class Answers:
+    """A transport that always gives the same answer."""
+
+    def __init__(self, status: int, body: bytes) -> None:
+        self.answer = Response(status, body)
+
+    def send(self, *_args, **_options) -> Response:
+        return self.answer
+
+    def close(self) -> None:
+        pass
+
+
+def client(status: int, content: object) -> RobotClient:
+    return RobotClient(Address.parse("10.0.0.1"), Token(""), transport=Answers(status, json.dumps(content).encode()))
+
+
+def large(size: int) -> dict[str, object]:
+    return {"state_id": 3, "robot_name": "R1", "noise": ["x" * 10] * (size // 14)}
+
+
+def test_a_status_within_the_budget_is_read():
+    assert client(200, large(250 * KIB)).status().robot_name == "R1"
+
+
+@pytest.mark.parametrize("call", [RobotClient.status, RobotClient.identify, lambda robot: robot.queue_item(1),
+                                  lambda robot: robot.mission("guid")])
+def test_a_large_answer_is_not_parsed(call, monkeypatch):
+    monkeypatch.setattr(parse, "loads", lambda _body: pytest.fail("parsed"))
+    with pytest.raises(Unreadable, match="256 KiB"):
+        call(client(200, large(300 * KIB)))
+
+
+def test_the_words_of_a_large_refusal_are_not_looked_for():
+    with pytest.raises(Rejected) as refused:
+        client(400, {"error_human": "no"} | large(300 * KIB)).status()
+    assert not refused.value.params["reason"]
+
+
+def test_a_prompt_shows_twelve_options_and_says_how_many_there_are():
+    asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(1000)]}}
+    status = client(200, asked).status()
+    assert status.user_prompt.options == tuple(f"Door {n}" for n in range(12))
+    assert status.user_prompt.more_options == 988
+    shown = prompt(replace(snapshot(1, READY), status=status), old=False)
+    assert len(shown.options) == 12
+    assert shown.question == "Which? (988 more answers can be given at the robot)"
+
+
+def test_a_prompt_with_twelve_options_says_nothing_of_more():
+    asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(12)]}}
+    assert prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question == "Which?"
