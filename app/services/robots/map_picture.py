@@ -9,7 +9,6 @@ import base64
 import io
 import json
 import math
-import struct
 import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -19,7 +18,7 @@ from app.domain.message import message
 from app.domain.robot import MapPosition, Pose, RobotMap
 from app.mir.errors import Unreadable
 
-LARGEST_DECODED = 48 * 1024 * 1024   # bytes of a picture, judged by its header before any of it is decoded
+LARGEST_DECODED = 48 * 1024 * 1024   # bytes of a picture in memory; about twice that is needed to reduce it
 LONGEST_SIDE = 768                   # px of what is kept: about twice what a card shows, so that thin walls survive being drawn smaller
 WALL_BELOW, FLOOR_ABOVE = 100, 230   # greys of an occupancy map: 0, 254 and 205 for the unknown (ROS map_server; G for robots' pictures)
 UNSEEN_GREY = 205
@@ -29,7 +28,6 @@ FINEST = 0.001                       # m per pixel; robots' maps have 0.05
 MOST_PLACES = 200
 LONGEST_NAME = 255
 ENTRIES = frozenset({1, 8, 21, 26})  # types of positions in front of markers, chargers and lifts: nobody's destination
-_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}       # by the colour type of a PNG
 _FORMAT = 1
 
 
@@ -72,7 +70,6 @@ class MapPicture:
 
 def picture_of(floor: RobotMap, positions: Iterable[MapPosition] = ()) -> MapPicture:
     """What a robot's map and its places look like. Raises Unreadable for a picture that can't be decoded or shows nothing."""
-    _check_size(floor.png)
     if floor.resolution < FINEST:
         raise Unreadable(problem=message("the map's resolution is impossible"))
     left, bottom, width, height, size, shade = _reduced(floor.png, floor.resolution)
@@ -91,14 +88,11 @@ def _places(picture: MapPicture, positions: Iterable[MapPosition]) -> Iterable[P
             yield Place(position.name, *point)
 
 
-def _check_size(png: bytes) -> None:
-    """By the header alone: a few bytes may claim to be gigabytes."""
-    try:
-        width, height, depth, colour = struct.unpack(">IIBB", png[16:26])
-        decoded = width * height * _CHANNELS[colour] * (2 if depth == 16 else 1)
-    except (struct.error, KeyError):
-        raise Unreadable(problem=message("the map's picture is broken")) from None
-    if not 0 < decoded <= LARGEST_DECODED:
+def _check_size(image: Any) -> None:
+    """Before any of it is decoded: a few bytes may claim to be gigabytes. Pillow goes by the last of several headers, and keeps what is
+    neither grey nor of a palette in four bytes per pixel."""
+    is_narrow = image.mode in ("1", "L", "P") and "transparency" not in image.info
+    if not 0 < image.width * image.height * (1 if is_narrow else 4) <= LARGEST_DECODED:
         raise Unreadable(problem=message("the map's picture is too large"))
 
 
@@ -109,11 +103,14 @@ def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[i
 
     try:
         with Image.open(io.BytesIO(png), formats=("PNG",)) as image:
+            _check_size(image)
             grey = _grey(image)
+    except Unreadable:
+        raise
     except Exception as error:               # whatever a hostile picture makes the decoder raise
         raise Unreadable(problem=message("the map's picture is broken")) from error
-    known = grey.point([255 if v < WALL_BELOW or v > FLOOR_ABOVE else 0 for v in range(256)])
-    box = known.getbbox()
+    del image
+    box, whole_height = grey.point([255 if v < WALL_BELOW or v > FLOOR_ABOVE else 0 for v in range(256)]).getbbox(), grey.height
     if box is None:
         raise Unreadable(problem=message("the map's picture is empty"))
     spare = math.ceil(MARGIN / resolution)
@@ -126,7 +123,7 @@ def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[i
     unseen = grey.point([UNSEEN if WALL_BELOW <= v <= FLOOR_ABOVE else 0 for v in range(256)]).resize(size, Image.Resampling.BOX)
     walls = walls.point([min(255, round(v * step)) for v in range(256)])         # a wall of one pixel stays one
     shade = ImageChops.lighter(walls, unseen).transpose(Image.Transpose.FLIP_TOP_BOTTOM).tobytes()
-    return left, known.height - bottom, right - left, bottom - top, size, shade
+    return left, whole_height - bottom, right - left, bottom - top, size, shade
 
 
 def _grey(image: Any) -> Any:
@@ -138,7 +135,8 @@ def _grey(image: Any) -> Any:
         grey = Image.new("L", image.size, UNSEEN_GREY)
         grey.paste(image.convert("L"), mask=image.getchannel("A"))
         return grey
-    return image.convert("L")
+    image.load()
+    return image if image.mode == "L" else image.convert("L")
 
 
 # ---------------------------------------------------------------------- as a file

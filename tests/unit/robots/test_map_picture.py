@@ -121,10 +121,11 @@ def test_a_broken_picture_is_unreadable(broken: Callable[[bytes], bytes]) -> Non
 
 
 def test_a_picture_that_claims_to_be_huge_is_not_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Image, "open", lambda *_args, **_kwargs: pytest.fail("it was decoded"))
-    for width, height, depth, colour in ((20_000, 20_000, 8, 0), (LARGEST_DECODED // 8 + 1, 1, 16, 6), (2**31 - 1, 2**31 - 1, 8, 2)):
-        with pytest.raises(Unreadable, match="too large"):
-            picture_of(RobotMap("m", "Hall", header(width, height, depth, colour), width, height))
+    monkeypatch.setattr("PIL.PngImagePlugin.PngImageFile.load", lambda *_args: pytest.fail("it was decoded"))
+    for width, height, depth, colour, problem in ((8_000, 8_000, 8, 0, "too large"), (LARGEST_DECODED // 4 + 1, 1, 16, 6, "too large"),
+                                                  (2**31 - 1, 2**31 - 1, 8, 2, "broken")):
+        with pytest.raises(Unreadable, match=problem):
+            picture_of(RobotMap("m", "Hall", header(width, height, depth, colour) + b"\0\0\0\1IDAT", width, height))
 
 
 def test_a_picture_of_nothing_and_an_impossible_scale_are_unreadable() -> None:

@@ -1,0 +1,72 @@
+"""Maps whose pictures are not what they claim: judged before they are decoded, in bounded memory."""
+from __future__ import annotations
+
+import resource
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import pytest
+
+from app.domain.robot import RobotMap
+from app.mir.errors import Unreadable
+from app.services.robots.map_picture import picture_of
+
+ROOT = Path(__file__).parents[2]
+GREY, RGBA, PALETTE = 0, 6, 3
+
+
+def chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def header(width: int, height: int, colour: int, depth: int = 8) -> bytes:
+    return chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0))
+
+
+def rows(width: int, height: int, channels: int = 1) -> bytes:
+    packer = zlib.compressobj(9)
+    row = b"\0" + b"\0" * width * channels
+    return chunk(b"IDAT", b"".join(packer.compress(row) for _ in range(height)) + packer.flush())
+
+
+def png(*chunks: bytes) -> RobotMap:
+    return RobotMap("g", "Hall", b"\x89PNG\r\n\x1a\n" + b"".join(chunks) + chunk(b"IEND", b""), 1, 1)
+
+
+@pytest.mark.parametrize("extra", [header(13_000, 13_000, RGBA), header(10_000, 10_000, RGBA, 16), header(60_000, 60_000, GREY)])
+def test_the_second_header_of_a_picture_is_judged_too(extra):
+    with pytest.raises(Unreadable):
+        picture_of(png(header(10, 10, GREY), extra, rows(10, 10)))
+
+
+def test_a_picture_with_two_headers_takes_no_memory():
+    assert megabytes_for("png(header(10, 10, GREY), header(13_000, 13_000, RGBA), rows(13_000, 13_000, 4))") < 20
+
+
+@pytest.mark.parametrize("picture", [
+    "png(header(6900, 6900, GREY), rows(6900, 6900))",
+    "png(header(6900, 6900, PALETTE), chunk(b'PLTE', bytes(768)), chunk(b'tRNS', bytes(256)), rows(6900, 6900))",
+    "png(header(3400, 3400, RGBA), rows(3400, 3400, 4))"])
+def test_the_largest_picture_takes_bounded_memory(picture):
+    assert megabytes_for(picture) < 130
+
+
+def megabytes_for(picture: str) -> int:
+    """How much more memory a process of its own needs at most to show it, than for a small one."""
+    small = "png(header(10, 10, GREY), rows(10, 10))"
+    return (_peak(picture) - _peak(small)) // 1024
+
+
+def _peak(picture: str) -> int:
+    program = (f"from tests.hostile.test_pictures import *\nmap_ = {picture}\nbefore = peak()\n"
+               "try:\n    picture_of(map_)\nexcept Unreadable:\n    pass\nprint(peak() - before)")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=True)
+    return int(done.stdout)
+
+
+def peak() -> int:
+    """KiB that this process has had in memory at most."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
