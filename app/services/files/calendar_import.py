@@ -106,7 +106,7 @@ def read_days(content: bytes, name: str, zone: ZoneInfo, today: date) -> Found:
         try:
             for exception in _exceptions(event, name, plant, replaced.get(str(event.get("UID")), set())):
                 looked_at += 1
-                if exception.yearly or exception.last_day.year >= today.year:
+                if exception is not None and (exception.yearly or exception.last_day.year >= today.year):
                     is_past = False
                     taken.setdefault(_identity(exception), exception)
                 if looked_at > MOST_LOOKED_AT or len(taken) > validation.MOST_DAY_EXCEPTIONS:
@@ -143,8 +143,8 @@ class _Plant:
             raise ics.TooMuch("takes too long")
 
 
-def _exceptions(event: Event, name: str, plant: _Plant, replaced: set[date]) -> Iterator[DayException]:
-    """The days of one event. Raises one of UNREADABLE, InvalidInput among them, for one that can't be taken."""
+def _exceptions(event: Event, name: str, plant: _Plant, replaced: set[date]) -> Iterator[DayException | None]:
+    """The days of one event, None for each that it excepts. Raises one of UNREADABLE, InvalidInput among them, if it can't be taken."""
     if str(event.get("STATUS", "")).strip().upper() == "CANCELLED":
         raise ValueError("is cancelled")
     first, last = _span(event, plant)
@@ -164,8 +164,7 @@ def _exceptions(event: Event, name: str, plant: _Plant, replaced: set[date]) -> 
         yield once
     more = (plant.local(moment).date() for moment, _end in event.rdates)
     for day in chain(*(_days(rule, first, plant) for rule in rules), more):
-        if day not in without:
-            yield replace(once, first_day=day, last_day=day + (last - first))
+        yield None if day in without else replace(once, first_day=day, last_day=day + (last - first))
 
 
 def _days(rule: Recurrence, start: date, plant: _Plant) -> Iterator[date]:

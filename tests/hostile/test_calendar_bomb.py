@@ -1,0 +1,57 @@
+"""Calendar files of a few bytes that stand for thousands of days: counted while they are expanded."""
+from __future__ import annotations
+
+import time
+import tracemalloc
+from datetime import date
+from zoneinfo import ZoneInfo
+
+import pytest
+
+from app.domain.models import InvalidInput
+from app.services.files import ics
+from app.services.files.calendar_import import read_days
+from tests.support.site import Site
+
+TODAY = date(2026, 11, 23)
+MONTHS = "BYMONTH=" + ",".join(map(str, range(1, 13)))
+EVERY_DAY = f"RRULE:FREQ=YEARLY;{MONTHS};BYDAY=MO,TU,WE,TH,FR,SA,SU"
+
+
+def calendar(*events: list[str]) -> bytes:
+    lines = [line for event in events for line in ("BEGIN:VEVENT", "DTSTART;VALUE=DATE:20260101", *event, "END:VEVENT")]
+    return "\r\n".join(["BEGIN:VCALENDAR", *lines, "END:VCALENDAR", ""]).encode()
+
+
+def excepted() -> str:
+    return "EXDATE;VALUE=DATE:" + ",".join(f"{year}{month:02}{day:02}" for year in range(2026, 2037) for month in range(1, 13)
+                                           for day in range(1, 29))
+
+
+@pytest.mark.parametrize("content", [
+    calendar(["SUMMARY:bomb", EVERY_DAY]),
+    calendar(*[[f"SUMMARY:bomb {number}", EVERY_DAY] for number in range(60)]),
+    calendar([EVERY_DAY] * 100),
+    calendar([excepted(), *[f"RRULE:FREQ=YEARLY;{MONTHS};BYMONTHDAY=" + ",".join(map(str, range(1, 29)))] * 30]),
+], ids=["one rule", "sixty events", "rules without end", "rules of days that are excepted"])
+def test_a_bomb_stops_at_the_limit(content):
+    ics.events(calendar([]))                           # loads the library
+    tracemalloc.start()
+    try:
+        began = time.perf_counter()
+        with pytest.raises(ics.TooMuch):
+            read_days(content, "bomb", ZoneInfo("UTC"), TODAY)
+        assert time.perf_counter() - began < 10.0
+        assert tracemalloc.get_traced_memory()[1] < 20 << 20
+    finally:
+        tracemalloc.stop()
+
+
+def test_it_is_said_in_one_sentence_and_nothing_is_taken(tmp_path):
+    site = Site(tmp_path / "data")
+    bomb = tmp_path / "bomb.ics"
+    bomb.write_bytes(calendar([EVERY_DAY]))
+    with pytest.raises(InvalidInput, match=r"bomb\.ics holds too much for a calendar of closed days"):
+        site.container.calendar_files.import_days(str(bomb))
+    assert site.container.catalogue.day_exceptions() == []
+    site.switch_off()
