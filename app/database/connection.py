@@ -147,7 +147,7 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
     mode = "mode=ro&immutable=1" if _is_immutable(path) else "mode=ro"
     connection = sqlite3.connect(f"{path.as_uri()}?{mode}", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT, check_same_thread=False)
     connection.execute("PRAGMA query_only = ON")
-    return _configured(connection)
+    return configured(connection)
 
 
 def _is_immutable(path: Path) -> bool:
@@ -157,7 +157,8 @@ def _is_immutable(path: Path) -> bool:
             and files.size_of(files.beside_of(path, "-wal")) == 0)
 
 
-def _configured(connection: sqlite3.Connection) -> sqlite3.Connection:
+def configured(connection: sqlite3.Connection) -> sqlite3.Connection:
+    """The same connection, as every part of the app expects it and no file can turn it against the app."""
     connection.row_factory = sqlite3.Row
     connection.create_function("casefold", 1, str.casefold, deterministic=True)     # SQLite itself knows the case of ASCII only
     connection.execute("PRAGMA trusted_schema = OFF")
@@ -169,7 +170,7 @@ def _configured(connection: sqlite3.Connection) -> sqlite3.Connection:
 def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str, ...]) -> sqlite3.Connection:
     connection = sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT)
     try:
-        _configured(connection)
+        configured(connection)
         _check_identity(connection, path, len(migrations))
         if (mode := connection.execute("PRAGMA journal_mode = WAL").fetchone()[0]) != "wal":
             raise DatabaseUnavailable("{path} is in a place that can't keep a write-ahead log (journal mode {mode}): choose another data "

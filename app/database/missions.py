@@ -14,6 +14,10 @@ class MissionRepository:
         """In order of name; the one for all robots before those of single robots."""
         return [_mission(row) for row in c.execute("SELECT * FROM missions ORDER BY name, coalesce(robot_id, 0)")]
 
+    def count(self, c: sqlite3.Connection) -> int:
+        found: int = c.execute("SELECT count(*) FROM missions").fetchone()[0]
+        return found
+
     def get(self, c: sqlite3.Connection, mission_id: int) -> Mission | None:
         row = c.execute("SELECT * FROM missions WHERE id = ?", (mission_id,)).fetchone()
         return row and _mission(row)
@@ -36,6 +40,11 @@ class MissionRepository:
         row = c.execute("""SELECT * FROM missions WHERE guid = ? AND (robot_id = ? OR robot_id IS NULL)
                            ORDER BY robot_id IS NULL, usual_minutes IS NULL, name LIMIT 1""", (guid, robot_id)).fetchone()
         return row and _mission(row)
+
+    def used_on(self, c: sqlite3.Connection, mission_id: int) -> set[int]:
+        """Robots on which a schedule or an idle rule has it."""
+        return {row[0] for row in c.execute("""SELECT robot_id FROM schedules WHERE mission_id = ?
+                                               UNION SELECT robot_id FROM idle_rules WHERE mission_id = ?""", (mission_id, mission_id))}
 
     def available_on(self, c: sqlite3.Connection, robot_id: int) -> list[Mission]:
         """Every mission that can be chosen for that robot, in order of name; its own hide those for all of the same name."""

@@ -27,6 +27,10 @@ class RobotRepository:
         """In order of name."""
         return [_robot(row) for row in c.execute(f"{_SELECT} ORDER BY r.name")]
 
+    def count(self, c: sqlite3.Connection) -> int:
+        found: int = c.execute("SELECT count(*) FROM robots").fetchone()[0]
+        return found
+
     def get(self, c: sqlite3.Connection, robot_id: int) -> Robot | None:
         row = c.execute(f"{_SELECT} WHERE r.id = ?", (robot_id,)).fetchone()
         return row and _robot(row)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_optional_text, to_text
 from app.domain.models import Between, Overlap, Schedule
 
-_COLUMNS = ("name", "robot_id", "mission_id", "start", "timezone", "recurrence", "between_start", "between_end", "enabled",
+COLUMNS = ("name", "robot_id", "mission_id", "start", "timezone", "recurrence", "between_start", "between_end", "enabled",
             "minimum_battery_percent", "respect_working_days", "start_window_minutes", "overlap", "priority", "parameters",
             "changed_at", "next_at", "paused_until", "planned_through", "started_through")
 
@@ -46,6 +46,10 @@ class ScheduleRepository:
 
     def for_mission(self, c: sqlite3.Connection, mission_id: int) -> list[Schedule]:
         return self._list(c, "WHERE mission_id = ? ORDER BY name", mission_id)
+
+    def use_instead(self, c: sqlite3.Connection, old_id: int, new_id: int, robot_id: int) -> None:
+        """Another mission in all schedules of a robot that have this one."""
+        c.execute("UPDATE schedules SET mission_id = ? WHERE mission_id = ? AND robot_id = ?", (new_id, old_id, robot_id))
 
     def due(self, c: sqlite3.Connection, now: datetime, lately: datetime | None = None, limit: int = -1) -> list[Schedule]:
         """Switched-on ones whose next occurrence has come, all or so many: what fell due ``lately`` first, then in order of time."""
@@ -120,13 +124,13 @@ class ScheduleRepository:
 
     def add(self, c: sqlite3.Connection, schedule: Schedule) -> Schedule:
         """Returns it with its id; one that is given (an undone removal) is kept."""
-        names = ", ".join(("id", *_COLUMNS))
-        marks = ", ".join("?" for _ in range(len(_COLUMNS) + 1))
+        names = ", ".join(("id", *COLUMNS))
+        marks = ", ".join("?" for _ in range(len(COLUMNS) + 1))
         cursor = c.execute(f"INSERT INTO schedules ({names}) VALUES ({marks})", (schedule.id or None, *_values(schedule)))
         return replace(schedule, id=cursor.lastrowid or schedule.id)
 
     def update(self, c: sqlite3.Connection, schedule: Schedule) -> None:
-        c.execute(f"UPDATE schedules SET {', '.join(f'{name} = ?' for name in _COLUMNS)} WHERE id = ?", (*_values(schedule), schedule.id))
+        c.execute(f"UPDATE schedules SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(schedule), schedule.id))
 
     def remove(self, c: sqlite3.Connection, schedule_id: int) -> None:
         """Its executions stay."""

@@ -10,20 +10,20 @@ from typing import Any
 from app.database.values import from_json, to_instant, to_json, to_text
 from app.domain.models import Settings
 
-_NAMES = frozenset(field.name for field in fields(Settings))
+NAMES = frozenset(field.name for field in fields(Settings))
 
 
 class SettingsRepository:
     def load(self, c: sqlite3.Connection) -> Settings:
         """What is stored; defaults for the rest."""
-        stored = {row["name"]: from_json(row["value"]) for row in c.execute("SELECT name, value FROM settings") if row["name"] in _NAMES}
+        stored = {row["name"]: from_json(row["value"]) for row in c.execute("SELECT name, value FROM settings") if row["name"] in NAMES}
         if "working_days" in stored:
             stored["working_days"] = tuple(stored["working_days"])
         return Settings(**stored)
 
     def save(self, c: sqlite3.Connection, **changes: Any) -> Settings:
         """Store some settings, as named in ``Settings``."""
-        if unknown := changes.keys() - _NAMES:
+        if unknown := changes.keys() - NAMES:
             raise ValueError(f"no such settings: {sorted(unknown)}")
         for name, value in changes.items():
             self.put(c, name, value)

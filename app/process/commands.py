@@ -7,7 +7,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import errno
-import hashlib
 import json
 import os
 import shlex
@@ -94,7 +93,7 @@ def _import(directory: DataDirectory, path: Path) -> int:
         except InvalidInput as error:
             raise BadInput(f"{path}: {error}; nothing was changed") from None
 
-    changes = _change(directory, import_here, "import", path=str(path.resolve()), sha256=hashlib.sha256(content).hexdigest())["changes"]
+    changes = _change(directory, import_here, "import", path=str(path), content=content)["changes"]
     for line in changes:
         print(line)
     if not changes:

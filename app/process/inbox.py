@@ -1,7 +1,7 @@
 """How a one-shot command asks the app that is running on the same data directory: a request file in, an answer file out.
 
-Only the process that holds the lock writes the database. A request is written beside and renamed, so it is read whole or not at all; it
-holds no secret (an import is handed over as the file's path and digest).
+Only the process that holds the lock writes the database. A request is written beside and renamed, so it is read whole or not at all.
+Bytes that belong to it lie in a file of their own, for their owner only, which is deleted as soon as it is read.
 """
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class Inbox:
         self._directory = data_dir / "inbox"
         self._directory.mkdir(mode=0o700, exist_ok=True)
         self._handlers = handlers
-        for path in self._directory.glob("*.request"):
+        for path in (*self._directory.glob("*.request"), *self._directory.glob("*.content")):
             if path.stat().st_mtime < since:
-                log.warning("The request %s was left by a command that is gone, and is not carried out", path.name)
+                log.warning("%s was left by a command that is gone, and is not carried out", path.name)
                 path.unlink(missing_ok=True)
 
     def tick(self) -> None:
@@ -54,18 +54,20 @@ class Inbox:
     def _take(self, path: Path) -> None:
         answer: Mapping[str, Any] | None
         try:
-            request = json.loads(path.read_text(encoding="utf-8"))
+            request = {**json.loads(path.read_text(encoding="utf-8")), "content": path.with_suffix(".content")}
             answer = self._handlers[request["kind"]](request)
         except Exception as error:       # the answer reports it; the app goes on
             log.exception("The request %s could not be served", path.name)
             answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
         if answer is not None and path.exists():          # else nobody waits any more, who would take the answer away
-            _write(path.with_suffix(".answer"), answer)
+            _write(path.with_suffix(".answer"), json.dumps(answer).encode())
             path.unlink(missing_ok=True)
 
 
-def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[], bool], **request: Any) -> dict[str, Any]:
-    """The command's side: hand a request over and wait for the answer.
+def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[], bool], content: bytes | None = None,
+        **request: Any) -> dict[str, Any]:
+    """The command's side: hand a request over, with bytes that the handler finds in the file ``request["content"]``, and wait for the
+    answer.
 
     ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderGone when the other process ended first.
     """
@@ -73,8 +75,11 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
     directory.mkdir(mode=0o700, exist_ok=True)
     path = directory / f"{uuid.uuid4().hex}.request"
     try:
-        _write(path, {"kind": kind, "id": path.stem, **request})
+        if content is not None:
+            _write(path.with_suffix(".content"), content)
+        _write(path, json.dumps({"kind": kind, "id": path.stem, **request}).encode())
     except OSError as error:
+        path.with_suffix(".content").unlink(missing_ok=True)
         raise BadInput(f"{directory} can't be written: {error.strerror}; nothing was changed") from error
     answer = path.with_suffix(".answer")
     deadline = time.monotonic() + timeout
@@ -88,16 +93,16 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
             time.sleep(0.05)
         raise NoAnswer(f"the running app did not answer within {timeout:.0f} s")
     finally:
-        path.unlink(missing_ok=True)
-        answer.unlink(missing_ok=True)
+        for left in (path, answer, path.with_suffix(".content")):
+            left.unlink(missing_ok=True)
 
 
-def _write(path: Path, content: Mapping[str, Any]) -> None:
+def _write(path: Path, content: bytes) -> None:
     draft = path.with_suffix(".draft")
     descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
     try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            json.dump(content, file)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(content)
         os.replace(draft, path)
     except OSError:
         draft.unlink(missing_ok=True)

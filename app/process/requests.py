@@ -1,8 +1,9 @@
 """What one-shot commands may ask of the running app, and the answers (app.process.inbox carries them)."""
 from __future__ import annotations
 
-import hashlib
+import threading
 from collections.abc import Mapping
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -46,22 +47,35 @@ def outcome(execution: Execution) -> dict[str, Any]:
     return {"exit": 1, "error": f"{execution.mission} on {execution.robot} was not started: {reason}"}
 
 
-def handlers(container: Container) -> Mapping[str, Handler]:
-    def take_import(request: Mapping[str, Any]) -> Mapping[str, Any]:
-        path = Path(request["path"])
-        if not path.is_file():                   # a pipe or a terminal, which the command has read to its end: more would be waited for
-            return {"exit": 2, "error": f"{path} is no plain file, which the running app could read; nothing was changed"}
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            return {"exit": 2, "error": f"the running app can't read {path}: {error.strerror}; nothing was changed"}
-        if hashlib.sha256(content).hexdigest() != request["sha256"]:
-            return {"exit": 2, "error": f"{path} changed while it was handed over; nothing was changed"}
-        try:
-            return {"changes": [render(line) for line in configuration.import_configuration(container.catalogue, content)]}
-        except InvalidInput as error:
-            return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
+class _Imports:
+    """Imports on threads of their own: the scheduler's thread starts nothing while it reads, checks or plans."""
 
+    def __init__(self, container: Container) -> None:
+        self._container = container
+        self._begun: dict[str, Future[Mapping[str, Any]]] = {}       # by request
+
+    def take(self, request: Mapping[str, Any]) -> Mapping[str, Any] | None:
+        """None until it is done. Asked again by the same request, it goes on."""
+        answer = self._begun.get(request["id"])
+        if answer is None:
+            self._begun = {request["id"]: (answer := Future()), **{key: one for key, one in self._begun.items() if not one.done()}}
+            threading.Thread(target=self._run, args=(request, answer), name="import", daemon=True).start()
+        return self._begun.pop(request["id"]).result() if answer.done() else None
+
+    def _run(self, request: Mapping[str, Any], answer: Future[Mapping[str, Any]]) -> None:
+        file, path = Path(request["content"]), request["path"]
+        try:
+            content = file.read_bytes()
+            file.unlink()
+            changes = configuration.import_configuration(self._container.catalogue, content)
+            answer.set_result({"changes": [render(line) for line in changes]})
+        except InvalidInput as error:
+            answer.set_result({"exit": 2, "error": f"{path}: {error}; nothing was changed"})
+        except BaseException as error:
+            answer.set_exception(error)
+
+
+def handlers(container: Container) -> Mapping[str, Handler]:
     def take_run_now(request: Mapping[str, Any]) -> Mapping[str, Any] | None:
         """Answered once the robot has accepted it or it has ended: until then the request stays in the inbox."""
         if (hold := container.holds.active()) is not None and hold.is_copy:
@@ -82,4 +96,4 @@ def handlers(container: Container) -> Mapping[str, Handler]:
     def take_move_here(_request: Mapping[str, Any]) -> Mapping[str, Any]:
         return {"was_copy": container.tablet.move_here()}
 
-    return {"import": take_import, "run_now": take_run_now, "remove_pin": take_remove_pin, "move_here": take_move_here}
+    return {"import": _Imports(container).take, "run_now": take_run_now, "remove_pin": take_remove_pin, "move_here": take_move_here}

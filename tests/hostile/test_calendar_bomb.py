@@ -10,7 +10,7 @@ import pytest
 
 from app.domain.models import InvalidInput
 from app.services.files import ics
-from app.services.files.calendar_import import read_days
+from app.services.files.calendar_import import LONGEST_READING_S, read_days
 from tests.support.site import Site
 
 TODAY = date(2026, 11, 23)
@@ -32,7 +32,7 @@ def excepted() -> str:
     calendar(["SUMMARY:bomb", EVERY_DAY]),
     calendar(*[[f"SUMMARY:bomb {number}", EVERY_DAY] for number in range(60)]),
     calendar([EVERY_DAY] * 100),
-    calendar([excepted(), *[f"RRULE:FREQ=YEARLY;{MONTHS};BYMONTHDAY=" + ",".join(map(str, range(1, 29)))] * 30]),
+    calendar([excepted(), *[f"RRULE:FREQ=YEARLY;{MONTHS};BYMONTHDAY=" + ",".join(map(str, range(1, 29)))] * 20]),
 ], ids=["one rule", "sixty events", "rules without end", "rules of days that are excepted"])
 def test_a_bomb_stops_at_the_limit(content):
     ics.events(calendar([]))                           # loads the library
@@ -41,7 +41,7 @@ def test_a_bomb_stops_at_the_limit(content):
         began = time.perf_counter()
         with pytest.raises(ics.TooMuch):
             read_days(content, "bomb", ZoneInfo("UTC"), TODAY)
-        assert time.perf_counter() - began < 10.0
+        assert time.perf_counter() - began < LONGEST_READING_S
         assert tracemalloc.get_traced_memory()[1] < 20 << 20
     finally:
         tracemalloc.stop()

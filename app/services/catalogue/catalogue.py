@@ -5,21 +5,24 @@ a changed schedule are cancelled, next occurrences recomputed), and published af
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
 from dataclasses import replace
 from typing import Any, TypeVar
 
 from app.database.calendar import CalendarRepository
 from app.database.connection import Database
 from app.database.missions import MissionRepository
+from app.database.rehearsal import Rehearsal
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, IdleRule, Mission, Robot, Schedule, Settings
 from app.services.catalogue.edit import Edit, Removed
-from app.services.live.changes import Changes
+from app.services.live.changes import Changes, Topic
 from app.services.planning import public_holidays
 
+REHEARSALS = 3               # of many changes, until they can be repeated as they were
 T = TypeVar("T")
 
 __all__ = ["Catalogue", "Edit", "Removed"]
@@ -67,10 +70,25 @@ class Catalogue:
             return result
 
         result = self._db.write(transaction)
+        self._publish(topics)
+        return result
+
+    def edit_rehearsed(self, work: Callable[[Edit], T]) -> T:
+        """The same for thousands of changes, without holding up others that write: made on a copy, where wrong ones are found, and repeated
+        in a transaction that takes as long as its SQL. Only where the plan changes all the time the transaction does everything."""
+        for _ in range(REHEARSALS):
+            with closing(Rehearsal(self._db.read())) as rehearsal:
+                edit = Edit(rehearsal.copy, self._clock.now())
+                result = work(edit)
+            if self._db.write(rehearsal.repeat):
+                self._publish(edit.topics)
+                return result
+        return self.edit(work)
+
+    def _publish(self, topics: Iterable[Topic]) -> None:
         if self._changes is not None:
             for topic in sorted(topics):
                 self._changes.publish(topic)
-        return result
 
     def change_settings(self, **changes: Any) -> Settings:
         """Settings by name, as in ``Settings``; returns all of them."""

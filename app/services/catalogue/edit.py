@@ -66,6 +66,7 @@ class Edit:
     c: sqlite3.Connection
     now: datetime
     topics: set[Topic] = field(default_factory=set)      # what changed, to be published after the commit
+    _calendar: WorkingCalendar | None = None             # as long as no day has changed
 
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
@@ -110,10 +111,13 @@ class Edit:
     @property
     def calendar(self) -> WorkingCalendar:
         """The working days, changes of this transaction included."""
-        return working_calendar(self.c, self.settings)
+        if self._calendar is None:
+            self._calendar = working_calendar(self.c, self.settings)
+        return self._calendar
 
     def _plan_anew(self) -> None:
         """What is due already stays due; a one-time schedule runs whatever the working days are."""
+        self._calendar = None
         calendar = self.calendar
         for schedule in self.schedules.all(self.c):
             is_due = schedule.next_at is not None and schedule.next_at <= self.now
@@ -255,15 +259,11 @@ class Edit:
             self._use_instead(general.id, mission.id, mission.robot_id)
 
     def _check_used_only_on(self, mission: Mission) -> None:
-        users = {schedule.robot_id for schedule in self.schedules.for_mission(self.c, mission.id)}
-        users |= {robot.id for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission.id}
-        if users - {mission.robot_id}:
+        if self.missions.used_on(self.c, mission.id) - {mission.robot_id}:
             raise InvalidInput("robot", "the mission {name} is used on other robots too", name=mission.name)
 
     def _use_instead(self, old_id: int, new_id: int, robot_id: int) -> None:
-        for schedule in self.schedules.for_mission(self.c, old_id):
-            if schedule.robot_id == robot_id:
-                self.schedules.update(self.c, replace(schedule, mission_id=new_id))
+        self.schedules.use_instead(self.c, old_id, new_id, robot_id)
         robot = self.the_robot(robot_id)
         if robot.idle and robot.idle.mission_id == old_id:
             self.robots.update(self.c, replace(robot, idle=replace(robot.idle, mission_id=new_id)))

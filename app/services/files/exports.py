@@ -120,6 +120,8 @@ class DataFiles:
     @staticmethod
     def _content(source: Path) -> bytes:
         """Of a file to import, at most 5 MiB."""
+        if source.exists() and not (source.is_file() or source.is_dir()):       # a pipe may never end
+            raise InvalidInput("path", "{path} is no plain file", path=source)
         try:
             with source.open("rb") as file:
                 content = file.read(LARGEST_FILE + 1)

@@ -7,15 +7,12 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import cast
 
 import pytest
 
-from app.container import Container
 from app.failures import BadInput
 from app.process.inbox import HolderGone, Inbox, ask
 from app.process.lock import AlreadyRunning, InstanceLock
-from app.process.requests import handlers
 
 
 def test_only_one_process_holds_a_directory_and_a_killed_one_loses_it(tmp_path):
@@ -112,14 +109,22 @@ def test_a_withdrawn_request_leaves_no_answer(tmp_path):
     assert list((tmp_path / "inbox").iterdir()) == []
 
 
-def test_a_pipe_is_not_waited_for(tmp_path):
-    """The command has read what came through it; the app would wait for more, and every robot with it."""
-    os.mkfifo(tmp_path / "pipe")
-    with open(os.open(tmp_path / "pipe", os.O_RDWR | os.O_NONBLOCK), "wb") as writer:
-        writer.write(b"{}")
-        writer.flush()
-        answer = handlers(cast(Container, None))["import"]({"path": str(tmp_path / "pipe"), "sha256": ""})
-    assert (answer["exit"], "no plain file" in answer["error"]) == (2, True)
+def test_bytes_are_handed_over_privately_and_do_not_stay(tmp_path):
+    seen = []
+
+    def look(request):
+        file = request["content"]
+        seen.append((file.read_bytes(), file.stat().st_mode & 0o777))
+        return {}
+
+    inbox, ends = Inbox(tmp_path, {"look": look}), threading.Event()
+    app = threading.Thread(target=lambda: [inbox.tick() for _ in iter(lambda: ends.wait(0.01), True)])
+    app.start()
+    ask(tmp_path, "look", timeout=10, holder_is_gone=lambda: False, content=b"secret")
+    ends.set()
+    app.join()
+    assert seen == [(b"secret", 0o600)]
+    assert list((tmp_path / "inbox").iterdir()) == []
 
 
 def test_what_a_command_of_an_earlier_life_asked_for_is_not_done(tmp_path):

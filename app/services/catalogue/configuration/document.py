@@ -5,6 +5,7 @@ Every problem is an InvalidInput whose field is the place in the file, such as `
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import time
@@ -81,8 +82,8 @@ def _parsed(content: bytes) -> Any:
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        raise InvalidInput("file", "{key} appears twice in one object", key=validation.shown(next(n for n in names if names.count(n) > 1)))
+        key = Counter(name for name, _ in pairs).most_common(1)[0][0]
+        raise InvalidInput("file", "{key} appears twice in one object", key=validation.shown(key))
     return found
 
 

@@ -12,8 +12,10 @@ from app.domain.message import Message, message
 from app.domain.models import IdleRule, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration.document import Document, Item, at, read
+from app.services.catalogue.configuration.unnamed import Unnamed
 from app.services.catalogue.edit import schedule_names
 
+MOST_ROBOTS, MOST_MISSIONS, MOST_SCHEDULES = 500, 20_000, 20_000
 _OF_ROBOT = ("address", "username", "enabled", "certificate_sha256")
 _OF_MISSION = ("guid", "usual_minutes")
 _OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
@@ -34,15 +36,17 @@ def import_configuration(catalogue: Catalogue, content: bytes) -> list[Message]:
     Raises InvalidInput with the place in the file and how to mend it; then nothing was changed.
     """
     document = read(content)
-    return catalogue.edit(lambda edit: _Import(edit, document).run())
+    return catalogue.edit_rehearsed(lambda edit: _Import(edit, document).run())
 
 
 class _Import:
     def __init__(self, edit: Edit, document: Document) -> None:
         self._edit, self._document = edit, document
+        self._unnamed: dict[tuple[int, int], Unnamed] = {}
 
     def run(self) -> list[Message]:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
+        self._check_room()
         _check_no_doubles(self._document)
         setting_lines = list(self._settings(self._document.settings))
         before = {item.path: self._edit.robots.by_name(self._edit.c, item.values["name"]) for item in self._document.robots}
@@ -55,8 +59,20 @@ class _Import:
                 mission_lines += self._mission(item)
         for item in self._document.robots:
             self._idle(item)
+        schedule_lines = self._schedules(self._document.schedules)
+        self._check_room()
         robot_lines = [line for item in self._document.robots for line in self._robot_line(item, before[item.path])]
-        return [*setting_lines, *robot_lines, *mission_lines, *self._schedules(self._document.schedules)]
+        return [*setting_lines, *robot_lines, *mission_lines, *schedule_lines]
+
+    def _check_room(self) -> None:
+        """Each robot takes a thread, and each schedule time at every change of working days."""
+        edit, given = self._edit, self._document
+        for section, items, repository, most in (("robots", given.robots, edit.robots, MOST_ROBOTS),
+                                                 ("missions", given.missions, edit.missions, MOST_MISSIONS),
+                                                 ("schedules", given.schedules, edit.schedules, MOST_SCHEDULES)):
+            if items and (count := max(len(items), repository.count(edit.c))) > most:
+                raise InvalidInput(section, "{section}: there is room for {most}, and with this file there would be {count}",
+                                   section=section, most=most, count=count)
 
     # ------------------------------------------------------------------ settings
     def _settings(self, item: Item) -> Iterator[Message]:
@@ -143,7 +159,7 @@ class _Import:
         values = {key: given[key] for key in _OF_SCHEDULE if key in given} | {"robot_id": robot.id, "mission_id": mission.id}
         name = given.get("name") or self._name_of_unnamed(robot, mission, values, taken)
         taken.add(name)
-        stored = self._edit.schedules.by_name(self._edit.c, name)
+        stored = self._stored(name)
         if stored is None:
             defaults = {"name": name, "timezone": self._edit.settings.timezone}
             saved = self._edit.save_schedule(Schedule(**{**defaults, **values}))
@@ -155,15 +171,13 @@ class _Import:
             yield message("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
 
     def _name_of_unnamed(self, robot: Robot, mission: Mission, values: dict[str, Any], taken: set[str]) -> str:
-        """The first free one of "<mission> on <robot>", "… 2", … — or the one of this very schedule already: importing the same
-        file twice must not plan everything twice."""
-        for name in schedule_names(mission.name, robot.name):
-            if name in taken:
-                continue
-            stored = self._edit.schedules.by_name(self._edit.c, name)
-            if stored is None or all(getattr(stored, key) == value for key, value in values.items()):
-                return name
-        raise AssertionError("there is always a free name")
+        unnamed = self._unnamed.get((robot.id, mission.id))
+        if unnamed is None:
+            unnamed = self._unnamed[robot.id, mission.id] = Unnamed(schedule_names(mission.name, robot.name), taken, self._stored)
+        return unnamed.name_of(values)
+
+    def _stored(self, name: str) -> Schedule | None:
+        return self._edit.schedules.by_name(self._edit.c, name)
 
     # ------------------------------------------------------------------ names
     def _robot_named(self, name: str, path: str) -> Robot:

@@ -52,7 +52,7 @@ def next_occurrence(schedule: Schedule, after: datetime, calendar: WorkingCalend
 
 def check_has_instants(schedule: Schedule) -> None:
     """Raises InvalidInput when the rule has no instant at all, past ones included (an impossible date, an UNTIL before the start)."""
-    if next(_rule_of(schedule).after(NEVER, None), None) is None:
+    if not _has_instants(_rule_of(schedule)):
         raise InvalidInput("recurrence", "the recurrence has no start: no date and time fits all its parts")
 
 
@@ -199,6 +199,11 @@ class _Rule:
             for minute in rule.minutes:
                 there = (found := instant + (minute - local.minute) * MINUTE).astimezone(zone)
                 yield Occurrence(found, there.replace(tzinfo=None, fold=0)) if there.minute == minute else None
+
+
+@lru_cache(maxsize=1024)
+def _has_instants(rule: _Rule) -> bool:
+    return next(rule.after(NEVER, None), None) is not None
 
 
 @lru_cache(maxsize=1024)

@@ -1,0 +1,92 @@
+"""Many changes in a short transaction: they are made on a copy in memory first, while others go on writing, and then repeated."""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Mapping
+from typing import Any
+
+from app.database.connection import configured
+from app.database.schedules import COLUMNS
+from app.database.settings import NAMES
+
+_TABLES = ("settings", "robots", "missions", "idle_rules", "schedules", "skips", "calendar_days", "alarms", "sqlite_sequence")
+_UNSENT = "SELECT * FROM executions WHERE state IN ('waiting', 'submitting')"
+# What the copy has to have in common with the database still, as a key and the rest of a row. Not what is noted while missions are started:
+# how far a schedule has been planned (unless the schedule is changed), what a robot accepted last.
+_COMPARED = {
+    "settings": f"SELECT name, value FROM settings WHERE name IN ({', '.join(map(repr, NAMES))})",
+    "robots": """SELECT id, name, address, username, token, certificate_sha256, enabled, needs_password, serial_number, model, software
+                 FROM robots""",
+    "missions": "SELECT * FROM missions",
+    "idle_rules": "SELECT * FROM idle_rules",
+    "calendar_days": "SELECT * FROM calendar_days",
+    "ids": "SELECT name, seq FROM sqlite_sequence WHERE name IN ('robots', 'missions', 'schedules', 'calendar_days')",
+    "skips": "SELECT schedule_id || ' ' || planned_at FROM skips",
+}
+_PLANNED = ("next_at", "planned_through", "started_through")
+_SCHEDULES = f"SELECT id, {', '.join((*_PLANNED, *(name for name in COLUMNS if name not in _PLANNED)))} FROM schedules"
+
+Rows = Mapping[Any, tuple[Any, ...]]
+
+
+class _Recording(sqlite3.Connection):
+    """Keeps what was written."""
+    done: list[tuple[str, Any]]
+
+    def execute(self, statement: str, values: Any = (), /) -> sqlite3.Cursor:
+        if not statement.lstrip().startswith("SELECT"):
+            self.done.append((statement, values))
+        return super().execute(statement, values)
+
+
+class Rehearsal:
+    """``copy`` has the schema, what is configured and what waits to be sent, as ``c`` sees them, but not the history."""
+
+    def __init__(self, c: sqlite3.Connection) -> None:
+        self.copy = sqlite3.connect(":memory:", isolation_level=None, factory=_Recording)
+        self.copy.done = []
+        configured(self.copy)
+        c.execute("BEGIN")
+        try:
+            for (statement,) in c.execute("""SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL AND name NOT LIKE 'sqlite%'
+                                             ORDER BY type <> 'table'"""):
+                self.copy.execute(statement)
+            for table, query in [*((table, f"SELECT * FROM {table}") for table in _TABLES), ("executions", _UNSENT)]:
+                rows = c.execute(query)
+                marks = ", ".join("?" for _ in rows.description)
+                self.copy.executemany(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", map(tuple, rows))
+        finally:
+            c.execute("COMMIT")
+        self.copy.execute("PRAGMA foreign_keys = ON")
+        self._before = {name: _rows(self.copy, query) for name, query in _COMPARED.items()}
+        self._schedules, self._unsent = _rows(self.copy, _SCHEDULES), _rows(self.copy, _UNSENT)
+        self.copy.done.clear()
+
+    def close(self) -> None:
+        """Give the copy back; ``repeat`` needs only what was written."""
+        after = _rows(self.copy, _SCHEDULES)
+        self._changed = {key for key, row in self._schedules.items() if after.get(key) != row}
+        self._done = self.copy.done
+        self.copy.close()
+
+    def repeat(self, c: sqlite3.Connection) -> bool:
+        """Write the same, unless what it followed from has changed meanwhile: then nothing is written, and the answer is False."""
+        if not (all(_rows(c, query) == self._before[name] for name, query in _COMPARED.items())
+                and self._same_schedules(_rows(c, _SCHEDULES))):
+            return False
+        if any("executions" in statement for statement, _values in self._done) and _rows(c, _UNSENT) != self._unsent:
+            return False
+        for statement, values in self._done:
+            c.execute(statement, values)
+        return True
+
+    def _same_schedules(self, now: Rows) -> bool:
+        return now.keys() == self._schedules.keys() and all(
+            row == before if key in self._changed else row[len(_PLANNED) + 1:] == before[len(_PLANNED) + 1:]
+            for (key, row), before in zip(now.items(), self._schedules.values(), strict=True))
+
+
+def _rows(c: sqlite3.Connection, query: str) -> Rows:
+    """By their first column, in a fixed order."""
+    return {row[0]: tuple(row) for row in c.execute(f"{query} ORDER BY 1")}
+

@@ -1,0 +1,190 @@
+"""Configurations that are large, endless or made to take long: the scheduler and whoever else writes go on meanwhile."""
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import os
+import random
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.container import Container
+from app.domain.models import InvalidInput
+from app.process.inbox import Inbox, ask
+from app.process.requests import handlers
+from app.services.catalogue import catalogue as catalogues
+from app.services.catalogue.configuration import import_configuration, importing
+from tests.support.process import PATIENCE, run, running
+
+TOO_LONG = 0.5           # s that nobody may be held up, on a machine that is busy with other tests
+
+
+@pytest.fixture
+def container(tmp_path) -> Iterator[Container]:
+    container = Container.open(tmp_path)
+    yield container
+    container.close()
+
+
+def document(schedules: list[dict[str, Any]], sections: dict[str, Any] | None = None) -> bytes:
+    schedule = {"robot": "R", "mission": "M", "start": "2026-11-25T06:30"}
+    return json.dumps({
+        "format": "amr-scheduler/1", "settings": {"timezone": "UTC"}, "robots": [{"name": "R", "address": "h"}],
+        "missions": [{"name": "M", "guid": "g"}],
+        "schedules": [{**schedule, **given} for given in schedules], **(sections or {})}).encode()
+
+
+@contextlib.contextmanager
+def held_up(container: Container) -> Iterator[list[float]]:
+    """How long somebody waits who writes a row again and again, in s."""
+    waited, ends = [0.0], threading.Event()
+
+    def write() -> None:
+        while not ends.wait(0.002):
+            began = time.perf_counter()
+            container.db.write(lambda c: c.execute("UPDATE settings SET value = value WHERE name = 'install_id'"))
+            waited.append(time.perf_counter() - began)
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    try:
+        yield waited
+    finally:
+        ends.set()
+        writer.join()
+
+
+def test_unnamed_schedules_hold_nobody_up(container):
+    """138 kB of them held the writer for a minute."""
+    content = document([{} for _ in range(2300)])
+    with held_up(container) as waited:
+        began = time.perf_counter()
+        assert len(import_configuration(container.catalogue, content)) >= 2302
+        assert import_configuration(container.catalogue, content) == []
+        assert time.perf_counter() - began < 20.0
+    assert max(waited) < TOO_LONG
+
+
+def test_unnamed_schedules_keep_their_names_in_any_order(container):
+    given = [{"priority": number} for number in range(300)]
+    import_configuration(container.catalogue, document(given))
+    random.Random(1).shuffle(given)
+    assert import_configuration(container.catalogue, document(given)) == []
+    changed = import_configuration(container.catalogue, document([{"priority": number, "overlap": "queue"} for number in range(300)]))
+    assert len(changed) == 300
+    assert len(container.catalogue.schedules()) == 600
+
+
+def test_the_scheduler_goes_on_while_it_serves_an_import(container):
+    inbox, took, ends = Inbox(container.db.path.parent, handlers(container)), [0.0], threading.Event()
+
+    def serve() -> None:
+        while not ends.wait(0.01):
+            began = time.perf_counter()
+            inbox.tick()
+            took.append(time.perf_counter() - began)
+
+    app = threading.Thread(target=serve)
+    app.start()
+    answer = ask(container.db.path.parent, "import", timeout=60, holder_is_gone=lambda: False, path="gone.json",
+                 content=document([{} for _ in range(1000)]))
+    ends.set()
+    app.join()
+    assert len(answer["changes"]) >= 1002
+    assert max(took) < TOO_LONG
+
+
+def test_what_is_wrong_is_said_and_nothing_was_changed(container):
+    before = container.db.read().execute("SELECT * FROM settings").fetchall()
+    answers = handlers(container)
+    file = container.db.path.parent / "bad.content"
+    file.write_bytes(document([{}, {"mission": "unknown"}]))
+    request = {"id": "1", "path": "bad.json", "content": file}
+    answer = next(filter(None, (answers["import"](request) or time.sleep(0.01) for _ in itertools.count())))
+    assert answer == {"exit": 2, "error": "bad.json: schedules[1].mission: there is no mission unknown for R; nothing was changed"}
+    assert not file.exists()
+    assert container.catalogue.robots() == []
+    assert container.db.read().execute("SELECT * FROM settings").fetchall() == before
+
+
+def test_a_key_that_appears_twice_among_many_is_found_at_once(container):
+    pairs = [f'"k{number}":0' for number in range(400_000)]
+    began = time.perf_counter()
+    with pytest.raises(InvalidInput, match="'k399999' appears twice"):
+        import_configuration(container.catalogue, ("{" + ",".join([*pairs, '"k399999":1']) + "}").encode())
+    assert time.perf_counter() - began < 10.0
+
+
+@pytest.mark.parametrize(("section", "most"), [("robots", 3), ("missions", 4), ("schedules", 5)])
+def test_there_is_room_for_so_many(container, monkeypatch, section, most):
+    monkeypatch.setattr(importing, f"MOST_{section.upper()}", most)
+    one = {"robots": {"address": "h"}, "missions": {"guid": "g"}, "schedules": {"robot": "R", "mission": "M", "start": "2026-11-25T06:30"}}
+    full = [{"name": letter, **one[section]} for letter in "RMabc"[:most]]
+    import_configuration(container.catalogue, document([]))
+    with pytest.raises(InvalidInput, match=f"{section}: there is room for {most}"):
+        import_configuration(container.catalogue, document([], {section: [*full, {"name": "x", **one[section]}]}))
+    assert container.catalogue.schedules() == []
+
+
+@pytest.mark.parametrize("meanwhile", [
+    lambda c: c.execute("UPDATE settings SET value = json(value + 1) WHERE name = 'retry_limit'"),
+    lambda c: c.execute("UPDATE schedules SET priority = priority + 1"),
+    lambda c: c.execute("INSERT INTO missions (name, guid) VALUES ('M' || random(), 'g')")])
+def test_a_plan_that_changes_all_the_time_is_imported_all_the_same(container, monkeypatch, meanwhile):
+    import_configuration(container.catalogue, document([{"name": "old"}], {"settings": {"retry_limit": 1, "timezone": "UTC"}}))
+    rehearsals = []
+
+    class Disturbed(catalogues.Rehearsal):
+        def __init__(self, c):
+            super().__init__(c)
+            rehearsals.append(self)
+            container.db.write(meanwhile)
+
+    monkeypatch.setattr(catalogues, "Rehearsal", Disturbed)
+    assert len(import_configuration(container.catalogue, document([{"name": "old", "priority": 99}, {"name": "new"}]))) == 2
+    assert len(rehearsals) == catalogues.REHEARSALS
+    assert {schedule.name: schedule.priority for schedule in container.catalogue.schedules()} == {"old": 99, "new": 0}
+
+
+def test_what_falls_due_meanwhile_is_not_planned_twice(container, monkeypatch):
+    """The planner notes how far a schedule has been planned; an import that changes another one leaves that."""
+    import_configuration(container.catalogue, document([{"name": "due", "recurrence": "FREQ=DAILY"}, {"name": "other"}]))
+
+    class Disturbed(catalogues.Rehearsal):
+        def __init__(self, c):
+            super().__init__(c)
+            container.db.write(lambda c: c.execute("""UPDATE schedules SET planned_through = '2027-01-01T00:00:00.000000Z'
+                                                      WHERE name = 'due'"""))
+
+    monkeypatch.setattr(catalogues, "Rehearsal", Disturbed)
+    import_configuration(container.catalogue, document([{"name": "other", "priority": 1}]))
+    due, other = container.catalogue.schedules()
+    assert (due.planned_through.year, other.priority) == (2027, 1)
+    import_configuration(container.catalogue, document([{"name": "due", "priority": 2}]))
+    assert container.catalogue.schedules()[0].planned_through.year == 2027
+
+
+def test_a_pipe_is_read_by_the_command(tmp_path):
+    data, pipe = tmp_path / "data", tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with running(data):
+        writer = threading.Thread(target=pipe.write_bytes, args=(document([{"name": "piped"}]),))
+        writer.start()
+        done = run(data, "--import-config", pipe, timeout=PATIENCE)
+        writer.join()
+        assert (done.returncode, done.stderr) == (0, ""), done
+        assert "schedule piped added" in done.stdout
+        assert not list((data / "inbox").iterdir())
+
+
+def test_a_pipe_is_not_read_on_screen(container, tmp_path):
+    pipe = Path(tmp_path / "endless.json")
+    os.mkfifo(pipe)
+    with pytest.raises(InvalidInput, match="no plain file"):
+        container.files.import_configuration(str(pipe))
