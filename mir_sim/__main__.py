@@ -50,6 +50,8 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--host", default="127.0.0.1", help="address to listen on (default %(default)s)")
     options.add_argument("--port", type=_number_from(0, 65535, int), default=8080,
                          help="port of the first robot, 0 = free ones (default %(default)s)")
+    options.add_argument("--key", default="",
+                         help="what /sim asks for from other machines, in the header X-Sim-Key (default: a random one)")
     options.add_argument("--robots", type=_number_from(1, 500, int), default=3, help="how many (default %(default)s)")
     options.add_argument("--time-scale", type=_number_from(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000")
     options.add_argument("--seed", type=int, default=1, help="decides everything random (default %(default)s)")
@@ -82,12 +84,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     robots = make_robots(args.robots, time_scale=args.time_scale, seed=args.seed, software=args.software, chaos=args.chaos,
                          failure_rate=args.failure_rate, history=args.history, timezone=args.timezone, clock_offset=args.clock_offset,
                          clock_drift=args.clock_drift)
-    fleet = Fleet(robots, args.host, args.port)
+    fleet = Fleet(robots, args.host, args.port, args.key)
     try:
         fleet.start()
     except OSError as error:
         print(f"python -m mir_sim: cannot listen on {args.host} port {args.port}: {error.strerror or error}", file=sys.stderr)
         return USAGE_ERROR
+    if not args.key and args.host not in ("127.0.0.1", "::1", "localhost"):
+        print(f"python -m mir_sim: from other machines, /sim asks for the header X-Sim-Key: {fleet.key}", file=sys.stderr, flush=True)
     for robot in fleet.robots:
         print(f"ready {robot.name} {robot.url}", flush=True)
     while True:                              # a signal that arrives just before get() begins does not wake it: hence the timeout

@@ -1,9 +1,14 @@
-"""The interface /sim, which real robots don't have: shows the model's state and makes things happen. It asks for no credentials."""
+"""The interface /sim, which real robots don't have: shows the model's state and makes things happen.
+
+It asks for no credentials on this machine, for a key from any other one, and refuses what a web page sends.
+"""
 from __future__ import annotations
 
+import hmac
 import json
 import math
 from collections.abc import Callable
+from ipaddress import ip_address
 from typing import Any
 
 from mir_sim.definition import is_number
@@ -14,11 +19,33 @@ from mir_sim.robot import SimulatedRobot
 from mir_sim.state import RobotError
 
 PATH, MAP_PATH = "/sim", "/sim/map.png"
+KEY_HEADER = "X-Sim-Key"
 Action = Callable[[SimulatedRobot], object]
 
 
 class ControlError(ValueError):
     """A command is not possible; the text is a sentence that says why."""
+
+
+def refusal(request: Request, peer: str, key: str) -> Response | None:
+    """The answer to a request for /sim that may not be handled; None if it may. ``peer`` is the address it comes from."""
+    if request.path.rstrip("/") not in (PATH, MAP_PATH):
+        return None
+    if "origin" in request.headers:                # of browsers only: whichever page was opened could move the robots
+        return _refusal(403, "Requests of web pages are refused.")
+    given = request.headers.get(KEY_HEADER.lower(), "")
+    if not _is_here(peer) and not hmac.compare_digest(given.encode(), key.encode()):
+        return _refusal(401, f"From another machine the header {KEY_HEADER} needs the key that was printed at the start.")
+    return None
+
+
+def _is_here(peer: str) -> bool:
+    try:
+        address = ip_address(peer.partition("%")[0])
+    except ValueError:
+        return False
+    mapped = getattr(address, "ipv4_mapped", None)
+    return (mapped or address).is_loopback
 
 
 def control(robot: SimulatedRobot, request: Request) -> Response:
@@ -41,7 +68,8 @@ def control(robot: SimulatedRobot, request: Request) -> Response:
 
 
 def _refusal(status: int, sentence: str) -> Response:
-    return Response.json_of(status, {"error_code": "bad_request" if status == 400 else "method_not_allowed", "error_human": sentence})
+    code = {400: "bad_request", 401: "unauthorized", 403: "forbidden", 405: "method_not_allowed"}[status]
+    return Response.json_of(status, {"error_code": code, "error_human": sentence})
 
 
 def apply(robot: SimulatedRobot, commands: Any) -> None:

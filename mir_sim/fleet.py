@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import secrets
 import threading
 import time
 from collections.abc import Iterator
@@ -50,10 +51,12 @@ class FleetRobot:
 
 
 class Fleet:
-    """Robots that are served until ``stop``. All share one clock, one thread and one event loop."""
+    """Robots that are served until ``stop``. All share one clock, one thread and one event loop. ``key``, a random one by default, is asked
+    for by /sim when a request comes from another machine."""
 
-    def __init__(self, robots: list[SimulatedRobot], host: str = "127.0.0.1", port: int = 0) -> None:
-        self._servers = [RobotServer(robot, host, port + number if port else 0) for number, robot in enumerate(robots)]
+    def __init__(self, robots: list[SimulatedRobot], host: str = "127.0.0.1", port: int = 0, key: str = "") -> None:
+        self.key = key or secrets.token_urlsafe(12)
+        self._servers = [RobotServer(robot, host, port + number if port else 0, self.key) for number, robot in enumerate(robots)]
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run_loop, name="mir_sim", daemon=True)
         self._watch: asyncio.Task[None] | None = None

@@ -11,6 +11,7 @@ from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 
 from mir_sim.api import refuse
+from mir_sim.control import refusal
 from mir_sim.errors import ApiError
 from mir_sim.exchange import Exchange, Fate, handle_with_fault, take_fault
 from mir_sim.faults import FaultKind
@@ -25,8 +26,8 @@ BACKLOG = 512
 class RobotServer:
     """One robot on its port: a listening socket, or only a reservation of the port while the robot is offline."""
 
-    def __init__(self, robot: SimulatedRobot, host: str, port: int) -> None:
-        self.robot, self.host, self.port = robot, host, port
+    def __init__(self, robot: SimulatedRobot, host: str, port: int, key: str) -> None:
+        self.robot, self.host, self.port, self._key = robot, host, port, key
         self._listener: asyncio.Server | None = None
         self._reservation: socket.socket | None = None
         self._writers: set[asyncio.StreamWriter] = set()
@@ -81,6 +82,9 @@ class RobotServer:
 
     async def _answer(self, request: Request, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
         """Answer one request; return whether the connection stays open. Waits in real time; all else is done by the model."""
+        peer = (writer.get_extra_info("peername") or ("",))[0]
+        if (refused := refusal(request, peer, self._key)) is not None:
+            return await self._send(request, Exchange(Fate.ANSWERED, refused), writer)
         fault = take_fault(self.robot, request)
         if fault is not None and fault.kind is FaultKind.LATE:
             await asyncio.sleep(fault.seconds)
