@@ -5,6 +5,7 @@ They hold the robots' tokens, so they are as private as the database itself.
 from __future__ import annotations
 
 import contextlib
+import functools
 import sqlite3
 from datetime import datetime
 from pathlib import Path
@@ -65,15 +66,31 @@ def problem_of(backup: Path, any_version: bool = False) -> Message | None:
         return message("there is no such file")
     try:
         with contextlib.closing(sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as connection:
+            connection.execute("PRAGMA trusted_schema = OFF")
             if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
                 return message("it is not a database of this app")
             version: int = connection.execute("PRAGMA user_version").fetchone()[0]
             if version > len(MIGRATIONS) and not any_version:
                 return message("it was written by a newer version")
+            if not any_version and _schema(connection) != _schema_of(version):
+                return message("its tables were not made by this app")
             verdict: str = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
             return None if verdict == "ok" else verdict.splitlines()[-1]
     except (sqlite3.Error, OSError) as error:
         return message_of_system(error) if isinstance(error, OSError) else str(error)
+
+
+def _schema(connection: sqlite3.Connection) -> set[tuple[str, ...]]:
+    """Tables, indexes, triggers and views with their definitions, but for those of SQLite itself."""
+    return set(connection.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'"))
+
+
+@functools.cache
+def _schema_of(version: int) -> set[tuple[str, ...]]:
+    """As a new database of that version has it: a trigger or a view more could change what is sent, or keep anything from being written."""
+    with contextlib.closing(sqlite3.connect(":memory:")) as connection:
+        connection.executescript("".join(MIGRATIONS[:version]))
+        return _schema(connection)
 
 
 def newest_good_backup(path: Path) -> Path | None:

@@ -1,0 +1,87 @@
+"""Backups that hold more than data: triggers, views, tables and indexes that nobody made here."""
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from app.database import backups
+from app.database.connection import Database, DatabaseRefused
+from app.database.schema import APPLICATION_ID, MIGRATIONS
+
+NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
+HOSTILE = {
+    "a trigger that changes addresses": """CREATE TRIGGER t AFTER INSERT ON executions BEGIN
+                                               UPDATE robots SET address = 'http://evil.example'; END""",
+    "a trigger that blocks writes": "CREATE TRIGGER t BEFORE UPDATE ON settings BEGIN SELECT raise(ABORT, 'no'); END",
+    "a view": "CREATE VIEW v AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT x FROM n",
+    "a view in the place of a table": """DROP TABLE settings; CREATE VIEW settings AS
+                                         WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x FROM n) SELECT x AS name, x AS value FROM n""",
+    "another table": "CREATE TABLE more (x)",
+    "an index with an expression": "CREATE INDEX i ON robots (abs(-9223372036854775807 - length(name)))",
+    "a column with a default": "ALTER TABLE robots ADD COLUMN proxy TEXT DEFAULT 'http://evil.example'",
+    "a missing trigger": "DROP TRIGGER ended_days_add",
+    "a missing index": "DROP INDEX schedules_due",
+}
+
+
+@pytest.fixture
+def backup(tmp_path) -> Path:
+    db = Database.open(tmp_path / "data" / "amr-scheduler.db", durable=False)
+    backups.back_up(db.path, path := tmp_path / "backup.db")
+    db.close()
+    return path
+
+
+def spoil(path: Path, script: str) -> None:
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript(script)
+
+
+@pytest.mark.parametrize("script", HOSTILE.values(), ids=HOSTILE.keys())
+def test_another_schema_is_not_restored(backup, tmp_path, script):
+    spoil(backup, script)
+    target = tmp_path / "data" / "amr-scheduler.db"
+    before = target.read_bytes()
+    with pytest.raises(DatabaseRefused, match="were not made by this app"):
+        backups.restore(backup, target, NOW)
+    assert target.read_bytes() == before
+    assert [path.name for path in target.parent.iterdir() if "restore" in path.name] == []
+
+
+def test_a_definition_that_was_rewritten_is_another_schema(backup):
+    spoil(backup, """PRAGMA writable_schema = ON;
+                     UPDATE sqlite_schema SET sql = replace(sql, 'DEFAULT 1', 'DEFAULT 0') WHERE name = 'robots'""")
+    assert backups.problem_of(backup) is not None
+
+
+def test_a_hostile_backup_is_never_the_one_to_restore(backup, tmp_path):
+    directory = tmp_path / "data" / "backups"
+    directory.mkdir()
+    backup.rename(directory / "manual-x.db")
+    assert backups.newest_good_backup(tmp_path / "data" / "amr-scheduler.db") is not None
+    spoil(directory / "manual-x.db", "CREATE VIEW v AS SELECT 1")
+    assert backups.newest_good_backup(tmp_path / "data" / "amr-scheduler.db") is None
+
+
+@pytest.mark.parametrize("version", range(1, len(MIGRATIONS) + 1))
+def test_every_version_of_this_app_is_restored(tmp_path, version):
+    old, target = tmp_path / "old.db", tmp_path / "data" / "amr-scheduler.db"
+    spoil(old, "".join(MIGRATIONS[:version]) + f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {version};")
+    assert backups.problem_of(old) is None
+    backups.restore(old, target, NOW)
+    Database.open(target, durable=False).close()
+
+
+def test_connections_trust_no_schema_and_leave_nothing_that_was_deleted(tmp_path):
+    db = Database.open(tmp_path / "amr-scheduler.db", durable=False)
+    asked = [lambda c, name=name: c.execute(f"PRAGMA {name}").fetchone()[0] for name in ("trusted_schema", "secure_delete")]
+    assert [db.write(ask) for ask in asked] == [0, 1]
+    assert asked[0](db.read()) == 0
+    db.write(lambda c: c.execute("INSERT INTO robots (name, address, token) VALUES ('R', 'http://h', 'Basic c2VjcmV0LXRva2Vu')"))
+    db.write(lambda c: c.execute("DELETE FROM robots"))
+    db.close()
+    assert b"c2VjcmV0LXRva2Vu" not in db.path.read_bytes()
