@@ -86,7 +86,9 @@ def compile_mo(messages: dict[str, list[str]]) -> bytes:
 
 
 def translation(language: str, directory: Path = LOCALE_DIR) -> gettext.NullTranslations:
-    """The texts of ``language``; English ones when it is English or has no catalogue."""
+    """The texts of ``language``; English ones when it is English or has no catalogue. Its name may be a path: then it has none."""
+    if language not in languages(directory):
+        return gettext.NullTranslations()
     folder = directory / language / "LC_MESSAGES"
     if (source := folder / f"{DOMAIN}.po").exists():
         return gettext.GNUTranslations(io.BytesIO(compile_mo(read_po(source))))

@@ -35,6 +35,7 @@ from app.process.opening import open_container, open_for_reading
 from app.process.requests import MORE_THAN_A_WINDOW, find_mission, find_robot, outcome
 from app.services.catalogue import configuration
 from app.services.files.history_export import write_history
+from app.services.files.shared_places import refuse_planted
 
 CHANGED_WITHIN = 30.0       # s for the running app to carry out a change
 WAIT_FOR_COMMAND = 0.1      # s between looks whether another command has ended
@@ -286,6 +287,10 @@ class ExportTarget:
             if sys.stdout is None:                        # closed; its number may be another file's by now
                 raise OSError(errno.EBADF, os.strerror(errno.EBADF))
             return open(sys.stdout.fileno(), "w", encoding="utf-8", newline="", closefd=False)
+        try:
+            refuse_planted(self._path)
+        except InvalidInput as error:
+            raise BadInput(str(error)) from None
         if self._path.exists() and not (self._path.is_file() or self._path.is_dir()):
             return open(self._path, "w", encoding="utf-8", newline="")
         self._path = self._path.resolve()                 # a link goes on pointing at what it names

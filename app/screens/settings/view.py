@@ -291,7 +291,8 @@ def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
         return _("There is no backup yet")
     count = ngettext("{n} backup", "{n} backups", len(facts.backups)).format(n=len(facts.backups))
     newest = formats.day_and_time(facts.backups[0].made_at, facts.settings.timezone, now)
-    return _("{backups}, the newest of {when}").format(backups=count, when=newest)
+    return _("{backups}, the newest of {when}. Each holds the robots' passwords of its time; manual ones stay until somebody deletes their "
+             "files.").format(backups=count, when=newest)
 
 
 def import_result(lines: Sequence[Message], most: int = 12) -> NoticeView:

@@ -17,6 +17,7 @@ from app.domain import names
 from app.domain.clock import zone_names
 from app.domain.message import message
 from app.domain.models import FONT_SCALES, KEYBOARDS, WEEKDAYS, Between, DayException, InvalidInput, Overlap, Robot, Schedule, Settings
+from app.i18n import languages
 from app.mir.address import Address
 from app.mir.credentials import normalise_fingerprint
 from app.services.planning.recurrence import Recurrence, check_has_instants
@@ -158,7 +159,9 @@ def _setting(field: str, value: Any) -> Any:
             return timezone(value)
         case "history_limit" if value is None:
             return None
-        case "language" | "theme":
+        case "language":
+            return one_of(languages(), value, field)
+        case "theme":
             return name(value, field)
         case "holiday_country" | "holiday_subdivision":
             return name(value, field) if value else ""

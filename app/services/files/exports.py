@@ -25,6 +25,7 @@ from app.services.catalogue import configuration
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.configuration.document import LARGEST_FILE
 from app.services.files.history_export import write_history
+from app.services.files.shared_places import refuse_planted
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,7 @@ class DataFiles:
     def _new_file(self, text: str, suffix: str) -> Iterator[tuple[Path, TextIO]]:
         """A file that appears under its name only when it is whole; its owner alone can read it."""
         target = self._resolved(text)
+        refuse_planted(target)
         if target.is_dir():
             raise InvalidInput("path", "{path} is a directory; add the name of a file", path=target)
         if not target.suffix:

@@ -273,7 +273,7 @@ def test_backups_are_offered_newest_first_with_their_time():
     options = view.backup_options(given, NOW)
     assert [(option.text, option.note) for option in options] == [
         ("02:00", "daily-2026-11-20.db, 512 kB"), ("Thu 19 Nov 02:00", "daily-2026-11-19.db, 1 kB")]
-    assert view.backups_phrase(given, NOW) == "2 backups, the newest of 02:00"
+    assert view.backups_phrase(given, NOW).startswith("2 backups, the newest of 02:00. Each holds the robots' passwords")
     assert view.backups_phrase(facts(), NOW) == "There is no backup yet"
 
 
