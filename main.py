@@ -39,6 +39,7 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("--restore-backup", type=Path, metavar="FILE", help="put a backup in the place of the database")
     one.add_argument("--remove-pin", action="store_true", help="open Settings again when its PIN is forgotten")
     one.add_argument("--move-here", action="store_true", help="go on here with a data directory that was copied from another tablet")
+    p.add_argument("--yes", action="store_true", help="confirms that --import-config may delete runs, by a lower history limit")
     p.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the mission of --run-now")
     return p
 
@@ -74,6 +75,8 @@ def _one_shot(options: argparse.Namespace) -> bool:
 def _check(options: argparse.Namespace) -> None:
     if options.parameter and not options.run_now:
         raise BadInput("--parameter belongs to --run-now ROBOT MISSION")
+    if options.yes and not options.import_config:
+        raise BadInput("--yes belongs to --import-config FILE")
     if _one_shot(options) and (options.headless or options.demo or options.kiosk):
         raise BadInput("a command that exits can't be combined with --headless, --demo or --kiosk; give it alone")
     if options.headless and options.kiosk:

@@ -52,7 +52,7 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
     if options.move_here:
         return _move_here(directory)
     if options.import_config:
-        return _import(directory, Path(options.import_config))
+        return _import(directory, Path(options.import_config), may_delete=options.yes)
     if options.run_now:
         robot, mission = options.run_now
         return _run_now(directory, robot, mission, options.parameter)
@@ -85,16 +85,17 @@ def _begin_if_new(directory: DataDirectory) -> None:
 
 
 # ------------------------------------------------------------------ import
-def _import(directory: DataDirectory, path: Path) -> int:
+def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
     content = read_configuration(path)
 
     def import_here(container: Container) -> dict[str, Any]:
         try:
-            return {"changes": [render(line) for line in configuration.import_configuration(container.catalogue, content)]}
+            changes = configuration.import_configuration(container.catalogue, content, may_delete=may_delete)
+            return {"changes": [render(line) for line in changes]}
         except InvalidInput as error:
             raise BadInput(f"{path}: {error}; nothing was changed") from None
 
-    changes = _change(directory, import_here, "import", path=str(path), content=content)["changes"]
+    changes = _change(directory, import_here, "import", path=str(path), content=content, may_delete=may_delete)["changes"]
     for line in changes:
         print(line)
     if not changes:

@@ -67,7 +67,7 @@ class _Imports:
         try:
             content = file.read_bytes()
             file.unlink()
-            changes = configuration.import_configuration(self._container.catalogue, content)
+            changes = configuration.import_configuration(self._container.catalogue, content, may_delete=request.get("may_delete", False))
             answer.set_result({"changes": [render(line) for line in changes]})
         except InvalidInput as error:
             answer.set_result({"exit": 2, "error": f"{path}: {error}; nothing was changed"})

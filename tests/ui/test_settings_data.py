@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from app.domain.models import Execution, State, Trigger
 from app.screens.common.shell import Shell, pick
 from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
@@ -64,6 +65,27 @@ def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):
     assert [mission.name for mission in missions(site)] == ["Deliver"]
     press(ui, "Import", row)
     ui.wait(lambda: outcome(app, "configuration").text == "The file contains nothing new")
+
+
+def test_a_configuration_that_deletes_runs_asks_first(site, app, ui):
+    now, repository = site.container.clock.now(), site.container.repositories.executions
+    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC", token=str(n),
+                      planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED, ended_at=now) for n in range(3)]
+    site.container.db.write(lambda c: repository.add_many(c, rows))
+    file = site.documents / "plant.json"
+    file.write_text('{"format": "amr-scheduler/1", "settings": {"history_limit": 1}}', encoding="utf-8")
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    ui.wait(lambda: row.model.path == str(file))
+    press(ui, "Import", row)
+    ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
+    press(ui, "Cancel", ui.find(ConfirmDialog))
+    assert settings(site).history_limit == 100_000
+    press(ui, "Import", row)
+    ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
+    press(ui, "Import and delete", ui.find(ConfirmDialog))
+    ui.wait(lambda: outcome(app, "configuration").text == "1 change imported")
+    assert settings(site).history_limit == 1
 
 
 @pytest.mark.parametrize("content", [

@@ -9,10 +9,11 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 
 from app.domain.message import Message
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.settings.page import FileModel, SettingsPage
 from app.screens.settings.view import NoticeView, backup_options, backups_phrase, done, import_result, went_wrong
+from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files.exports import Backup
 
 
@@ -66,8 +67,10 @@ class DataPage(SettingsPage):
     def export_configuration(self) -> None:
         self.vm.export_configuration.run(self.context, self.context.services.files.export_configuration, self._configuration_written)
 
-    def import_configuration(self) -> None:
-        self.vm.import_configuration.run(self.context, self.context.services.files.import_configuration, self._configuration_read)
+    def import_configuration(self, *, may_delete: bool = False) -> None:
+        files = self.context.services.files
+        self.vm.import_configuration.run(self.context, lambda path: files.import_configuration(path, may_delete=may_delete),
+                                         self._configuration_read)
 
     def export_log(self) -> None:
         self.vm.export_log.run(self.context, self.context.services.files.export_history, self._log_written)
@@ -76,8 +79,15 @@ class DataPage(SettingsPage):
         self.vm.configuration_outcome = done(_("Configuration written, without passwords"), str(path))
         self._suggest()
 
-    def _configuration_read(self, lines: Sequence[Message]) -> None:
-        self.vm.configuration_outcome = import_result(lines)
+    def _configuration_read(self, found: Sequence[Message] | DeletesRuns) -> None:
+        if isinstance(found, DeletesRuns):
+            self.context.shell.dialogs.confirm(
+                ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", found.count).format(n=found.count),
+                _("The file lowers the number of runs that are kept to {limit}. The oldest ones beyond that are deleted for ever.").format(
+                    limit=found.limit),
+                _("Import and delete"), lambda: self.import_configuration(may_delete=True), danger=True)
+            return
+        self.vm.configuration_outcome = import_result(found)
         self.context.refresh()
 
     def _log_written(self, path: Path) -> None:

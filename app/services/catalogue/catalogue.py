@@ -12,10 +12,12 @@ from typing import Any, TypeVar
 
 from app.database.calendar import CalendarRepository
 from app.database.connection import Database
+from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.rehearsal import Rehearsal
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
+from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, IdleRule, Mission, Robot, Schedule, Settings
 from app.services.catalogue.edit import Edit, Removed
@@ -57,6 +59,12 @@ class Catalogue:
     def day_exceptions(self) -> list[DayException]:
         """Closed days and extra working days."""
         return self._calendar.all(self._db.read())
+
+    def runs_beyond(self, limit: int) -> int:
+        """How many runs would be deleted if the history had this limit; 0 when it is not lower than the present one."""
+        c = self._db.read()
+        present = SettingsRepository().load(c).history_limit
+        return sum(ExecutionRepository().surplus(c, limit)) if present is None or limit < present else 0
 
     # ------------------------------------------------------------------ changing
     def edit(self, work: Callable[[Edit], T]) -> T:

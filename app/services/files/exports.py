@@ -24,6 +24,7 @@ from app.domain.models import InvalidInput
 from app.services.catalogue import configuration
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.configuration.document import LARGEST_FILE
+from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files.history_export import write_history
 from app.services.files.shared_places import refuse_planted
 
@@ -81,9 +82,13 @@ class DataFiles:
         return target
 
     # ------------------------------------------------------------------ in
-    def import_configuration(self, path: str) -> Sequence[Message]:
-        """Take a configuration file in, whole or not at all. Returns what was added or changed, one sentence each."""
-        return configuration.import_configuration(self._catalogue, self._content(self._resolved(path)))
+    def import_configuration(self, path: str, *, may_delete: bool = False) -> Sequence[Message] | DeletesRuns:
+        """Take a configuration file in, whole or not at all. Returns what was added or changed, one sentence each, or what has to be
+        confirmed first."""
+        try:
+            return configuration.import_configuration(self._catalogue, self._content(self._resolved(path)), may_delete=may_delete)
+        except DeletesRuns as question:
+            return question
 
     # ------------------------------------------------------------------ backups
     def backups(self) -> list[Backup]:

@@ -1,4 +1,5 @@
-"""Applies a configuration file to what is stored, in one transaction: all of it or nothing. An import never deletes anything."""
+"""Applies a configuration file to what is stored, in one transaction: all of it or nothing. No robot, mission or schedule is deleted, and
+runs only after a person has confirmed it."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,12 +31,24 @@ _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word i
     message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"))})
 
 
-def import_configuration(catalogue: Catalogue, content: bytes) -> list[Message]:
+class DeletesRuns(InvalidInput):
+    """A file lowers the history limit below what there is; a person has to say that this is meant."""
+
+    def __init__(self, limit: int, count: int) -> None:
+        self.limit, self.count = limit, count
+        super().__init__("settings.history_limit", "settings.history_limit: keeping {limit} deletes {count} runs of the history; "
+                         "to confirm that, add --yes", limit=limit, count=count)
+
+
+def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bool = False) -> list[Message]:
     """Returns what was added or changed, one sentence each; empty when all was there already.
 
-    Raises InvalidInput with the place in the file and how to mend it; then nothing was changed.
+    Raises InvalidInput with the place in the file and how to mend it, DeletesRuns unless it ``may_delete``; then nothing was changed.
     """
     document = read(content)
+    limit: int | None = document.settings.values.get("history_limit")
+    if limit is not None and not may_delete and (count := catalogue.runs_beyond(limit)):
+        raise DeletesRuns(limit, count)
     return catalogue.edit_rehearsed(lambda edit: _Import(edit, document).run())
 
 

@@ -1,0 +1,76 @@
+"""A configuration file that would delete the history: nothing is deleted before somebody has confirmed it."""
+from __future__ import annotations
+
+import json
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from app.container import Container
+from app.domain.models import Execution, State, Trigger
+from app.services.catalogue.configuration import import_configuration
+from app.services.catalogue.configuration.importing import DeletesRuns
+from tests.support.process import is_one_line, run, running
+
+RUNS = 30
+
+
+@pytest.fixture
+def data(tmp_path) -> Path:
+    """A data directory with some history."""
+    container = Container.open(tmp_path / "data")
+    now = container.clock.now()
+    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC",
+                      token=str(number), planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED,
+                      ended_at=now + timedelta(seconds=number))
+            for number in range(RUNS)]
+    container.db.write(lambda c: container.repositories.executions.add_many(c, rows))
+    container.close()
+    return tmp_path / "data"
+
+
+def file(data: Path, limit: int | None) -> Path:
+    path = data.with_name("limit.json")
+    path.write_text(json.dumps({"format": "amr-scheduler/1", "settings": {"history_limit": limit, "retry_limit": 3}}), encoding="utf-8")
+    return path
+
+
+def kept(data: Path) -> int:
+    return run(data, "--export-log", "-").stdout.count("R1,Deliver")
+
+
+def test_the_command_asks_for_yes(data):
+    refused = run(data, "--import-config", file(data, 1))
+    assert refused.returncode == 2
+    assert is_one_line(refused.stderr)
+    assert "keeping 1 deletes 29 runs of the history; to confirm that, add --yes; nothing was changed" in refused.stderr
+    assert '"retry_limit": 10' in run(data, "--export-config", "-").stdout
+    confirmed = run(data, "--import-config", file(data, 1), "--yes")
+    assert (confirmed.returncode, confirmed.stderr) == (0, "")
+    assert "history_limit changed: 100000 -> 1" in confirmed.stdout
+    again = run(data, "--import-config", file(data, 1))                 # no lower than it is
+    assert (again.returncode, again.stdout) == (0, "nothing changed\n")
+
+
+def test_so_does_a_running_app(data):
+    with running(data):
+        assert run(data, "--import-config", file(data, 1)).returncode == 2
+        assert kept(data) == RUNS
+        assert run(data, "--import-config", file(data, 1), "--yes").returncode == 0
+
+
+@pytest.mark.parametrize("limit", [RUNS, 100_000, 200_000, None])
+def test_a_limit_that_deletes_nothing_needs_no_confirmation(data, limit):
+    container = Container.open(data)
+    import_configuration(container.catalogue, file(data, limit).read_bytes())
+    with pytest.raises(DeletesRuns):
+        import_configuration(container.catalogue, file(data, RUNS - 1).read_bytes())
+    assert container.settings().history_limit == limit
+    container.close()
+
+
+def test_yes_belongs_to_an_import(data):
+    refused = run(data, "--export-log", "-", "--yes")
+    assert refused.returncode == 2
+    assert is_one_line(refused.stderr)
