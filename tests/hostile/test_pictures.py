@@ -14,6 +14,7 @@ from app.domain.robot import RobotMap
 from app.mir.errors import Unreadable
 from app.services.robots.map_picture import picture_of
 
+pytestmark = pytest.mark.filterwarnings("ignore::PIL.Image.DecompressionBombWarning")
 ROOT = Path(__file__).parents[2]
 GREY, RGBA, PALETTE = 0, 6, 3
 
