@@ -9,18 +9,20 @@ import random
 import threading
 import time
 from collections.abc import Iterator
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.container import Container
-from app.domain.models import InvalidInput
+from app.domain.models import InvalidInput, State
 from app.process.inbox import Inbox, ask
 from app.process.requests import handlers
 from app.services.catalogue import catalogue as catalogues
 from app.services.catalogue.configuration import import_configuration, importing
 from tests.support.process import PATIENCE, run, running
+from tests.support.site import Site
 
 TOO_LONG = 0.5           # s that nobody may be held up, on a machine that is busy with other tests
 
@@ -188,3 +190,26 @@ def test_a_pipe_is_not_read_on_screen(container, tmp_path):
     os.mkfifo(pipe)
     with pytest.raises(InvalidInput, match="no plain file"):
         container.files.import_configuration(str(pipe))
+
+
+def test_what_waits_is_changed_and_taken_back_as_by_any_edit(tmp_path):
+    """Its row is changed on the copy, and then where the robot's worker sees it."""
+    site = Site(tmp_path)
+    site.add_robots()
+    site.add_mission("Deliver")
+    catalogue = site.container.catalogue
+    given = {"name": "S", "robot": "R1", "mission": "Deliver", "start": f"{site.clock.now() + timedelta(minutes=5):%Y-%m-%dT%H:%M}"}
+
+    def take(**values: Any) -> None:
+        content = {"format": "amr-scheduler/1", "schedules": [{**given, "respect_working_days": False, **values}]}
+        import_configuration(catalogue, json.dumps(content).encode())
+
+    take()
+    site.network.down.add("R1")
+    site.run(310)
+    assert [(row.state, row.priority) for row in site.executions()] == [(State.WAITING, 0)]
+    take(priority=7)
+    assert [(row.state, row.priority) for row in site.executions()] == [(State.WAITING, 7)]
+    take(enabled=False)
+    assert [row.state for row in site.executions()] == [State.CANCELLED]
+    site.switch_off()

@@ -70,3 +70,18 @@ def test_a_prompt_shows_twelve_options_and_says_how_many_there_are():
 def test_a_prompt_with_twelve_options_says_nothing_of_more():
     asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(12)]}}
     assert prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question == "Which?"
+
+
+@pytest.mark.parametrize("body", [b"[" + b"[]," * 2_700_000 + b"[]]", b"{" + b",".join(b'"k%d":""' % n for n in range(600_000)) + b"}"],
+                         ids=["lists", "one object"])
+def test_a_list_that_would_hold_up_every_thread_is_not_parsed(body, monkeypatch):
+    monkeypatch.setattr(json, "loads", lambda *_args, **_options: pytest.fail("parsed"))
+    with pytest.raises(Unreadable, match="too many parts"):
+        parse.loads(body)
+
+
+def test_a_long_queue_is_read():
+    item = {"id": 1, "state": "Done", "url": "/v2.0.0/mission_queue/1"}
+    assert len(parse.loads(json.dumps([item] * 100_000).encode())) == 100_000
+    full = {f"key{number}": "2026-11-23T06:00:00" for number in range(15)} | {"parameters": []}
+    assert len(parse.loads(json.dumps([full] * 10_000).encode())) == 10_000
