@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.database.connection import configured
-from app.database.schedules import COLUMNS
+from app.database.robots import COLUMNS as ROBOT
+from app.database.schedules import COLUMNS as SCHEDULE
 from app.database.settings import NAMES
 
 _TABLES = ("settings", "robots", "missions", "idle_rules", "schedules", "skips", "calendar_days", "alarms", "sqlite_sequence")
@@ -15,8 +16,7 @@ _UNSENT = "SELECT * FROM executions WHERE state IN ('waiting', 'submitting')"
 # how far a schedule has been planned (unless the schedule is changed), what a robot accepted last.
 _COMPARED = {
     "settings": f"SELECT name, value FROM settings WHERE name IN ({', '.join(map(repr, NAMES))})",
-    "robots": """SELECT id, name, address, username, token, certificate_sha256, enabled, needs_password, serial_number, model, software
-                 FROM robots""",
+    "robots": f"SELECT id, {', '.join(ROBOT)} FROM robots",
     "missions": "SELECT * FROM missions",
     "idle_rules": "SELECT * FROM idle_rules",
     "calendar_days": "SELECT * FROM calendar_days",
@@ -24,7 +24,7 @@ _COMPARED = {
     "skips": "SELECT schedule_id || ' ' || planned_at FROM skips",
 }
 _PLANNED = ("next_at", "planned_through", "started_through")
-_SCHEDULES = f"SELECT id, {', '.join((*_PLANNED, *(name for name in COLUMNS if name not in _PLANNED)))} FROM schedules"
+_SCHEDULES = f"SELECT id, {', '.join((*_PLANNED, *(name for name in SCHEDULE if name not in _PLANNED)))} FROM schedules"
 
 Rows = Mapping[Any, tuple[Any, ...]]
 

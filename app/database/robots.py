@@ -11,7 +11,7 @@ from app.domain.models import IdleRule, Robot
 from app.domain.robot import IdentifiedBy
 
 _IDENTITY = ("serial_number", "model", "software", "identified_by")
-_COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", *_IDENTITY)
+COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", *_IDENTITY)
 _SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled
              FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id"""
 
@@ -45,8 +45,8 @@ class RobotRepository:
 
     def add(self, c: sqlite3.Connection, robot: Robot) -> Robot:
         """Returns it with its id; one that is given (an undone removal) is kept."""
-        names = ", ".join(("id", *_COLUMNS))
-        marks = ", ".join("?" for _ in range(len(_COLUMNS) + 1))
+        names = ", ".join(("id", *COLUMNS))
+        marks = ", ".join("?" for _ in range(len(COLUMNS) + 1))
         cursor = c.execute(f"INSERT INTO robots ({names}) VALUES ({marks})", (robot.id or None, *_values(robot)))
         added = replace(robot, id=cursor.lastrowid or robot.id)
         self._put_idle(c, added)
@@ -54,7 +54,7 @@ class RobotRepository:
 
     def update(self, c: sqlite3.Connection, robot: Robot) -> None:
         """All of it, its idle rule included."""
-        c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in _COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))
+        c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))
         self._put_idle(c, robot)
 
     def note_identity(self, c: sqlite3.Connection, robot_id: int, **found: str) -> None:
@@ -98,14 +98,14 @@ class RobotRepository:
 
 
 def _values(robot: Robot) -> tuple[object, ...]:
-    return tuple(getattr(robot, name) for name in _COLUMNS)
+    return tuple(getattr(robot, name) for name in COLUMNS)
 
 
 def _robot(row: sqlite3.Row) -> Robot:
     idle = None
     if row["idle_mission_id"] is not None:
         idle = IdleRule(row["idle_mission_id"], row["idle_after_minutes"], bool(row["idle_enabled"]))
-    values = {name: row[name] for name in _COLUMNS} | {
+    values = {name: row[name] for name in COLUMNS} | {
         "enabled": bool(row["enabled"]), "needs_password": bool(row["needs_password"]),
         "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"])}
     return Robot(id=row["id"], idle=idle, **values)
