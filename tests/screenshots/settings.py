@@ -24,7 +24,7 @@ from app.screens.settings.missions_view import offer_options, offers
 from app.screens.settings.page import PageContext
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.screen import SettingsScreen
-from app.screens.settings.view import certificate_question, connection_found, done, failed_test
+from app.screens.settings.view import certificate_question, connection_found, done, failed_test, new_robot_question
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from tests.screenshots.gallery import NAV
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
@@ -203,10 +203,9 @@ def robot_dialog(context: PageContext):
 
 @dialog("robot-dialog-new-robot")
 def robot_dialog_new_robot(context: PageContext):
-    dialog = RobotDialog(context, context.facts.robots[0])
-    context.shell.dialogs.open(dialog)
-    dialog._failed(dialog.vm.connection, AnotherRobot(address="10.40.12.21", expected="200104012", found="230617044"))
-    return context.shell.dialogs.top
+    robot, problem = context.facts.robots[0], AnotherRobot(address="10.40.12.21", expected="200104012", found="230617044")
+    return ConfirmDialog(title=_("Is this the new {robot}?").format(robot=robot.name), text=new_robot_question(problem),
+                         confirm=_("This is the new {robot}").format(robot=robot.name), decline=_("Cancel"))
 
 
 @dialog("robot-dialog-certificate")
