@@ -233,10 +233,13 @@ class Submission:
 
     def _start(self, rows: list[Execution]) -> None:
         """Their intents with one write, then each like those the planner has written. Empties ``rows``."""
-        plan_version = self._s.plan_version()
-        self._hold(self._begin(rows), plan_version)
+        if rows and (trouble := self._seen.trouble()):       # what was asked for them may have taken longer than the status holds
+            self._read_failed(list(rows), trouble)
+        elif rows:
+            plan_version = self._s.plan_version()
+            self._hold(self._begin(rows), plan_version)
+            self.send_due()
         rows.clear()
-        self.send_due()
 
     def _begin(self, rows: list[Execution]) -> list[Execution]:
         robot, floor = self._seen.robot, self._seen.highest

@@ -53,6 +53,18 @@ def test_a_read_that_is_answered_slowly_over_the_instant_delays_the_start_by_its
     assert [item.description for item in items(site)] == [row.token]
 
 
+def test_a_second_try_leaves_though_each_look_for_the_first_takes_three_seconds(site, plan):
+    """Longer than a status holds: it is read once more, and then the start leaves."""
+    plan("2026-11-23T06:05")
+    site.network.others_wait = False
+    site.network.next("POST", "/mission_queue", Fate.REFUSED)
+    for _n in range(100):
+        site.network.next("POST", "/mission_queue/search", Fate.SLOW, 3.0)
+    site.run(300 + 60)
+    [row] = site.executions()
+    assert (row.attempts, len(items(site))) == (2, 1)
+
+
 def test_what_is_held_while_the_robot_is_read_for_a_start_is_not_sent(site, plan):
     """Its second try asks the robot what became of the first one; before the slow answer comes, somebody holds the robot."""
     plan("2026-11-23T06:05")
