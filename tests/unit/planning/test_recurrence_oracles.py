@@ -37,7 +37,8 @@ STARTS = st.datetimes(datetime(2020, 1, 1), datetime(2028, 12, 31)).map(lambda m
 MONTHS, HOURS, MINUTES = listed("BYMONTH", st.integers(1, 12)), listed("BYHOUR", st.integers(0, 23)), listed("BYMINUTE", st.integers(0, 59))
 MONTH_DAYS = listed("BYMONTHDAY", st.integers(1, 31) | st.integers(-31, -1))
 PLAIN_DAYS = listed("BYDAY", st.sampled_from(WEEKDAYS))
-NTH_DAYS = listed("BYDAY", st.tuples(st.sampled_from(("", "1", "2", "5", "-1", "-5")), st.sampled_from(WEEKDAYS)).map("".join))
+# With and without a number, but not both in one rule: dateutil takes the dates that fit one of each then, RFC 5545 those that fit any.
+NTH_DAYS = PLAIN_DAYS | listed("BYDAY", st.tuples(st.sampled_from(("1", "2", "5", "-1", "-5")), st.sampled_from(WEEKDAYS)).map("".join))
 ENDS = st.one_of(st.just(""), st.integers(1, 40).map(lambda n: f";COUNT={n}"),
                  st.dates(date(2020, 1, 1), date(2034, 1, 1)).map(lambda day: f";UNTIL={day:%Y%m%d}T{15:02}0000"))
 DATE_RULES = st.one_of(
@@ -61,6 +62,30 @@ def test_where_no_clock_changes_it_is_what_dateutil_says(start, parts, interval,
     expected = [moment for moment in takewhile(lambda m: m < horizon, rrulestr(rule, dtstart=start)) if moment > after][:25]
     found = takewhile(lambda o: o.nominal < horizon, occurrences(given_schedule, after.replace(tzinfo=UTC), EVERY_DAY))
     assert [o.nominal for o in islice(found, 25)] == expected
+
+
+ODD = ["FREQ=DAILY;BYMONTH=2;BYMONTHDAY=29;BYDAY=SU", "FREQ=MONTHLY;BYMONTHDAY=31;BYDAY=-1MO",
+       "FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=29;BYDAY=SU", "FREQ=YEARLY;BYDAY=53FR",
+       "FREQ=YEARLY;BYDAY=-53MO,20TU", "FREQ=DAILY;INTERVAL=45;BYMONTH=1", "FREQ=WEEKLY;INTERVAL=52;BYMONTH=11",
+       "FREQ=DAILY;INTERVAL=1000", "FREQ=WEEKLY;INTERVAL=200;BYDAY=MO,SU", "FREQ=MONTHLY;INTERVAL=7;BYMONTH=2,3;BYMONTHDAY=-1",
+       "FREQ=HOURLY;BYMONTH=11;BYMONTHDAY=23;BYDAY=MO;BYHOUR=4", "FREQ=HOURLY;BYMONTH=2;BYMONTHDAY=29;BYDAY=SU",
+       "FREQ=HOURLY;INTERVAL=2401", "FREQ=MINUTELY;INTERVAL=1439;BYHOUR=3;BYMINUTE=0", "FREQ=HOURLY;INTERVAL=25;BYHOUR=4;BYDAY=SU",
+       "FREQ=MINUTELY;INTERVAL=1441;BYHOUR=2;BYDAY=SU", "FREQ=MINUTELY;BYMONTH=2;BYMONTHDAY=29;BYHOUR=23;BYMINUTE=58,59"]
+
+
+@pytest.mark.parametrize("rule", ODD)
+def test_rules_that_come_rarely_are_what_dateutil_says(rule):
+    start = datetime(2026, 11, 23, 4)
+    expected = list(islice(takewhile(lambda moment: moment.year < 2060, rrulestr(rule, dtstart=start)), 5))
+    found = takewhile(lambda o: o.nominal.year < 2060, occurrences(schedule(start, rule), LONG_AGO, EVERY_DAY))
+    assert [o.nominal for o in islice(found, 5)] == expected
+
+
+def test_weekdays_with_and_without_a_number_add_up():
+    def first(days: str) -> list[datetime]:
+        given_schedule = schedule(datetime(2026, 11, 23, 4), f"FREQ=MONTHLY;BYDAY={days}")
+        return [o.nominal for o in islice(occurrences(given_schedule, LONG_AGO, EVERY_DAY), 60)]
+    assert first("SU,1SA,-1MO") == sorted({*first("SU"), *first("1SA"), *first("-1MO")})[:60]
 
 
 # ---------------------------------------------------------------------- every minute
@@ -101,7 +126,9 @@ def every_minute(given_schedule: Schedule, days: int) -> Iterator[datetime]:
 
 
 CHANGES = {"Europe/Helsinki": ((2027, 3, 27), (2026, 10, 24)), "America/New_York": ((2027, 3, 13), (2026, 10, 31)),
-           "Asia/Kolkata": ((2026, 11, 1),), "America/Nuuk": ((2026, 3, 28), (2026, 10, 24))}
+           "Asia/Kolkata": ((2026, 11, 1),), "America/Nuuk": ((2026, 3, 28), (2026, 10, 24)),
+           "America/Santiago": ((2026, 4, 3), (2026, 9, 4)), "Africa/Cairo": ((2026, 4, 23), (2026, 10, 28)),
+           "Atlantic/Azores": ((2026, 3, 28), (2026, 10, 24))}
 BEGINNINGS = st.sampled_from([(zone, day) for zone, days in CHANGES.items() for day in days])
 PARTS_OF_DAY = st.one_of(st.none(), st.tuples(st.integers(0, 1439), st.integers(0, 1439)).map(
     lambda ends: Between(*(time(minute // 60, minute % 60) for minute in sorted(ends)))))
@@ -110,8 +137,8 @@ SUB_DAILY = st.one_of(st.integers(1, 200).map(lambda n: f"FREQ=MINUTELY;INTERVAL
 
 
 @examples(80)
-@given(beginning=BEGINNINGS, minute=st.integers(0, 1439), rule=SUB_DAILY, days=PLAIN_DAYS, hours=HOURS, minutes=MINUTES, part=PARTS_OF_DAY,
-       look=st.integers(-60, 2 * 1440))
+@given(beginning=BEGINNINGS, minute=st.integers(0, 1439), rule=SUB_DAILY, days=PLAIN_DAYS | MONTH_DAYS | MONTHS, hours=HOURS,
+       minutes=MINUTES, part=PARTS_OF_DAY, look=st.integers(-60, 2 * 1440))
 def test_sub_daily_rules_are_what_a_look_at_every_minute_finds(beginning, minute, rule, days, hours, minutes, part, look):
     zone, day = beginning
     given_schedule = schedule(datetime(*day) + minute * MINUTE, rule + days + hours + minutes, zone, part)

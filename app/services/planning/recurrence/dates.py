@@ -1,16 +1,10 @@
-"""The dates that a rule names, from shortly before where they are wanted: of months and years expanded by dateutil, of days and weeks by
-a plain sum, which is many times as quick.
-
-What only limits (BYMONTH of a daily rule, say) is applied here: a rule that never comes would keep dateutil searching to the year 9999.
-"""
+"""The dates that a rule names. Whole months are taken or left out, so that a date which is decades away is found in few steps."""
 from __future__ import annotations
 
-from calendar import monthrange
+from calendar import isleap, monthrange
 from collections.abc import Iterator
-from datetime import date, datetime, time, timedelta
-
-from dateutil.rrule import MONTHLY, YEARLY, rrule
-from dateutil.rrule import weekday as weekday_of
+from datetime import date, timedelta
+from typing import NamedTuple
 
 from app.services.planning.recurrence.rule import Frequency, Recurrence
 
@@ -19,76 +13,108 @@ DAY = timedelta(days=1)
 
 
 def dates(rule: Recurrence, start: date, first: date, last: date = LAST_DAY) -> Iterator[date]:
-    """Dates of a daily or longer rule that began at ``start``, from ``first`` to ``last``. Costs the same however long ago that was."""
-    first = max(first, start)
-    match rule.frequency:
-        case Frequency.DAILY:
-            found = _every(rule.interval * DAY, start, first)
-            limits = Recurrence(months=rule.months, month_days=rule.month_days, weekdays=rule.weekdays)
-        case Frequency.WEEKLY:
-            found, limits = _weekly(rule, start, first), Recurrence(months=rule.months)
-        case Frequency.MONTHLY:
-            found, limits = map(datetime.date, _monthly(rule, start, first)), Recurrence(months=rule.months, month_days=rule.month_days)
-        case Frequency.YEARLY:
-            found, limits = map(datetime.date, _yearly(rule, start, first)), Recurrence()
-        case _:
-            raise ValueError(f"{rule.frequency} names no dates")
-    for day in found:
-        if day > last:
-            return
-        if day >= first and fits(limits, day):
-            yield day
+    """Dates of a rule that began at ``start``, from ``first`` to ``last``; of a sub-daily one those that BYMONTH, BYMONTHDAY and BYDAY
+    leave. Costs the same however long ago the start was."""
+    for before, days in _months(rule, start, max(first, start), last):
+        for day in days:
+            yield date.fromordinal(before + day)
 
 
-def fits(rule: Recurrence, day: date) -> bool:
-    """Whether a date passes BYMONTH, BYMONTHDAY and BYDAY (without numbers)."""
-    if rule.months and day.month not in rule.months:
-        return False
-    if rule.weekdays and (0, day.weekday()) not in rule.weekdays:
-        return False
-    if rule.month_days:
-        from_end = day.day - monthrange(day.year, day.month)[1] - 1
-        return day.day in rule.month_days or from_end in rule.month_days
-    return True
+def nth_date(rule: Recurrence, start: date, number: int) -> date | None:
+    """The date with this number, from 0 on; None when it is beyond the last day."""
+    for before, days in _months(rule, start, start, LAST_DAY):
+        if number < len(days):
+            return date.fromordinal(before + days[number])
+        number -= len(days)
+    return None
 
 
-def _every(step: timedelta, start: date, first: date) -> Iterator[date]:
-    """The last one not after ``first``, then all that follow, without end: callers stop long before the last date there is."""
-    day = start + (first - start) // step * step
-    while True:
-        yield day
-        day += step
+def _months(rule: Recurrence, start: date, first: date, last: date) -> Iterator[tuple[int, list[int]]]:
+    """Month by month the days in it, and what to add to them to have ordinals of dates."""
+    days_in, every, months = _DaysInMonth(rule, start), _Every.of(rule, start), _months_of(rule, start)
+    of_month, of_year = _interval(rule, Frequency.MONTHLY), _interval(rule, Frequency.YEARLY)
+    begun, beginning, end = _number(start), _number(first), _number(last)
+    number = beginning - 1
+    while (number := number + 1) <= end:
+        if every.period > 31:
+            number = max(number, _number(every.next(date(number // 12, number % 12 + 1, 1))))
+        year, month = number // 12, number % 12 + 1
+        if (months and month not in months) or (number - begun) % of_month or (year - start.year) % of_year or number > end:
+            continue
+        before = date(year, month, 1).toordinal() - 1
+        days = every.of_these(before, days_in(year, month))
+        if number in (beginning, end):
+            days = [day for day in days if first.toordinal() <= before + day <= last.toordinal()]
+        if days:
+            yield before, days
 
 
-def _weekly(rule: Recurrence, start: date, first: date) -> Iterator[date]:
-    """Weeks are counted from the Monday of the week in which the rule begins."""
-    weekdays = [day for _, day in rule.weekdays] or [start.weekday()]         # in order
-    for monday in _every(7 * rule.interval * DAY, start - start.weekday() * DAY, first):
-        yield from (monday + weekday * DAY for weekday in weekdays)
+def _number(day: date) -> int:
+    """Of its month."""
+    return day.year * 12 + day.month - 1
 
 
-def _monthly(rule: Recurrence, start: date, first: date) -> rrule:
-    passed = ((first.year - start.year) * 12 + first.month - start.month) // rule.interval * rule.interval
-    year, month = divmod(start.year * 12 + start.month - 1 + passed, 12)
-    beginning = _midnight(date(year, month + 1, 1))
-    if rule.weekdays:
-        return rrule(MONTHLY, interval=rule.interval, dtstart=beginning, byweekday=_weekdays(rule))
-    return rrule(MONTHLY, interval=rule.interval, dtstart=beginning, bymonthday=rule.month_days or (start.day,))
+def _interval(rule: Recurrence, frequency: Frequency) -> int:
+    return rule.interval if rule.frequency is frequency else 1
 
 
-def _yearly(rule: Recurrence, start: date, first: date) -> rrule:
-    """Without BYDAY and BYMONTHDAY it is the day of ``start``, and without BYMONTH too its month."""
-    passed = (first.year - start.year) // rule.interval * rule.interval
-    names_days = bool(rule.weekdays or rule.month_days)
-    return rrule(YEARLY, interval=rule.interval, dtstart=_midnight(date(start.year + passed, 1, 1)),
-                 bymonth=rule.months or (None if names_days else (start.month,)),
-                 bymonthday=rule.month_days or (None if names_days else (start.day,)),
-                 byweekday=_weekdays(rule) if rule.weekdays else None)
+def _names_days(rule: Recurrence) -> bool:
+    return bool(rule.weekdays or rule.month_days)
 
 
-def _weekdays(rule: Recurrence) -> list[weekday_of]:
-    return [weekday_of(day, n) if n else weekday_of(day) for n, day in rule.weekdays]
+def _months_of(rule: Recurrence, start: date) -> tuple[int, ...]:
+    """Empty: all. A yearly rule that names neither days nor months is for the day of its start."""
+    return rule.months if rule.months or rule.frequency is not Frequency.YEARLY or _names_days(rule) else (start.month,)
 
 
-def _midnight(day: date) -> datetime:
-    return datetime.combine(day, time())
+class _Every(NamedTuple):
+    """The interval of a daily or weekly rule: ``width`` days of each ``period`` that is counted from ``origin``."""
+    width: int
+    period: int
+    origin: int
+
+    @classmethod
+    def of(cls, rule: Recurrence, start: date) -> _Every:
+        """Weeks are counted from the Monday of the week in which the rule begins."""
+        if rule.frequency is Frequency.WEEKLY:
+            return cls(7, 7 * rule.interval, start.toordinal() - start.weekday())
+        return cls(1, _interval(rule, Frequency.DAILY), start.toordinal())
+
+    def next(self, day: date) -> date:
+        """The day itself or the next one of these."""
+        ahead = (self.origin - day.toordinal()) % self.period
+        return day if self.period - ahead < self.width else day + ahead * DAY
+
+    def of_these(self, before: int, days: list[int]) -> list[int]:
+        if self.width == self.period:
+            return days
+        return [day for day in days if (before + day - self.origin) % self.period < self.width]
+
+
+class _DaysInMonth:
+    """The days of a month that BYMONTHDAY and BYDAY, or the start in their place, leave. Months of one shape have the same."""
+
+    def __init__(self, rule: Recurrence, start: date) -> None:
+        self._month_days, self._weekdays = rule.month_days, rule.weekdays
+        if rule.frequency is Frequency.WEEKLY:
+            self._weekdays = self._weekdays or ((0, start.weekday()),)
+        elif rule.frequency in (Frequency.MONTHLY, Frequency.YEARLY) and not _names_days(rule):
+            self._month_days = (start.day,)
+        self._counts_in_year = rule.frequency is Frequency.YEARLY and not rule.months and any(n for n, _ in rule.weekdays)
+        self._known: dict[tuple[int, ...], list[int]] = {}
+
+    def __call__(self, year: int, month: int) -> list[int]:
+        weekday, length = monthrange(year, month)
+        earlier, whole = 0, length                       # BYDAY with a number counts in the month, or in the year
+        if self._counts_in_year:
+            earlier, whole = date(year, month, 1).timetuple().tm_yday - 1, 365 + isleap(year)
+        shape = weekday, length, earlier, whole
+        if shape not in self._known:
+            self._known[shape] = [
+                day for day in range(1, length + 1)
+                if (not self._month_days or day in self._month_days or day - length - 1 in self._month_days)
+                and (not self._weekdays or self._is_named((weekday + day - 1) % 7, earlier + day, whole))]
+        return self._known[shape]
+
+    def _is_named(self, weekday: int, day: int, whole: int) -> bool:
+        return any(weekday == named and n in (0, (day - 1) // 7 + 1, -((whole - day) // 7 + 1)) for n, named in self._weekdays)

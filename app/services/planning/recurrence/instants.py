@@ -7,22 +7,26 @@ Sub-daily rules step in elapsed time, so a repeated hour runs on and a missing o
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator
+from bisect import bisect_left
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import islice
 from zoneinfo import ZoneInfo
 
-from app.domain.clock import midnight
 from app.domain.models import Between, InvalidInput, Schedule
-from app.services.planning.recurrence.dates import DAY, LAST_DAY, dates, fits
+from app.services.planning.recurrence.dates import DAY, LAST_DAY, dates, nth_date
 from app.services.planning.recurrence.rule import Frequency, Recurrence
+from app.services.planning.recurrence.times import DAY_S, SECOND, days_of, seconds_of, step_of, stretches, times
 from app.services.planning.working_days import WorkingCalendar
 
-MINUTE, HOUR = timedelta(minutes=1), timedelta(hours=1)
-NEVER = datetime.min.replace(tzinfo=UTC)
-SEARCHED = 100_000                     # steps without a result after which a sub-daily rule is taken to have no (more) instants
+LONG_AGO = datetime.min.replace(tzinfo=UTC)
+LAST_MOMENT = datetime.combine(LAST_DAY, time.max, UTC)
+SEARCHED = 10_000                      # dates of a rule, one after the other, on which it has no time
+CLOSED, LONG_CLOSED = 100, timedelta(days=10 * 365)        # dates of a rule that are no working days, and the time that they take
+COUNTED = 4_000                        # dates, at most, on which COUNT of a sub-daily rule is used up: eleven years of days
+LONG_STEP = timedelta(days=100)
 
 
 @dataclass(frozen=True, order=True)
@@ -51,9 +55,21 @@ def next_occurrence(schedule: Schedule, after: datetime, calendar: WorkingCalend
 
 
 def check_has_instants(schedule: Schedule) -> None:
-    """Raises InvalidInput when the rule has no instant at all, past ones included (an impossible date, an UNTIL before the start)."""
-    if not _has_instants(_rule_of(schedule)):
+    """Raises InvalidInput when the rule has no instant at all, past ones included (an impossible date, an UNTIL before the start), or when
+    it would take too long to find the first one or the last."""
+    rule = _rule_of(schedule)
+    try:
+        has_instants = _has_instants(rule)
+    except _TooRare:
+        raise InvalidInput("recurrence", "the recurrence comes too rarely to be searched: no time fits on {days} of its days in a row",
+                           days=SEARCHED) from None
+    if not has_instants:
         raise InvalidInput("recurrence", "the recurrence has no start: no date and time fits all its parts")
+    count = rule.recurrence.count
+    if count and rule.recurrence.frequency.is_sub_daily and _counted_end(rule) is None:
+        raise InvalidInput(
+            "recurrence", "COUNT={count} takes more than {days} of its days to be used up: end the recurrence with UNTIL instead",
+            count=count, days=COUNTED)
 
 
 def to_utc(local: datetime, zone: ZoneInfo) -> datetime:
@@ -63,6 +79,10 @@ def to_utc(local: datetime, zone: ZoneInfo) -> datetime:
 
 def _rule_of(schedule: Schedule) -> _Rule:
     return _Rule(Recurrence.parse(schedule.recurrence), schedule.start, schedule.timezone, schedule.between)
+
+
+class _TooRare(Exception):
+    """The search for the next instant was given up."""
 
 
 @dataclass(frozen=True)
@@ -78,17 +98,32 @@ class _Rule:
         return ZoneInfo(self.zone_name)
 
     def after(self, after: datetime, calendar: WorkingCalendar | None) -> Iterator[Occurrence]:
+        """All that can be found."""
+        try:
+            yield from self.search(after, calendar)
+        except _TooRare:
+            return
+
+    def search(self, after: datetime, calendar: WorkingCalendar | None) -> Iterator[Occurrence]:
+        """Raises _TooRare."""
         until = _counted_end(self) if self.recurrence.count else self.recurrence.until
         latest = after
-        for occurrence in self.endless(after, calendar, until):
+        for occurrence in self._endless(after, calendar, self._last_day(until)):
             is_within = until is None or (occurrence.instant if until.tzinfo else occurrence.nominal) <= until
             if is_within and occurrence.instant > latest:         # so never two at the same instant either
                 latest = occurrence.instant
                 yield occurrence
+            elif not is_within and until is not None and until.tzinfo:
+                return
 
-    def endless(self, after: datetime, calendar: WorkingCalendar | None, until: datetime | None = None) -> Iterator[Occurrence]:
-        """All from about ``after`` on, in order; not much further than ``until``."""
-        last_day = LAST_DAY if until is None else min(LAST_DAY, until.date() + DAY if until.date() < LAST_DAY else LAST_DAY)
+    def _last_day(self, until: datetime | None) -> date:
+        """By the wall clock; with an end in UTC a day more, as the clock may be set back at midnight."""
+        if until is None or until.date() >= LAST_DAY:
+            return LAST_DAY
+        return min(LAST_DAY, until.astimezone(self.zone).date() + DAY if until.tzinfo else until.date())
+
+    def _endless(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
+        """All from about ``after`` on, in order."""
         if self.recurrence.frequency is Frequency.ONCE:
             return iter((self._at(self.start),))
         if self.recurrence.frequency.is_sub_daily:
@@ -101,120 +136,145 @@ class _Rule:
 
     # ------------------------------------------------------------------ daily and longer
     @property
-    def times_of_day(self) -> list[time]:
-        return [time(hour, minute) for hour in self.recurrence.hours or (self.start.hour,)
-                for minute in self.recurrence.minutes or (self.start.minute,)]
+    def times_of_day(self) -> tuple[time, ...]:
+        return _times_of_day(self.recurrence.hours or (self.start.hour,), self.recurrence.minutes or (self.start.minute,))
 
     def _by_date(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
-        """A shifted time may come after a later one of the same or the next day, so each waits until no earlier one can follow."""
-        start, zone, times = self.start, self.zone, self.times_of_day
-        first = start.date() if after <= to_utc(start, zone) else after.astimezone(zone).date() - 2 * DAY
-        waiting: list[Occurrence] = []
-        for day in dates(self.recurrence, start.date(), first, last_day):
-            if waiting:
-                earliest = midnight(day, self.zone)
-                while waiting and waiting[0].instant < earliest:
+        """A time that a clock change shifts may come after a later one, so it waits until no earlier one can follow."""
+        low, waiting = self._wall_clock_at(after), list[Occurrence]()
+        for day in _working(dates(self.recurrence, self.start.date(), low.date(), last_day), calendar):
+            moments = self.times_of_day
+            for moment in moments[bisect_left(moments, low.time()):] if day == low.date() else moments:
+                occurrence = self._at(datetime.combine(day, moment))
+                if occurrence.moved:
+                    heapq.heappush(waiting, occurrence)
+                    continue
+                while waiting and waiting[0] < occurrence:
                     yield heapq.heappop(waiting)
-            if calendar is None or calendar.is_working_day(day):
-                for moment in times:
-                    if (nominal := datetime.combine(day, moment)) >= start:
-                        heapq.heappush(waiting, self._at(nominal))
+                yield occurrence
         while waiting:
             yield heapq.heappop(waiting)
 
-    # ------------------------------------------------------------------ minutes and hours
-    @property
-    def step(self) -> timedelta:
-        return self.recurrence.interval * (MINUTE if self.recurrence.frequency is Frequency.MINUTELY else HOUR)
+    def _wall_clock_at(self, after: datetime) -> datetime:
+        """The earliest time of the rule that may lie after an instant."""
+        if after <= to_utc(self.start, self.zone):
+            return self.start
+        offsets = [(after + days * DAY).astimezone(self.zone).utcoffset() or timedelta() for days in (-2, 0, 2)]
+        return max(self.start, after.replace(tzinfo=None) + min(offsets))
 
+    # ------------------------------------------------------------------ minutes and hours
     @property
     def takes_every_step(self) -> bool:
         return self.between is None and self.recurrence == Recurrence(self.recurrence.frequency, self.recurrence.interval,
                                                                       count=self.recurrence.count)
 
     def _by_steps(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
-        """Ends after too many steps without a result."""
-        start, in_vain = to_utc(self.start, self.zone), 0
-        for occurrence in self._stepped(start, max(after, start), calendar, last_day):
-            if occurrence is not None and occurrence.instant >= start:
-                in_vain = 0
-                yield occurrence
-            elif (in_vain := in_vain + 1) > SEARCHED:
+        low, in_vain, have_times = max(after, to_utc(self.start, self.zone)), 0, dict[int, Callable[[int], bool]]()
+        earliest = seconds_of(low)
+        for day in _working(self._dates(low, last_day), calendar):
+            if (in_vain := in_vain + 1) > SEARCHED:
+                raise _TooRare
+            found = stretches(self.zone_name, day)
+            if len(found) == 1:                            # else the clock is changed on this day
+                if (offset := found[0].offset) not in have_times:
+                    have_times[offset] = self._have_times(offset)
+                if not have_times[offset](day.toordinal()):
+                    continue
+            for offset, *within in self._parts(day, earliest):
+                for seconds in times(self.recurrence, *within):
+                    in_vain = 0
+                    nominal = datetime.combine(day, time()) + seconds * SECOND
+                    yield Occurrence(nominal.replace(tzinfo=UTC) - offset * SECOND, nominal)
+
+    def _dates(self, low: datetime, last_day: date = LAST_DAY) -> Iterator[date]:
+        """From the day before an instant on, as the clock may be set back at midnight; with months between steps only about the steps."""
+        begin, step = to_utc(self.start, self.zone), step_of(self.recurrence) * SECOND
+        is_long = self.between is None and step > LONG_STEP
+        near = begin + (low - begin) // step * step if is_long else low
+        while (first := near.astimezone(self.zone).date() - DAY) <= last_day:
+            yield from dates(self.recurrence, first, first, min(last_day, first + 2 * DAY) if is_long else last_day)
+            if not is_long:
                 return
+            near += step
 
-    def _stepped(self, start: datetime, after: datetime, calendar: WorkingCalendar | None,
-                 last_day: date) -> Iterator[Occurrence | None]:
-        """Steps from ``start``, or each day from the beginning of the daily part. None: a step without a result."""
+    def _have_times(self, offset: int) -> Callable[[int], bool]:
+        """Whether there are times on a day with this offset, given its ordinal."""
         if self.between is None:
-            yield from self._steps(start, after, calendar, last_day)
+            return days_of(self.recurrence, self._begin + offset)
+        begin = _seconds(self.between.start)
+        found = any(True for _ in times(self.recurrence, begin, begin, _seconds(self.between.end) + 1))
+        return lambda _ordinal: found
+
+    @cached_property
+    def _begin(self) -> int:
+        return seconds_of(to_utc(self.start, self.zone))
+
+    def _parts(self, day: date, earliest: int) -> Iterator[tuple[int, int, int, int]]:
+        """Seconds ahead of UTC, and seconds after midnight: from where steps are counted, the first, not before ``earliest``, and the end.
+        Steps begin with the rule, or each day with the daily part, of which both ends are included."""
+        between, begin, midnight = self.between, self._begin, day.toordinal() * DAY_S
+        if between:
+            begin = seconds_of(to_utc(datetime.combine(day, between.start), self.zone))
+        for offset, first, end in stretches(self.zone_name, day):
+            first, origin = max(first, earliest + offset - midnight), begin + offset - midnight
+            if between:
+                first, end = max(first, origin, _seconds(between.start)), min(end, _seconds(between.end) + 1)
+            yield offset, origin, first, end
+
+    def count_steps(self, count: int) -> datetime | None:
+        """When the rule has come so often; None when that takes more than ``COUNTED`` dates."""
+        begin, known = to_utc(self.start, self.zone), dict[tuple[int, ...], int]()
+        if self.takes_every_step:
+            step = step_of(self.recurrence) * SECOND
+            return begin + min(count - 1, (LAST_MOMENT - begin) // step) * step
+        for day in islice(self._dates(begin), COUNTED):
+            for offset, origin, first, end in self._parts(day, self._begin):
+                kind = origin % step_of(self.recurrence), first, end
+                if kind not in known:
+                    known[kind] = sum(1 for _ in times(self.recurrence, origin, first, end))
+                if count <= known[kind]:
+                    seconds = next(islice(times(self.recurrence, origin, first, end), count - 1, None))
+                    return datetime.combine(day, time(), UTC) + (seconds - offset) * SECOND
+                count -= known[kind]
+        return None
+
+
+def _seconds(moment: time) -> int:
+    return moment.hour * 3600 + moment.minute * 60
+
+
+def _working(days: Iterator[date], calendar: WorkingCalendar | None) -> Iterator[date]:
+    """Working days only. Ends when for years none of many dates is one."""
+    since, in_vain = None, 0
+    for day in days:
+        if calendar is None or calendar.is_working_day(day):
+            since, in_vain = None, 0
+            yield day
+            continue
+        since, in_vain = since or day, in_vain + 1
+        if in_vain > CLOSED and day - since > LONG_CLOSED:
             return
-        zone, day = self.zone, max(self.start.date(), after.astimezone(self.zone).date() - DAY)
-        while day <= last_day:
-            if self._day_fits(day, calendar):
-                yield from self._steps_of_day(day, self.between, after, zone)
-            else:
-                yield None
-            day += DAY
 
-    def _day_fits(self, day: date, calendar: WorkingCalendar | None) -> bool:
-        return fits(self.recurrence, day) and (calendar is None or calendar.is_working_day(day))
 
-    def _steps_of_day(self, day: date, between: Between, after: datetime, zone: ZoneInfo) -> Iterator[Occurrence | None]:
-        """What lies in the daily part by the wall clock, both ends included; its last moment may come twice."""
-        begin, end = to_utc(datetime.combine(day, between.start), zone), datetime.combine(day, between.end, zone)
-        last = max(end.astimezone(UTC), end.replace(fold=1).astimezone(UTC))
-        number = max(0, (after - begin) // self.step)
-        while (instant := begin + number * self.step) <= last + HOUR:      # the last step may include earlier minutes of its hour
-            for occurrence in self._within_step(instant, zone):
-                is_inside = occurrence is not None and occurrence.instant >= begin and (
-                    occurrence.nominal.date() == day and between.start <= occurrence.nominal.time() <= between.end)
-                yield occurrence if is_inside else None
-            number += 1
-
-    def _steps(self, start: datetime, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence | None]:
-        """Skips over days and hours that don't fit."""
-        zone, step, hours = self.zone, self.step, self.recurrence.hours
-        number = (after - start) // step
-        while (local := (instant := start + number * step).astimezone(zone)).date() <= last_day:
-            number += 1
-            if not self._day_fits(local.date(), calendar):
-                yield None
-                number = max(number, -((start - midnight(local.date() + DAY, self.zone)) // step))
-            elif hours and local.hour not in hours:
-                yield None
-                number = max(number, -((start - (instant + HOUR - local.minute * MINUTE)) // step))
-            else:
-                yield from self._within_step(instant, zone)
-
-    def _within_step(self, instant: datetime, zone: ZoneInfo) -> Iterator[Occurrence | None]:
-        """The instants of one step: itself, or with BYMINUTE of an hourly rule each of these minutes of its hour."""
-        rule, local = self.recurrence, instant.astimezone(zone)
-        if rule.hours and local.hour not in rule.hours:
-            yield None
-        elif not rule.minutes or (rule.frequency is Frequency.MINUTELY and local.minute in rule.minutes):
-            yield Occurrence(instant, local.replace(tzinfo=None, fold=0))
-        elif rule.frequency is Frequency.MINUTELY:
-            yield None
-        else:
-            for minute in rule.minutes:
-                there = (found := instant + (minute - local.minute) * MINUTE).astimezone(zone)
-                yield Occurrence(found, there.replace(tzinfo=None, fold=0)) if there.minute == minute else None
+@lru_cache(maxsize=128)
+def _times_of_day(hours: tuple[int, ...], minutes: tuple[int, ...]) -> tuple[time, ...]:
+    return tuple(time(hour, minute) for hour in hours for minute in minutes)
 
 
 @lru_cache(maxsize=1024)
 def _has_instants(rule: _Rule) -> bool:
-    return next(rule.after(NEVER, None), None) is not None
+    return next(rule.search(LONG_AGO, None), None) is not None
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=8192)
 def _counted_end(rule: _Rule) -> datetime | None:
-    """Where COUNT is used up, skipped days counted too, in the manner of UNTIL; None when that is beyond the last day."""
+    """Where COUNT is used up, days off counted too, in the manner of UNTIL; None when nobody needs to know, as that is too far away."""
     count = rule.recurrence.count or 1
-    if not rule.recurrence.frequency.is_sub_daily:
-        moments = (datetime.combine(day, moment) for day in dates(rule.recurrence, rule.start.date(), rule.start.date())
-                   for moment in rule.times_of_day)
-        return next(islice((moment for moment in moments if moment >= rule.start), count - 1, None), None)
-    if rule.takes_every_step:
-        return to_utc(rule.start, rule.zone) + (count - 1) * rule.step
-    last = next(islice(rule.endless(NEVER, None), count - 1, None), None)
-    return None if last is None else last.instant
+    if rule.recurrence.frequency.is_sub_daily:
+        return rule.count_steps(count)
+    moments, start = rule.times_of_day, rule.start
+    first = nth_date(rule.recurrence, start.date(), 0)
+    passed = bisect_left(moments, start.time()) if first == start.date() else 0
+    number, of_day = divmod(passed + count - 1, len(moments))
+    day = nth_date(rule.recurrence, start.date(), number)
+    return None if day is None else datetime.combine(day, moments[of_day])

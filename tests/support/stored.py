@@ -1,0 +1,42 @@
+"""What a database holds, put back for each test of those that share one."""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+
+from app.container import Container
+from app.services.live.changes import Topic
+
+Rows = list[tuple[object, ...]]
+
+
+class Stored:
+    """The rows of a container's database as they were when this was made."""
+
+    def __init__(self, container: Container) -> None:
+        self._container = container
+        self._rows = dict(_tables(container.db.read()))
+
+    def put_back(self) -> None:
+        """Undo every change since, those of settings, plan, history, alarms and holds alike, and publish that they have changed. Nothing
+        may be under way at a robot."""
+        container = self._container
+        container.db.write(self._write)
+        container.holds.reload()
+        for topic in Topic:
+            container.changes.publish(topic)
+
+    def _write(self, c: sqlite3.Connection) -> None:
+        """In the order in which the tables were made: those that a trigger or a deleted parent changes come after it."""
+        for table, rows in _tables(c):
+            before = self._rows[table]
+            if rows != before:
+                c.execute(f"DELETE FROM {table}")
+                for row in before:
+                    c.execute(f"INSERT INTO {table} VALUES ({', '.join('?' * len(row))})", row)
+
+
+def _tables(c: sqlite3.Connection) -> Iterator[tuple[str, Rows]]:
+    """All but SQLite's own, which see to it that no id comes back."""
+    for table, in c.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%' ORDER BY rowid").fetchall():
+        yield table, [tuple(row) for row in c.execute(f"SELECT * FROM {table}").fetchall()]
