@@ -8,7 +8,10 @@ from app.database.values import from_json, to_instant, to_json, to_optional_inst
 from app.domain.models import Alarm, Priority
 
 _STANDING = "(cleared_at IS NULL OR acknowledged_at IS NULL)"
-_OF_ONE_KIND = 50            # past alarms of one code and key that are kept before those of others
+_PAST_OF_A_KIND = 50         # past alarms of one kind that are kept before those of others
+OPEN_OF_A_KIND = 20          # events of one kind that stay open side by side; further ones are counted by the newest
+# A kind: the same code of the same robot, or about the same thing where it is about none.
+_KIND = "code, coalesce('robot:' || json_extract(details, '$.robot_id'), key)"
 _SELECT = """SELECT *, (SELECT name FROM robots WHERE alarms.key = 'robot:' || robots.id
                                                OR robots.id = json_extract(alarms.details, '$.robot_id')) AS robot FROM alarms"""
 
@@ -16,10 +19,13 @@ _SELECT = """SELECT *, (SELECT name FROM robots WHERE alarms.key = 'robot:' || r
 class AlarmRepository:
     def raise_once(self, c: sqlite3.Connection, alarm: Alarm) -> bool:
         """Returns whether it is new. An open alarm of the same code and key is counted up when it happened again: an event (which is
-        cleared from the start) always, a condition only when it had cleared; while a condition lasts, only its details are updated."""
+        cleared from the start) always, a condition only when it had cleared; while a condition lasts, only its details are updated.
+        Where many events of a kind are open, the newest of them counts a further one."""
         row = c.execute(f"SELECT id, cleared_at, details FROM alarms WHERE code = ? AND key = ? AND {_STANDING}",
                         (alarm.code, alarm.key)).fetchone()
         details, last_at = to_json(alarm.details), to_text(alarm.last_at or alarm.raised_at)
+        if row is None and alarm.cleared_at is not None:
+            row = self._newest_of_many(c, alarm, last_at)
         if row is None:
             c.execute("""INSERT INTO alarms (code, key, priority, details, raised_at, last_at, count, cleared_at, shelved_until)
                          VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)""",
@@ -28,11 +34,20 @@ class AlarmRepository:
             return True
         lasts = row["cleared_at"] is None and alarm.cleared_at is None
         if not lasts:
-            c.execute("UPDATE alarms SET count = count + 1, last_at = ?, cleared_at = ?, details = ?, acknowledged_at = NULL WHERE id = ?",
-                      (last_at, to_optional_text(alarm.cleared_at), details, row["id"]))
+            c.execute("UPDATE alarms SET key = ?, count = count + 1, last_at = ?, cleared_at = ?, details = ?, acknowledged_at = NULL "
+                      "WHERE id = ?", (alarm.key, last_at, to_optional_text(alarm.cleared_at), details, row["id"]))
         elif row["details"] != details:
             c.execute("UPDATE alarms SET details = ? WHERE id = ?", (details, row["id"]))
         return False
+
+    @staticmethod
+    def _newest_of_many(c: sqlite3.Connection, alarm: Alarm, now: str) -> sqlite3.Row | None:
+        """Where so many events of this kind are open that nobody reads another one: the newest, which becomes this one and counts it."""
+        rows = c.execute(f"""SELECT id, cleared_at, details FROM alarms WHERE code = ? AND {_STANDING}
+                             AND json_extract(details, '$.robot_id') = ? AND coalesce(shelved_until, '') <= ?
+                             ORDER BY last_at DESC, id DESC LIMIT {OPEN_OF_A_KIND}""",
+                         (alarm.code, alarm.details.get("robot_id"), now)).fetchall()
+        return rows[0] if len(rows) == OPEN_OF_A_KIND else None
 
     @staticmethod
     def _shelf_of_the_last(c: sqlite3.Connection, alarm: Alarm, now: str) -> str | None:
@@ -82,9 +97,9 @@ class AlarmRepository:
     def prune(self, c: sqlite3.Connection, limit: int) -> int:
         """Keep N of the past ones, the newest, but of one that came again and again only a few; returns how many were dropped."""
         return c.execute(f"""DELETE FROM alarms WHERE id IN (
-                                 SELECT id FROM (SELECT id, last_at, row_number() OVER (PARTITION BY code, key ORDER BY last_at DESC) AS nth
+                                 SELECT id FROM (SELECT id, last_at, row_number() OVER (PARTITION BY {_KIND} ORDER BY last_at DESC) AS nth
                                                  FROM alarms WHERE NOT {_STANDING})
-                                 ORDER BY nth > {_OF_ONE_KIND}, last_at DESC, id DESC LIMIT -1 OFFSET ?)""", (limit,)).rowcount
+                                 ORDER BY nth > {_PAST_OF_A_KIND}, last_at DESC, id DESC LIMIT -1 OFFSET ?)""", (limit,)).rowcount
 
 
 def _alarm(row: sqlite3.Row) -> Alarm:

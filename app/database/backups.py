@@ -6,20 +6,31 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import logging
+import os
 import sqlite3
-from datetime import datetime
+from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 from app.database import files
-from app.database.errors import DatabaseRefused, DatabaseUnavailable, translated
+from app.database.errors import DatabaseRefused, DatabaseUnavailable, primary_code, translated
 from app.database.schema import APPLICATION_ID, MIGRATIONS
-from app.database.settings import SettingsRepository
-from app.database.values import to_json, to_text
+from app.database.settings import WRONG_PINS, SettingsRepository
+from app.database.sqlite import configured
+from app.database.values import to_text
 from app.domain.message import Message, message, message_of_system
 from app.domain.models import Settings
 
+log = logging.getLogger(__name__)
+
+NOT_RESTORED = message("The backup {path} can't be restored: {problem}; nothing was changed, so choose another one")["msgid"]
 BACKUPS = "backups"          # the directory, in the data directory
 KEPT = 7                     # daily ones
+COPIED = 100_001             # rows of a table that are looked at before a restore
+_HISTORY = ("observed", "activity_spans", "activity_days", "ended_days")     # read for figures and curves only
+_SOME = {"executions": f"""WHERE state IN ('waiting', 'submitting', 'queued', 'executing')
+                           OR id IN (SELECT id FROM executions ORDER BY planned_at DESC, id DESC LIMIT 1000) LIMIT {COPIED}"""}
 SEQUENCE_GAP = 1000          # ids skipped at a restore: what was made after the backup must not be taken for something new
 
 
@@ -60,43 +71,69 @@ def back_up(path: Path, target: Path) -> None:
         raise DatabaseUnavailable("The backup {path} can't be written: {problem}", path=target, problem=message_of_system(error)) from error
 
 
-def problem_of(backup: Path, any_version: bool = False) -> Message | None:
-    """Why this file can't be restored; None when it can. ``any_version``: only whether it is whole."""
+Check = Callable[[sqlite3.Connection], Message | None]        # what is wrong with the rows; None: nothing
+
+
+def problem_of(backup: Path, any_version: bool = False, check: Check | None = None) -> Message | None:
+    """Why this file can't be restored; None when it can. ``any_version``: only whether it is whole. ``check`` is given a copy of its rows,
+    brought up to this version; of the history only what is open and the newest."""
     if not backup.is_file():
         return message("there is no such file")
     try:
         with contextlib.closing(sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as connection:
-            connection.execute("PRAGMA trusted_schema = OFF")
             if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
                 return message("it is not a database of this app")
             version: int = connection.execute("PRAGMA user_version").fetchone()[0]
             if version > len(MIGRATIONS) and not any_version:
                 return message("it was written by a newer version")
-            if not any_version and _schema(connection) != _schema_of(version):
+            if not any_version and (version < 1 or _schema(connection) != _schema_of(version)):
                 return message("its tables were not made by this app")
             verdict: str = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
-            return None if verdict == "ok" else verdict.splitlines()[-1]
-    except (sqlite3.Error, OSError) as error:
-        return message_of_system(error) if isinstance(error, OSError) else str(error)
+            if verdict != "ok":
+                return message("it is damaged")
+            if check is None:
+                return None
+            with contextlib.closing(_rows_of(connection, version)) as rows:
+                return check(rows)
+    except OSError as error:
+        return message_of_system(error)
+    except sqlite3.Error as error:
+        is_none = primary_code(error) == sqlite3.SQLITE_NOTADB
+        return message("it is not a database of this app") if is_none else message("it is damaged")
 
 
-def _schema(connection: sqlite3.Connection) -> set[tuple[str, ...]]:
-    """Tables, indexes, triggers and views with their definitions, but for those of SQLite itself."""
-    return set(connection.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'"))
+def _schema(connection: sqlite3.Connection) -> list[tuple[str, ...]]:
+    """Tables, indexes, triggers and views with their definitions, those that SQLite makes by itself included: a name proves nothing."""
+    return connection.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema ORDER BY type, name, sql").fetchall()
 
 
 @functools.cache
-def _schema_of(version: int) -> set[tuple[str, ...]]:
+def _schema_of(version: int) -> list[tuple[str, ...]]:
     """As a new database of that version has it: a trigger or a view more could change what is sent, or keep anything from being written."""
     with contextlib.closing(sqlite3.connect(":memory:")) as connection:
         connection.executescript("".join(MIGRATIONS[:version]))
         return _schema(connection)
 
 
-def newest_good_backup(path: Path) -> Path | None:
+def _rows_of(backup: sqlite3.Connection, version: int) -> sqlite3.Connection:
+    """A copy in memory, of the present version."""
+    copy = sqlite3.connect(":memory:", isolation_level=None)
+    for script in MIGRATIONS[:version]:
+        copy.executescript(script)
+    tables = {name for (name,) in copy.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")} - {*_HISTORY, "sqlite_sequence"}
+    for table in (*tables, "sqlite_sequence"):
+        rows = backup.execute(f"SELECT * FROM {table} {_SOME.get(table, f'LIMIT {COPIED}')}")
+        copy.execute(f"DELETE FROM {table}")                # the sequences follow from the rows until then
+        copy.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' for _ in rows.description)})", rows)
+    for script in MIGRATIONS[version:]:
+        copy.executescript(script)
+    return configured(copy)
+
+
+def newest_good_backup(path: Path, check: Check | None = None) -> Path | None:
     """The newest backup of the database at ``path`` that can be restored."""
     made = sorted((path.parent / BACKUPS).glob("*.db"), key=lambda file: file.stat().st_mtime_ns, reverse=True)
-    return next((backup for backup in made if problem_of(backup) is None), None)
+    return next((backup for backup in made if problem_of(backup, check=check) is None), None)
 
 
 def settings_in(backup: Path) -> Settings:
@@ -109,38 +146,96 @@ def settings_in(backup: Path) -> Settings:
         return Settings()
 
 
-def restore(backup: Path, path: Path, now: datetime) -> Path | None:
+def restore(backup: Path, path: Path, now: datetime, check: Check | None = None) -> Path | None:
     """Replace the database by a backup; the caller holds the instance lock and no connection.
 
     The replaced file is kept under a new name, which is returned. The installation's id comes back with the backup, so that the same
     occurrences get the same tokens. Raises DatabaseRefused when the backup can't be used; then nothing was changed.
+    Interrupted after its copy is complete, it is finished by the next start.
     """
     path = path.absolute()
-    if problem := problem_of(backup):
-        raise DatabaseRefused("The backup {path} can't be restored: {problem}", path=backup, problem=problem)
-    part = path.with_name(path.name + ".restore")
+    part = _part(path)
     try:
         files.make_directory(path.parent)
-        files.copy_private(backup, part)
-        _note_restore(part, now)
-        kept = files.put_aside(path, "before-restore", now)
-        part.replace(path)
+        with contextlib.ExitStack() as unfinished:
+            unfinished.callback(part.unlink, missing_ok=True)
+            if problem := _copied(backup, part, check):
+                raise DatabaseRefused(NOT_RESTORED, path=backup, problem=problem)
+            _note_restore(part, path, now)
+            os.utime(part, (now.timestamp(), now.timestamp()))
+            part.replace(_ready(path))
         files.sync_directory(path.parent)
-        files.clear_mark(path)
     except sqlite3.Error as error:
         raise translated(error, path) from error
     except OSError as error:
-        raise DatabaseUnavailable("The backup {path} can't be restored: {problem}", path=backup,
-                                  problem=message_of_system(error)) from error
+        raise DatabaseUnavailable(NOT_RESTORED, path=backup, problem=message_of_system(error)) from error
+    return _finish(path)
+
+
+def _copied(backup: Path, part: Path, check: Check | None) -> Message | None:
+    """Copies it, and then says why the copy can't be restored: the medium may give something else when it is read again."""
+    if not backup.is_file():
+        return message("there is no such file")
+    files.copy_private(backup, part)
+    return problem_of(part, check=check)
+
+
+def _ready(path: Path) -> Path:
+    """The copy of a backup that is whole, checked, and to take the place of the database."""
+    return files.beside_of(path, ".to-restore")
+
+
+def _part(path: Path) -> Path:
+    return files.beside_of(path, ".restore")
+
+
+def is_restoring(path: Path) -> bool:
+    """Whether a restore was interrupted that ``carry_on_restore`` will finish."""
+    return _ready(path).exists()
+
+
+def carry_on_restore(path: Path) -> None:
+    """At a start: finish one that was interrupted, or remove what it has copied so far. Raises DatabaseUnavailable."""
+    if is_restoring(path):
+        kept = _finish(path)
+        log.warning("A restore was interrupted and is finished now; the former database is kept as %s", kept)
+    with contextlib.suppress(OSError):
+        _part(path).unlink(missing_ok=True)
+
+
+def _finish(path: Path) -> Path | None:
+    """Put the copied backup in the place of the database. May be interrupted anywhere and called again. Returns as what the former database
+    is kept."""
+    try:
+        began = datetime.fromtimestamp(_ready(path).stat().st_mtime, UTC)
+        files.clear_mark(path)
+        kept = files.set_aside(path, "before-restore", began)
+        _ready(path).replace(path)
+        files.sync_directory(path.parent)
+    except OSError as error:
+        raise DatabaseUnavailable("{path} can't be written: {problem}", path=path, problem=message_of_system(error)) from error
     return kept
 
 
-def _note_restore(file: Path, now: datetime) -> None:
-    """Record the restore, and continue ids beyond everything that was made since the backup."""
+def _note_restore(file: Path, former: Path, now: datetime) -> None:
+    """Record the restore, continue ids beyond everything that was made since the backup, and forgive nobody's wrong PINs."""
+    settings, wrong = SettingsRepository(), _wrong_pins(former)
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as connection:
+        configured(connection)
         connection.execute("PRAGMA journal_mode = DELETE")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("BEGIN IMMEDIATE")
-        connection.execute("INSERT OR REPLACE INTO settings (name, value) VALUES ('restored_at', ?)", (to_json(to_text(now)),))
+        settings.put(connection, "restored_at", to_text(now))
+        settings.put(connection, WRONG_PINS, max(wrong, settings.get(connection, WRONG_PINS, 0)))
         connection.execute("UPDATE sqlite_sequence SET seq = seq + ?", (SEQUENCE_GAP,))
         connection.execute("COMMIT")
+
+
+def _wrong_pins(database: Path) -> int:
+    """How many were entered in a row; 0 where that can't be read."""
+    is_whole = not files.size_of(files.beside_of(database, "-wal"))        # then nothing has to be created beside it
+    try:
+        with contextlib.closing(sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)) as connection:
+            return int(SettingsRepository().get(configured(connection), WRONG_PINS, 0))
+    except (sqlite3.Error, ValueError, TypeError):
+        return 0

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TypeVar
 
 from app.database import files
-from app.database.backups import BACKUPS, newest_good_backup
+from app.database.backups import BACKUPS, carry_on_restore, is_restoring, newest_good_backup
 from app.database.errors import DatabaseDamaged, DatabaseError, DatabaseRefused, DatabaseUnavailable, primary_code, translated
 from app.database.migrations import migrate
 from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.database.sqlite import configured
 from app.database.writer import InlineWriter, ThreadedWriter, Writer
 from app.domain.clock import Clock, SystemClock
 from app.domain.message import Message, message, message_of_system
@@ -49,6 +50,7 @@ class Database:
         clock = clock or SystemClock()
         path = path.absolute()
         files.make_directory(path.parent)
+        carry_on_restore(path)
         _refuse_marked(path, clock)
         if _is_lost(path):
             raise _keep_aside(path, message("its content is gone"), clock)
@@ -71,6 +73,8 @@ class Database:
     def open_for_reading(cls, path: Path) -> Database:
         """Open beside a running app, or without one, changing nothing: for exports. ``write`` then raises DatabaseUnavailable."""
         path = path.absolute()
+        if is_restoring(path):
+            raise DatabaseUnavailable("A restore was interrupted in {path}: start the app once so that it is finished", path=path.parent)
         if files.is_marked_damaged(path):
             raise DatabaseDamaged(path, message("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
         if not path.exists():
@@ -155,17 +159,6 @@ def _is_immutable(path: Path) -> bool:
     (sqlite.org/wal.html, "Read-Only Databases"). Where an app has been killed they are there already."""
     return (not os.access(path.parent, os.W_OK) and not files.beside_of(path, "-shm").exists()
             and files.size_of(files.beside_of(path, "-wal")) == 0)
-
-
-def configured(connection: sqlite3.Connection) -> sqlite3.Connection:
-    """The same connection, as every part of the app expects it and no file can turn it against the app."""
-    connection.row_factory = sqlite3.Row
-    connection.create_function("casefold", 1, str.casefold, deterministic=True)     # SQLite itself knows the case of ASCII only
-    connection.execute("PRAGMA trusted_schema = OFF")
-    connection.execute("PRAGMA secure_delete = ON")         # tokens that were replaced are not to be found in the file
-    connection.execute("PRAGMA cell_size_check = ON")
-    connection.execute("PRAGMA mmap_size = 0")
-    return connection
 
 
 def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str, ...]) -> sqlite3.Connection:

@@ -11,6 +11,7 @@ from app.database.errors import DatabaseUnavailable
 from app.domain.message import message_of_system
 
 DIRECTORY_MODE, FILE_MODE = 0o700, 0o600
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)        # for opening: whoever put a link there would decide which file is written
 SIDES = ("", "-wal", "-shm")                  # the files that make up one SQLite database
 _CAN_SET_MODES = os.name == "posix"
 
@@ -30,7 +31,7 @@ def make_private(path: Path) -> None:
     """Create an empty file if there is none; either way only its owner can read it."""
     try:
         is_new = not path.exists()
-        os.close(os.open(path, os.O_CREAT | os.O_WRONLY, FILE_MODE))
+        os.close(os.open(path, os.O_CREAT | os.O_WRONLY | NO_LINK, FILE_MODE))
         if is_new:
             sync_directory(path.parent)
         for side in SIDES:
@@ -83,7 +84,7 @@ def set_aside(path: Path, label: str, now: datetime) -> Path | None:
     """Rename the database and what belongs to it to ``<name>.<label>-<time>``; nothing is ever deleted. None when there is no file."""
     stem = f"{path.name}.{label}-{now:%Y%m%dT%H%M%SZ}"
     target, number = path.with_name(stem), 1
-    while target.exists():
+    while any(beside_of(target, side).exists() and beside_of(path, side).exists() for side in SIDES):    # else it is being carried on
         number += 1
         target = path.with_name(f"{stem}-{number}")
     moved = False

@@ -2,16 +2,18 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from app.database.connection import configured
 from app.database.robots import COLUMNS as ROBOT
 from app.database.schedules import COLUMNS as SCHEDULE
 from app.database.settings import NAMES
+from app.database.sqlite import configured
 
 _TABLES = ("settings", "robots", "missions", "idle_rules", "schedules", "skips", "calendar_days", "alarms", "sqlite_sequence")
-_UNSENT = "SELECT * FROM executions WHERE state IN ('waiting', 'submitting')"
+# Of the executions those that no robot has yet; named as in the index of open ones, without which the whole history would be read.
+_UNSENT = """executions WHERE state IN ('waiting', 'submitting', 'queued', 'executing') AND state IN ('waiting', 'submitting')"""
+_WAITING = f"SELECT id, schedule_id, robot_id, * FROM {_UNSENT}"
 # What the copy has to have in common with the database still, as a key and the rest of a row. Not what is noted while missions are started:
 # how far a schedule has been planned (unless the schedule is changed), what a robot accepted last.
 _COMPARED = {
@@ -30,13 +32,21 @@ Rows = Mapping[Any, tuple[Any, ...]]
 
 
 class _Recording(sqlite3.Connection):
-    """Keeps what was written."""
+    """Keeps what was written: each way in which the app writes."""
     done: list[tuple[str, Any]]
 
     def execute(self, statement: str, values: Any = (), /) -> sqlite3.Cursor:
         if not statement.lstrip().startswith("SELECT"):
             self.done.append((statement, values))
         return super().execute(statement, values)
+
+    def executemany(self, statement: str, rows: Iterable[Any], /) -> sqlite3.Cursor:
+        rows = list(rows)
+        self.done += [(statement, values) for values in rows]
+        return super().executemany(statement, rows)
+
+    def executescript(self, script: str, /) -> sqlite3.Cursor:
+        raise NotImplementedError("a script commits, so it can't be part of a transaction")
 
 
 class Rehearsal:
@@ -51,7 +61,7 @@ class Rehearsal:
             for (statement,) in c.execute("""SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL AND name NOT LIKE 'sqlite%'
                                              ORDER BY type <> 'table'"""):
                 self.copy.execute(statement)
-            for table, query in [*((table, f"SELECT * FROM {table}") for table in _TABLES), ("executions", _UNSENT)]:
+            for table, query in [*((table, f"SELECT * FROM {table}") for table in _TABLES), ("executions", f"SELECT * FROM {_UNSENT}")]:
                 rows = c.execute(query)
                 marks = ", ".join("?" for _ in rows.description)
                 self.copy.executemany(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", map(tuple, rows))
@@ -59,13 +69,13 @@ class Rehearsal:
             c.execute("COMMIT")
         self.copy.execute("PRAGMA foreign_keys = ON")
         self._before = {name: _rows(self.copy, query) for name, query in _COMPARED.items()}
-        self._schedules, self._unsent = _rows(self.copy, _SCHEDULES), _rows(self.copy, _UNSENT)
+        self._schedules, self._waiting = _rows(self.copy, _SCHEDULES), _rows(self.copy, _WAITING)
         self.copy.done.clear()
 
     def close(self) -> None:
         """Give the copy back; ``repeat`` needs only what was written."""
-        after = _rows(self.copy, _SCHEDULES)
-        self._changed = {key for key, row in self._schedules.items() if after.get(key) != row}
+        self._changed = _changed(self._schedules, _rows(self.copy, _SCHEDULES))
+        self._changed_robots = _changed(self._before["robots"], _rows(self.copy, _COMPARED["robots"]))
         self._done = self.copy.done
         self.copy.close()
 
@@ -74,7 +84,8 @@ class Rehearsal:
         if not (all(_rows(c, query) == self._before[name] for name, query in _COMPARED.items())
                 and self._same_schedules(_rows(c, _SCHEDULES))):
             return False
-        if any("executions" in statement for statement, _values in self._done) and _rows(c, _UNSENT) != self._unsent:
+        if any("executions" in statement for statement, _values in self._done) \
+                and self._touched(_rows(c, _WAITING)) != self._touched(self._waiting):
             return False
         for statement, values in self._done:
             c.execute(statement, values)
@@ -84,6 +95,15 @@ class Rehearsal:
         return now.keys() == self._schedules.keys() and all(
             row == before if key in self._changed else row[len(_PLANNED) + 1:] == before[len(_PLANNED) + 1:]
             for (key, row), before in zip(now.items(), self._schedules.values(), strict=True))
+
+    def _touched(self, waiting: Rows) -> Rows:
+        """What waits of schedules or for robots that were changed: only that was read or written."""
+        return {key: row for key, row in waiting.items() if row[1] in self._changed or row[2] in self._changed_robots}
+
+
+def _changed(before: Rows, after: Rows) -> set[int]:
+    """The keys of rows that are another by now, or gone."""
+    return {key for key, row in before.items() if after.get(key) != row}
 
 
 def _rows(c: sqlite3.Connection, query: str) -> Rows:

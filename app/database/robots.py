@@ -12,6 +12,7 @@ from app.domain.robot import IdentifiedBy
 
 _IDENTITY = ("serial_number", "model", "software", "identified_by")
 COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", *_IDENTITY)
+_MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number")      # whom we ask, and as whom
 _SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled
              FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id"""
 
@@ -57,13 +58,16 @@ class RobotRepository:
         c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))
         self._put_idle(c, robot)
 
-    def note_identity(self, c: sqlite3.Connection, robot_id: int, **found: str) -> None:
-        """Store what the machine reports of itself: serial_number, model, software; identified_by. A known serial number stays."""
+    def note_identity(self, c: sqlite3.Connection, asked: Robot, **found: str) -> bool:
+        """Store what the machine reports of itself: serial_number, model, software; identified_by. Returns whether it was stored: not
+        where ``asked`` has been edited since so that another machine may be meant. A known serial number stays."""
         if unknown := found.keys() - set(_IDENTITY):
             raise ValueError(f"not part of a robot's identity: {sorted(unknown)}")
-        for name, value in found.items():
-            kept = "coalesce(serial_number, ?)" if name == "serial_number" else "?"
-            c.execute(f"UPDATE robots SET {name} = {kept} WHERE id = ?", (value, robot_id))
+        known = {"serial_number": "coalesce(serial_number, ?)"}
+        changes = ", ".join(f"{name} = {known.get(name, '?')}" for name in found)
+        same = " AND ".join(f"{name} IS ?" for name in _MACHINE)
+        cursor = c.execute(f"UPDATE robots SET {changes} WHERE {same}", (*found.values(), *(getattr(asked, name) for name in _MACHINE)))
+        return cursor.rowcount == 1
 
     # ------------------------------------------------------------------ what dispatch has to know of it
     def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Accepted | None:

@@ -11,6 +11,7 @@ from app.database.values import from_json, to_instant, to_json, to_text
 from app.domain.models import Settings
 
 NAMES = frozenset(field.name for field in fields(Settings))
+WRONG_PINS = "settings_pin_wrong"        # name of the row that counts the wrong PINs for Settings in a row
 
 
 class SettingsRepository:

@@ -128,7 +128,7 @@ class Robot:
     needs_password: bool = False
     certificate_sha256: str | None = None
     serial_number: str | None = None     # of the machine that answered first; another one is a wrong robot
-    identified_by: IdentifiedBy | None = None        # None: it has not answered since user, address, certificate or serial number changed
+    identified_by: IdentifiedBy | None = None        # how it was known when it last answered; None: it never has
     model: str | None = None
     software: str | None = None
     idle: IdleRule | None = None
@@ -245,6 +245,7 @@ class Connection(StrEnum):
     UNREACHABLE = "unreachable"
     UNAUTHORIZED = "unauthorized"
     WRONG_ROBOT = "wrong_robot"
+    OTHER_CERTIFICATE = "other_certificate"
     NOT_A_ROBOT = "not_a_robot"
     DISABLED = "disabled"
 

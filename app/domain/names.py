@@ -7,6 +7,8 @@ Indic letters, inside an emoji.
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Iterator
+from itertools import count
 
 LONGEST = 80                             # characters
 
@@ -34,9 +36,23 @@ def has_visible(text: str) -> bool:
 def cleaned(text: str, longest: int = LONGEST) -> str:
     """A valid name made of a text from a robot or a file: on one line, cut to the longest a name may be; "" when nothing is left."""
     line = " ".join("".join(" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") else c for c in text).split())
-    seen = "".join(c for c in line if c in _JOINERS or not _is_unwanted(c))
-    name = normal("".join(c for n, c in enumerate(seen) if _may_stand(seen, n)))[:longest].rstrip().rstrip("".join(_JOINERS))
+    name = normal(visible(line))[:longest].rstrip().rstrip("".join(_JOINERS))
     return name if has_visible(name) else ""
+
+
+def visible(text: str) -> str:
+    """Without all that can't be part of a name."""
+    if text.isprintable() and (text.isascii() or _BLANK.isdisjoint(text)):
+        return text
+    seen = "".join(c for c in text if c in _JOINERS or not _is_unwanted(c))
+    return "".join(c for n, c in enumerate(seen) if _may_stand(seen, n))
+
+
+def of_schedule(mission: str, robot: str) -> Iterator[str]:
+    """"<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
+    for number in count(1):
+        ending = f" {number}" if number > 1 else ""
+        yield cleaned(f"{mission} on {robot}", LONGEST - len(ending)) + ending
 
 
 def _is_unwanted(character: str) -> bool:

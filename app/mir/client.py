@@ -35,6 +35,7 @@ from app.mir.credentials import Token
 from app.mir.errors import (
     AnotherRobot,
     Busy,
+    ConnectionLost,
     NotAMir,
     Refusal,
     Rejected,
@@ -50,10 +51,12 @@ from app.mir.texts import clean, resolve
 from app.mir.transport import API, Response, Timeouts, Transport
 
 LONGEST_DESCRIPTION = 200   # characters of message and description (MiR's REST definition 3.5.4)
-LARGEST_OBJECT = 256 * 1024              # bytes of an answer about one thing: a status, a queue item, an error
-LONGEST_TOLD = 20_000       # characters of an error's text that are looked at
 LONGEST_ANSWER = 255        # characters of the answer to a prompt (the same)
-COMPARED_FOR = 10.0         # s for which a compared serial number lets credentials go out
+LARGEST_OBJECT = 256 * 1024              # bytes of an answer about one thing: a status, a queue item, an error
+MOST_MISSIONS = 2000        # sites have tens to hundreds
+LARGEST_MISSIONS = 1024 * 1024           # bytes of their list, three times what so many need
+COMPARED_FOR = 10.0         # s for which a compared serial number lets credentials go out, while the connection it came over is open
+COMPARED_WITHOUT = 2.0      # the same where that connection was closed as soon as the answer was there
 
 T = TypeVar("T")
 
@@ -68,9 +71,10 @@ class RobotClient:
     def __init__(self, address: Address, token: Token, *, certificate_sha256: str | None = None, serial_number: str | None = None,
                  identified_by: IdentifiedBy | None = None, transport: Transport | None = None,
                  clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None) -> None:
-        self.address, self.serial_number, self.identified_by = address, serial_number, identified_by
-        self._compared_at = -math.inf
-        self._token, self._clock, self._timeouts = token, clock, timeouts or Timeouts()
+        self.address, self._serial_number, self.identified_by = address, serial_number, identified_by
+        self._compared_at, self._compared_over = -math.inf, object()
+        self._has_answered = False                   # as HTTP
+        self._clock, self._timeouts = clock, timeouts or Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
         self.give_way: Callable[[], None] = lambda: None      # called between the many requests that reading a queue may take
         self._queue = QueueReader(self._entries, self._next_item)
@@ -83,30 +87,37 @@ class RobotClient:
         return f"RobotClient({self.address})"
 
     # ------------------------------------------------------------------ who and how
+    @property
+    def serial_number(self) -> str | None:
+        return self._serial_number
+
+    @serial_number.setter
+    def serial_number(self, known: str | None) -> None:
+        if known != self._serial_number:
+            self._serial_number, self._compared_at = known, -math.inf
+
     def status(self) -> RobotStatus:
         """How the robot is, asked without credentials; with them only where it gives no status else (401).
 
         Raises AnotherRobot when its serial number is not the known one, SerialNumberHidden when it was always shown and is no longer,
         NotAMir when something else answers.
         """
-        began = self._clock()
+        began, self._compared_at = self._clock(), -math.inf
         answer, is_open = self._answer_of_status()
         status = self._status(answer, self._clock() - began)
-        expected, found = self.serial_number, status.serial_number
-        if expected and found and found != expected:
-            raise AnotherRobot(address=self.address.netloc, expected=expected, found=found)
-        if not found:
+        self._check_serial_number(status)
+        if not status.serial_number:
             self._check_may_be_hidden()
-        shown = IdentifiedBy.SERIAL_NUMBER if is_open and found else IdentifiedBy.ADDRESS
+        shown = IdentifiedBy.SERIAL_NUMBER if is_open and status.serial_number else IdentifiedBy.ADDRESS
         self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else shown
-        self._compared_at = self._clock()
+        self._compared_at, self._compared_over = self._clock(), self._transport.kept()
         return status
 
     def _answer_of_status(self) -> tuple[Response, bool]:
         """And whether it is given without credentials."""
         try:
             try:
-                return self._send("GET", "/status", with_credentials=False), True
+                return _again_if_stale(lambda: self._send("GET", "/status", with_credentials=False)), True
             except Unauthorized:
                 self._check_may_be_hidden()
                 return self._send("GET", "/status"), False
@@ -115,9 +126,21 @@ class RobotClient:
                 raise NotAMir(code="no_interface", address=self.address.netloc, status=error.status) from None
             raise
 
+    def _check_serial_number(self, status: RobotStatus, code: str = "") -> None:
+        expected, found = self.serial_number, status.serial_number
+        if expected and found and found != expected:
+            self._compared_at = -math.inf
+            raise AnotherRobot(code=code, address=self.address.netloc, expected=expected, found=found)
+
+    def _is_compared(self) -> bool:
+        """Whether credentials may go out: the known serial number was shown a moment ago, or on a connection that has been open since."""
+        kept = self._transport.kept()
+        lasts = COMPARED_FOR if kept and kept is self._compared_over else COMPARED_WITHOUT
+        return kept is not False and self._clock() - self._compared_at <= lasts
+
     def _check_may_be_hidden(self) -> None:
-        """Whoever takes a robot's place could hide its serial number to get the credentials."""
-        if self.serial_number and self.identified_by is IdentifiedBy.SERIAL_NUMBER:
+        """Whoever takes a robot's place could hide its serial number to get the credentials. A certificate can't be hidden."""
+        if self.serial_number and not self.address.is_secure and self.identified_by not in (None, IdentifiedBy.ADDRESS):
             raise SerialNumberHidden(address=self.address.netloc, expected=self.serial_number)
 
     def identify(self) -> Identity:
@@ -140,8 +163,9 @@ class RobotClient:
 
     # ------------------------------------------------------------------ missions
     def missions(self) -> list[MissionInfo]:
-        """All missions of the site that the robot has."""
-        return self._get("/missions", lambda found: parse.listed(found, message("the mission list"), parse.mission_info), largest=None)
+        """All missions of the site that the robot has. Raises Unreadable for more than MOST_MISSIONS."""
+        return self._get("/missions", lambda found: parse.listed(found, message("the mission list"), parse.mission_info, MOST_MISSIONS),
+                         largest=LARGEST_MISSIONS)
 
     def mission(self, guid: str) -> MissionDetail:
         """Raises Rejected with status 404 when the robot has no such mission."""
@@ -256,9 +280,11 @@ class RobotClient:
         began = self._clock()
         answer = self._request("PUT", "/status", json=body)
         try:
-            return self._status(answer, self._clock() - began)
+            status = self._status(answer, self._clock() - began)
         except (NotAMir, Unreadable):
             return None
+        self._check_serial_number(status, "another_robot_did_it")
+        return status
 
     def _status(self, answer: Response, elapsed_s: float) -> RobotStatus:
         software, date = clean(answer.headers.get("Robot-Version", ""), 40) or None, parse.http_date(answer.headers.get("Date", ""))
@@ -281,12 +307,17 @@ class RobotClient:
     def _request(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None,
                  is_wanted: Callable[[], bool] | None = None) -> Response:
         """With credentials, to the robot that is known. Raises RobotError."""
-        if self.serial_number and self._clock() - self._compared_at > COMPARED_FOR:
+        def send() -> Response:
+            self._compare()
+            return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
+        return _again_if_stale(send)
+
+    def _compare(self) -> None:
+        if self.serial_number and not self._is_compared():
             try:
                 self.status()
             except RobotError as error:
                 raise error.unsent() from None
-        return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
 
     def _send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None,
               is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
@@ -294,25 +325,28 @@ class RobotClient:
         try:
             answer = self._transport.send(method, path, query=query, json=json, timeout=self._timeouts, is_wanted=is_wanted,
                                           with_credentials=with_credentials)
-        except RobotError:
+        except RobotError as error:
             self._compared_at = -math.inf            # what answers next may be another machine
-            raise
+            if type(error) is ConnectionLost and not (self._has_answered or self.address.is_secure):
+                error = ConnectionLost(code="lost_over_http")
+            raise error.at(self.address.netloc) from None
+        self._has_answered = True
         status, address = answer.status, self.address.netloc
         if 200 <= status < 300:
             return answer
         if status < 200:
             raise Unreadable(address=address, problem=message("status {status}", status=status))
         if status < 400:
-            target = self._told(answer.headers.get("Location", ""), 100) or "elsewhere"
+            target = clean(answer.headers.get("Location", ""), 100) or "elsewhere"
             raise NotAMir(code="redirected", address=address, target=target)
         if status in (401, 403):
             raise Unauthorized(status=status, address=address)
-        robot_code, reason = self._own_words(answer)
+        robot_code, reason = self._error_of(answer)
         if status == 503:
             raise Busy(address=address, robot_code=robot_code, reason=reason)
         raise (Rejected if status < 500 else RobotFault)(status=status, robot_code=robot_code, reason=reason, address=address)
 
-    def _own_words(self, answer: Response) -> tuple[str, str]:
+    def _error_of(self, answer: Response) -> tuple[str, str]:
         """``error_code`` and ``error_human`` of the error body, empty where there is none."""
         try:
             found = parse.loads(answer.body) if len(answer.body) <= LARGEST_OBJECT else None
@@ -320,11 +354,17 @@ class RobotClient:
             return "", ""
         if not isinstance(found, dict):
             return "", ""
-        return self._told(found.get("error_code"), 80), self._told(found.get("error_human"), 300)
+        return resolve(found.get("error_code"), 80), resolve(found.get("error_human"), 300)
 
-    def _told(self, text: Any, limit: int) -> str:
-        """The robot's words, without our token: it is looked for before anything is cut off, or a part of it would stay."""
-        return clean(self._token.hide_in(resolve(text, LONGEST_TOLD)), limit)
+
+def _again_if_stale(ask: Callable[[], T]) -> T:
+    """A read once more, on a new connection, where the robot was just closing the open one."""
+    try:
+        return ask()
+    except ConnectionLost as error:
+        if not error.is_stale:
+            raise
+    return ask()
 
 
 def _segment(identifier: str) -> str:

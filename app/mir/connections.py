@@ -28,7 +28,8 @@ from app.mir.address import is_ip
 from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, NotWanted, TimedOut, Unreachable, Unreadable
 from app.mir.transport import Timeouts
 
-LONGEST_BODY = 8 << 20          # unpacked
+LONGEST_BODY, MOST_PARTS = 8 << 20, 20_000       # with the head and the sizes of its parts
+SMALLEST_READ = 256             # bytes as which a smaller one counts, so that there can't be millions of them
 LONGEST_HEAD = 16 * 1024        # with interim answers and the begin of the body; what email.message takes for one grows with its square
 _CODES = {errno.ECONNREFUSED: "refused", errno.ETIMEDOUT: "no_answer", errno.EHOSTUNREACH: "no_answer", errno.EHOSTDOWN: "no_answer",
           errno.ENETUNREACH: "no_route", errno.ENETDOWN: "no_route", errno.EADDRNOTAVAIL: "no_route"}
@@ -71,7 +72,7 @@ class _Socket(socket.socket):
     def recv_into(self, *args: Any) -> int:
         connection = self.connection
         count: int = self._run(super().recv_into, *args)
-        connection.received, connection.is_at_end = connection.received + count, count == 0
+        connection.received, connection.is_at_end = connection.received + (count and max(count, SMALLEST_READ)), count == 0
         if connection.received > connection.limit:
             raise connection.excess()
         return count
@@ -100,7 +101,7 @@ class RobotConnection(HTTPConnection):
     def begin(self, timeouts: Timeouts, is_wanted: Callable[[], bool] | None = None) -> None:
         """A new request; its time counts from now. Connects again if the robot has hung up meanwhile."""
         self._is_wanted, self.timeouts, self.ends = is_wanted, timeouts, time.monotonic() + timeouts.total
-        self.received, self.is_at_end, self.is_new = 0, False, False
+        self.received, self.is_at_end, self.is_new, self.will_close = 0, False, False, False
         if not self.is_connected:
             self.close()
 
@@ -114,7 +115,7 @@ class RobotConnection(HTTPConnection):
         self.sock.sendall(head.encode("ascii") + (body or b""))
         answer, self.limit, self.excess = http.client.HTTPResponse(self.sock, method=method), LONGEST_HEAD, not_http
         answer.begin()
-        self.limit, self.excess = LONGEST_BODY + (1 << 20), too_long         # with the sizes of its chunks
+        self.limit, self.excess, self.will_close = LONGEST_BODY, too_long, answer.will_close
         return HTTPResponse(answer, HTTPHeaderDict(answer.getheaders()), answer.status, preload_content=False)
 
     def connect(self) -> None:

@@ -56,11 +56,6 @@ class Token:
         """Whether this is one of the default users and passwords that MiR's manuals print."""
         return any(self == Token.derive(user, password) for user, password in _PUBLISHED)
 
-    def hide_in(self, text: str) -> str:
-        """``text`` without the secret, should somebody have echoed it."""
-        secret = self._header.removeprefix("Basic ")
-        return text.replace(secret, "***") if secret else text
-
     def __bool__(self) -> bool:
         return bool(self._header)
 

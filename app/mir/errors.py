@@ -30,9 +30,10 @@ SENTENCES: Mapping[str, str] = {
     "unreachable": "{address} can't be reached",
     "not_wanted": "it was too late when the connection to {address} stood, so nothing was sent",
     "tls_failed": "{address} doesn't speak HTTPS as it should; check the address (http or https) and the port",
-    "certificate_untrusted": "the certificate of {address} isn't trusted; if it is the robot's own, pin it by its SHA-256 fingerprint",
-    "certificate_mismatch": "the certificate of {address} isn't the pinned one, so nothing was sent; is it still the same robot?",
+    "certificate_untrusted": "the certificate of {address} isn't trusted yet; Test connection in Settings shows it to compare and to trust",
+    "certificate_mismatch": "{address} shows another certificate than the trusted one, so nothing was sent; is it still the same robot?",
     "connection_lost": "the connection to {address} broke before its answer was complete",
+    "lost_over_http": "the connection to {address} broke before its answer was complete; perhaps it wants https",
     "timed_out": "{address} didn't answer within {seconds} s",
     "too_slow": "the answer of {address} wasn't complete after {seconds} s",
     "unauthorized": "{address} doesn't accept the user name and password",
@@ -47,11 +48,13 @@ SENTENCES: Mapping[str, str] = {
     "web_page": "{address} answers with a web page, not like a MiR robot",
     "no_interface": "{address} answers, but has no MiR interface (status {status})",
     "no_status": "{address} answers, but not with the status of a MiR robot",
-    "serial_number_hidden": "{address} doesn't show its serial number any more, so nothing was sent; if it is still the same robot, "
-                            "enter its password again",
+    "serial_number_hidden": "{address} doesn't show its serial number any more, so nothing was sent; check at the robot that it is the "
+                            "same one",
     "another_robot": "{address} has serial number {found} instead of {expected}, so nothing was sent; is it still the same robot?",
+    "another_robot_did_it": "{address} has serial number {found} instead of {expected}, and that machine got the command; is it still the "
+                            "same robot?",
     "unreadable": "{address} gave an answer that can't be read: {problem}",
-    "too_long": "{address} gave an answer longer than {limit} MiB",
+    "too_long": "{address} gave an answer longer than {limit} MiB, or in too many pieces",
     "too_large": "{address} gave an answer larger than {limit} KiB where a short one is expected",
 }
 
@@ -124,8 +127,10 @@ class CertificateMismatch(CertificateProblem):
 
 
 class ConnectionLost(RobotError):
-    """The connection broke after the request had begun to leave."""
+    """The connection broke after the request had begun to leave. ``is_stale``: it was an open one, and a read got no byte of an answer:
+    most likely the robot was just closing it."""
     code = "connection_lost"
+    is_stale = False
 
 
 class TimedOut(RobotError):
@@ -184,9 +189,13 @@ class NotAMir(RobotError):
 
 
 class AnotherRobot(NotAMir):
-    """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent."""
+    """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent; or it has got it
+    (``another_robot_did_it``)."""
     code = "another_robot"
-    _delivery = Delivery.NOT_SENT
+
+    @property
+    def delivery(self) -> Delivery:
+        return Delivery.UNKNOWN if self.code == "another_robot_did_it" else Delivery.NOT_SENT
 
 
 class SerialNumberHidden(NotAMir):

@@ -5,6 +5,7 @@ header) and redirects (they make a GET of a POST, and their bodies are read with
 """
 from __future__ import annotations
 
+import itertools
 import json as json_module
 from collections.abc import Callable, Mapping
 from http.client import HTTPException
@@ -15,9 +16,9 @@ import requests
 from urllib3.exceptions import HTTPError
 
 from app.mir.address import Address
-from app.mir.connections import LONGEST_BODY, RobotConnection, TlsConnection, not_http, tls_context, too_long
+from app.mir.connections import MOST_PARTS, RobotConnection, TlsConnection, not_http, tls_context, too_long
 from app.mir.credentials import Token, normalise_fingerprint
-from app.mir.errors import ConnectionLost, RobotError
+from app.mir.errors import ConnectionLost
 from app.mir.transport import API, Response, Timeouts
 
 
@@ -47,9 +48,8 @@ class HttpTransport:
             pin = normalise_fingerprint(certificate_sha256) if certificate_sha256 else None
             kind, tls = TlsConnection, {"ssl_context": tls_context(is_pinned=pin is not None), "assert_fingerprint": pin}
         self._reading, self._writing = kind(address.host, address.port, **tls), kind(address.host, address.port, **tls)
-        self._headers = {
-            "Host": address.netloc, "Accept": "application/json", "Accept-Encoding": "identity", "Accept-Language": "en_US",
-            "Content-Type": "application/json", "User-Agent": "AMR-Scheduler"}
+        self._headers = {"Host": address.netloc, "Accept": "application/json", "Accept-Encoding": "identity",
+                         "Accept-Language": "en_US", "Content-Type": "application/json", "User-Agent": "AMR-Scheduler"}
         self._credentials = {"Authorization": token.header} if token else {}
 
     def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
@@ -64,14 +64,13 @@ class HttpTransport:
         connection = self._reading if method == "GET" else self._writing
         connection.begin(timeout, is_wanted)
         try:
-            try:
-                return self._once(request, connection)
-            except ConnectionLost:
-                if method != "GET" or connection.is_new or connection.received:
-                    raise
-            return self._once(request, connection)   # a read: the robot had closed the kept-alive connection
-        except RobotError as error:
-            raise error.at(self._address.netloc) from None
+            return self._once(request, connection)
+        except ConnectionLost as error:
+            error.is_stale = method == "GET" and not (connection.is_new or connection.received)
+            raise
+
+    def kept(self) -> object:
+        return (sock := self._reading.sock) and self._reading.is_connected and sock
 
     def close(self) -> None:
         self._reading.close()
@@ -80,11 +79,13 @@ class HttpTransport:
         self._adapter.connection, keeps = connection, False
         try:
             answer = self._adapter.send(request, stream=True)
-            body = answer.raw.read(LONGEST_BODY + 1, decode_content=True)      # unpacks no more than that
-            if len(body) > LONGEST_BODY:
+            # As they come: each chunk costs microseconds, and unpacking could take minutes; it was not to be packed.
+            parts = list(itertools.islice(answer.raw.stream(1 << 16, decode_content=False), MOST_PARTS))
+            if len(parts) == MOST_PARTS:
                 raise too_long()
-            keeps = request.method == "GET" and answer.status_code == 200      # others may be followed by what they don't announce
-            return Response(answer.status_code, body, answer.headers)
+            # Answers of failure may be followed by what they don't announce.
+            keeps = request.method == "GET" and answer.status_code == 200 and not connection.will_close
+            return Response(answer.status_code, b"".join(parts), answer.headers)
         except (OSError, HTTPException, HTTPError, ValueError, TypeError):     # the last for parameters that contradict each other
             # Not chained: the originals carry the request with its token.
             raise (ConnectionLost() if connection.is_at_end else not_http()) from None

@@ -17,6 +17,7 @@ from app.mir.errors import Refusal, Rejected, RobotFault, Unreadable
 PAGE = 200                  # items asked for at once
 MOST_ITEMS = 5000           # read in one call
 MOST_SINGLE_READS = 100     # asked for one by one in one call, where the robot's lists are short
+LONGEST_STEP = 2**20        # between two numbers that are tried
 MISSING_IN_A_ROW = 5        # numbers: items may have been deleted
 NOT_OFFERED = (400, 404, 405, 410, 501)      # how a robot may answer a feature that it doesn't have
 
@@ -67,23 +68,29 @@ class QueueReader:
         return self._climbed
 
     def _climb(self, listed: int) -> int:
-        """The list may end far below what is new, so numbers above it are tried, in longer and shorter steps. Only one that is there
-        counts: too low a number is safe to search from."""
+        """The list may end far below what is new, so numbers above it are tried, in longer and shorter steps, and beyond a gap as far as
+        in ``_one_by_one``. Only one that is there counts: too low a number is safe to search from.
+
+        Raises Unreadable where there is no end.
+        """
         known = self._climbed if self._climbed > listed and self._is_there(self._climbed) else listed
-        step = 1
-        while step:
-            if self._is_there(known + step):
-                known, step = known + step, 2 * step
-            else:
+        step, missing = 1, 0
+        while missing < MISSING_IN_A_ROW:
+            if self._is_there(known + missing + step):
+                known, step, missing = known + missing + step, 2 * step, 0
+                if step > LONGEST_STEP:
+                    raise Unreadable(problem=message("the queue has no end"))
+            elif step > 1:
                 step //= 2
+            else:
+                missing += 1
         return known
 
     def _is_there(self, number: int) -> bool:
         try:
-            self._read_item(number)
+            return self._read_item(number).id == number
         except (Rejected, RobotFault, Unreadable):
             return False
-        return True
 
     def ids(self, query: Mapping[str, str]) -> list[int]:
         return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]
@@ -117,6 +124,8 @@ class QueueReader:
             page = {parse.queue_id(entry): entry for entry in self._ask(method, path, query, body)}
             fresh = [entry for number, entry in page.items() if number not in seen]
             found = list(filter(wanted, fresh))
+            if offset + len(found) > MOST_ITEMS:                  # a robot that does not page
+                break
             yield from found
             is_last = len(page) != PAGE or not fresh              # a full page of the size asked for may have a next one
             is_sorted = list(page) == sorted(page, reverse=True)

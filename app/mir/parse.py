@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
 from typing import Any, TypeVar
 
+from app.domain.json_parts import has_too_many_parts
 from app.domain.message import Message, message
 from app.domain.robot import (
     MapPosition,
@@ -29,10 +30,10 @@ from app.mir.errors import NotAMir, Unreadable
 from app.mir.texts import clean, resolve
 
 LARGEST_INT = 2**63 - 1
-MOST_LISTS, MOST_KEYS = 200_000, 100_000         # in one answer; of keys 60 more for each object
 LONGEST_LIST = 1000             # of things inside one object: errors, parameters
 MOST_OPTIONS = 12               # of a prompt
 LARGEST_MAP = 64_000_000        # pixels
+_GZIP = b"\x1f\x8b"
 _NOT_SET = datetime(1970, 1, 1)  # noqa: DTZ001  # how MiR Fleet writes "not set"
 
 Object = dict[str, Any]
@@ -41,11 +42,9 @@ T = TypeVar("T")
 
 # ---------------------------------------------------------------------- JSON
 def loads(body: bytes) -> Any:
-    """Strict JSON: UTF-8, no NaN or Infinity, no key twice, no integer beyond 64 bit, no bottomless nesting. Raises Unreadable.
-
-    Empty lists and the keys of one object are made in one go while no other thread runs, a second for 8 MiB, so they are counted first.
-    """
-    if body.count(b"[") > MOST_LISTS or body.count(b":") > MOST_KEYS + 60 * body.count(b"{"):
+    """Strict JSON: UTF-8, no NaN or Infinity, no key twice, no integer beyond 64 bit, no bottomless nesting, and not more parts than can be
+    parsed without holding up other threads. Raises Unreadable."""
+    if has_too_many_parts(body):
         raise Unreadable(problem=message("it has too many parts"))
     try:
         return json.loads(body.decode("utf-8-sig"), parse_constant=_no_constant, parse_int=_int, parse_float=_float,
@@ -53,7 +52,7 @@ def loads(body: bytes) -> Any:
     except RecursionError:
         raise Unreadable(problem=message("it is nested too deep")) from None
     except UnicodeDecodeError:
-        raise Unreadable(problem=message("it is no UTF-8")) from None
+        raise Unreadable(problem=message("it is compressed") if body[:2] == _GZIP else message("it is no UTF-8")) from None
     except ValueError:
         raise Unreadable(problem=message("it is no JSON")) from None
 
@@ -315,7 +314,10 @@ def robot_map(value: Any) -> RobotMap:
                     resolution if resolution is not None and 0 < resolution < 10 else 0.05, Pose(x, y, theta))
 
 
-def listed(value: Any, what: Message, read: Callable[[Object], T | None]) -> list[T]:
+def listed(value: Any, what: Message, read: Callable[[Object], T | None], most: float = math.inf) -> list[T]:
     """The entries of a list that can be read; one without an identity is skipped."""
-    found: Iterable[T | None] = map(read, objects(value, what))
+    entries = objects(value, what)
+    if len(entries) > most:
+        raise Unreadable(problem=message("{what} has more than {n} entries", what=what, n=most))
+    found: Iterable[T | None] = map(read, entries)
     return [entry for entry in found if entry is not None]

@@ -1,29 +1,47 @@
-"""Texts from robots, cleaned before they are shown or stored."""
+"""Texts from robots, cleaned before they are shown or stored, and without credentials, should a robot have sent some back.
+
+Every text of a robot, whatever request it answers, gets out of here by ``clean``. The credential of a robot user is the SHA-256 sum of the
+password, in 64 hexadecimal digits after the user name and a colon, and all of that in base64: both are recognised by their form, whoever
+they belong to, with whatever is between their characters that is not shown. What a robot takes apart or writes in other ways passes.
+"""
 from __future__ import annotations
 
 import json
 import re
+import string
 from typing import Any
 
-LONGEST_TEXT = 500
+from app.domain import names
 
-# Lone surrogates (neither SQLite nor UTF-8 takes them), control characters, spaces without width, and marks that reverse the direction of
-# what follows.
-_UNWANTED = re.compile("[\ud800-\udfff\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2060-\u2064\u202a-\u202e\u2066-\u2069\ufeff]")
+LONGEST_TEXT = 500
+SHORTEST_SECRET = 64        # characters of a password's SHA-256 sum
+HIDDEN = "***"
+
+_BASE64 = string.ascii_letters + string.digits + "+/="
+_LONG_RUN = re.compile(f"(?<![{_BASE64}])[{_BASE64}]{{{SHORTEST_SECRET},}}")
 _BREAKS = re.compile("[\t\n\v\f\r\x85\u2028\u2029]+")
 # %(name)s, %(name)d, %(name).2f …; widths have two digits at most, so that no template can blow a text up.
 _FIELD = re.compile(r"%\((?P<name>[^()]{1,80})\)(?P<format>[-+ 0#]{0,3}\d{0,2}(?:\.\d{1,2})?[sdiufFgGeExXr])|%%")
 
 
 def clean(value: Any, limit: int = LONGEST_TEXT) -> str:
-    """A text without control characters and lone surrogates, on one line, at most ``limit`` characters; "" for anything that is no text."""
+    """A text without anything invisible (lone surrogates included, which neither SQLite nor UTF-8 takes), on one line, at most ``limit``
+    characters; "" for anything that is no text. 64 and more letters and digits in a row, of both kinds, are taken for a credential and
+    hidden."""
     if not isinstance(value, str):
         return ""
     text = value[:4 * limit]
-    if not text.isprintable():                       # nearly all are: then there is nothing of the kind
-        text = _UNWANTED.sub("", _BREAKS.sub(" ", text))
-    text = text.strip()
+    text = names.visible(text if text.isprintable() else _BREAKS.sub(" ", text)).strip()         # breaks are not printable
+    if len(text) >= SHORTEST_SECRET:
+        text = _LONG_RUN.sub(_hidden, text)
+    if len(text) <= limit and len(value) > 4 * limit:
+        text = text.rstrip(_BASE64) + "…"            # what was cut off may be the rest of one
     return text if len(text) <= limit else text[:limit - 1] + "…"
+
+
+def _hidden(run: re.Match[str]) -> str:
+    """A word without end is none: a robot's own are shorter, or of letters only."""
+    return HIDDEN if any(map(str.isdigit, run[0])) and any(map(str.isalpha, run[0])) else run[0]
 
 
 def resolve(value: Any, limit: int = LONGEST_TEXT) -> str:
@@ -38,7 +56,7 @@ def resolve(value: Any, limit: int = LONGEST_TEXT) -> str:
     if template is None:
         return clean(value, limit)
     message, args = template
-    return clean(_FIELD.sub(lambda match: _filled(match, args), message[:4 * limit]), limit)
+    return clean(_FIELD.sub(lambda match: _filled(match, args), message[:4 * limit + 1]), limit)
 
 
 def _template(text: str) -> tuple[str, dict[str, Any]] | None:

@@ -35,5 +35,8 @@ class Transport(Protocol):
         Raises Unreachable or NotWanted when nothing was sent, TimedOut, ConnectionLost or Unreadable when something was.
         """
 
+    def kept(self) -> object:
+        """The open connection that reads share, None where their last answer ended it, False where the robot has hung up since."""
+
     def close(self) -> None:
         """Let go of connections. A later ``send`` opens new ones."""

@@ -3,10 +3,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import socket
 import ssl
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from email.message import Message
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -33,16 +34,31 @@ class Seen:
 
 @dataclass
 class Capture:
-    """``status_is_open``: whether ``/status`` is answered without credentials; everything else never is."""
+    """``status_is_open``: whether ``/status`` is answered without credentials; everything else never is. Requests for ``breaks_at`` get
+    no answer: the connection ends. ``says_close``: every answer announces its end."""
     url: str
     serial: str | None = "A-1"
     status_is_open: bool = True
+    breaks_at: str = ""
+    says_close: bool = False
     seen: list[Seen] = field(default_factory=list)
+    sockets: list[socket.socket] = field(default_factory=list)
 
     @property
     def credentials(self) -> list[str]:
         """Every Authorization header that arrived."""
         return [one.authorization for one in self.seen if one.authorization is not None]
+
+    def pretend(self, values: Mapping[str, Any]) -> None:
+        """Be another machine from now on."""
+        for name, value in values.items():
+            setattr(self, name, value)
+
+    def hang_up(self) -> None:
+        """On everybody, as a machine that is switched off."""
+        for one in self.sockets:
+            with suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
 
     def answer(self, one: Seen) -> tuple[int, Any]:
         if one.authorization is None and not (one.path == "/status" and self.status_is_open):
@@ -54,6 +70,8 @@ class Capture:
                 return 200, {"name": "scheduler"}
             case "POST", "/mission_queue":
                 return 201, {"id": 7}
+            case "GET", "/missions/unknown":
+                return 404, None
             case "DELETE", _:
                 return 204, None
         return 200, []
@@ -68,14 +86,23 @@ def capture(certificate: str = "", **given: Any) -> Iterator[Capture]:
         def log_message(self, *_: Any) -> None:
             """Not on stderr."""
 
+        def setup(self) -> None:
+            super().setup()
+            machine.sockets.append(self.connection)
+
         def handle_any(self) -> None:
             self.rfile.read(int(self.headers["Content-Length"] or 0))
             one = Seen(self.command, self.path.partition("?")[0].removeprefix(API), self.headers)
             machine.seen.append(one)
+            if one.path == machine.breaks_at:
+                self.close_connection = True
+                return
             status, found = machine.answer(one)
             body = b"" if found is None else json.dumps(found).encode()
             self.send_response(status)
             self.send_header("Content-Length", str(len(body)))
+            if machine.says_close:
+                self.send_header("Connection", "close")
             self.end_headers()
             self.wfile.write(body)
 

@@ -8,6 +8,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.alarms import OPEN_OF_A_KIND
 from app.domain.message import render
 from app.domain.models import Alarm
 from app.domain.problems import in_words
@@ -67,7 +68,9 @@ def test_three_short_errors_and_the_number_of_the_others():
 def test_no_detail_of_an_alarm_is_long(site):
     site.container.alarms.raise_("robot_error", "robot:1", robot="R1", problem="x" * 100_000)
     site.container.alarms.raise_("unreachable", "robot:1", robot="R1", problem={"msgid": "{reason}", "params": {"reason": "y" * 100_000}})
-    assert all(len(alarm_sentence(alarm)) < 2 * LONGEST_ALARM for alarm in site.container.alarms.open())
+    parts = {"parts": ["z" * 100_000] * 2}
+    site.container.alarms.raise_("not_a_robot", "robot:1", robot="R1", problem={"msgid": "{parts}", "params": parts})
+    assert all(len(alarm_sentence(alarm)) < 3 * LONGEST_ALARM for alarm in site.container.alarms.open())
 
 
 def test_alarms_of_one_kind_do_not_push_the_others_out_of_the_list(site):
@@ -89,6 +92,42 @@ def test_alarms_of_one_kind_do_not_push_the_others_out_of_the_list(site):
     assert sum(alarm.code == "executions_missed" for alarm in past) == 100
 
 
+def test_neither_do_those_of_a_robot_s_runs(site):
+    """Each run has an alarm of its own."""
+    repository, start = site.container.repositories.alarms, site.clock.now()
+
+    def fill(c):
+        for number in range(KEPT + 500):
+            at, code, key, about = start + timedelta(seconds=number), "unknown_outcome", f"execution:{number}", {"robot_id": 1}
+            if number == 0:
+                code, key, about = "executions_missed", "plan", {}
+            repository.raise_once(c, Alarm(code, key, "medium", at, about, last_at=at, cleared_at=at))
+            c.execute("UPDATE alarms SET acknowledged_at = cleared_at")
+
+    site.container.db.write(fill)
+    site.container.alarms.prune()
+    assert "executions_missed" in [alarm.code for alarm in site.container.alarms.past(KEPT)[0]]
+
+
+def test_what_nobody_acknowledges_is_counted_and_stays_short(site):
+    alarms = site.container.alarms
+    alarms.raise_("unknown_outcome", "execution:0", robot="R2", robot_id=2, mission="M", problem="none")
+    for number in range(1, 501):
+        alarms.raise_("unknown_outcome", f"execution:{number}", robot="R1", robot_id=1, mission="M", problem="none")
+    found = [alarm for alarm in alarms.open() if alarm.details["robot_id"] == 1]
+    assert len(found) == OPEN_OF_A_KIND
+    assert sum(alarm.count for alarm in found) == 500
+    assert found[0].key == "execution:500"               # the newest leads to its own run
+    assert "execution:1" in [alarm.key for alarm in found]
+    assert "execution:0" in [alarm.key for alarm in alarms.open()]
+    hidden = found[0]
+    alarms.shelve(hidden.id, 8)
+    alarms.raise_("unknown_outcome", "execution:501", robot="R1", robot_id=1, mission="M", problem="none")
+    shown = {alarm.key: alarm for alarm in alarms.open()}
+    assert shown["execution:501"].shelved_until is None, "no new event hides behind a shelved one"
+    assert shown["execution:500"].count == hidden.count
+
+
 def test_no_line_of_the_log_is_long(log_directory):
     logging.getLogger("app").warning("alarm: %s", "z" * 500_000)
     try:
@@ -106,7 +145,7 @@ def test_a_robot_that_makes_lines_all_day_does_not_fill_the_log(log_directory):
     log.warning("evidence")
 
     def rave():
-        for number in range(20_000):
+        for number in range(2_000):
             log.warning("R1: %d %s", number, "w" * 300)
 
     threads = [threading.Thread(target=rave, name=f"worker-R{number}") for number in range(3)]
@@ -141,3 +180,25 @@ def test_what_was_left_out_of_the_log_is_counted(log_directory, monkeypatch):
 def _error(number: int):
     from mir_sim.state import RobotError
     return RobotError(10_000 + number, f"{number} " + "x" * 490, "Wheels")
+
+
+@pytest.mark.parametrize("text", ["w" * 1900, "車輪" * 300, "\u202e\n" * 150], ids=["ASCII", "three bytes each", "escaped"])
+def test_a_day_of_twelve_raving_robots_leaves_what_was_said_of_the_others(log_directory, monkeypatch, text):
+    seconds = 0
+    monkeypatch.setattr(logs, "monotonic", lambda: float(seconds))
+
+    def say(thread: str, message: str, exc_info: object = None) -> None:
+        record = logging.makeLogRecord({"name": "app", "levelno": logging.WARNING, "levelname": "WARNING", "msg": message,
+                                        "threadName": thread, "exc_info": exc_info})
+        logging.getLogger().handle(record)
+
+    for seconds in range(0, 24 * 3600, 240):
+        for robot in range(12):
+            say(f"worker-R{robot}", text)
+        say("worker-calm", f"evidence of a robot {seconds}")
+        say("scheduler", f"evidence of the app {seconds}")
+    files = list(log_directory.iterdir())
+    kept = "".join(file.read_text(encoding="utf-8") for file in files)
+    assert sum(file.stat().st_size for file in files) <= logs.BYTES * (logs.FILES + 1)
+    assert kept.count("evidence of a robot") == kept.count("evidence of the app") == 24 * 15
+    assert "lines of this robot were left out" in kept

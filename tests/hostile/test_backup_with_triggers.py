@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.database import backups
+from app.database import backups, files
 from app.database.connection import Database, DatabaseRefused
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 
@@ -52,9 +52,43 @@ def test_another_schema_is_not_restored(backup, tmp_path, script):
     assert [path.name for path in target.parent.iterdir() if "restore" in path.name] == []
 
 
+def test_what_was_checked_is_what_is_installed(backup, tmp_path, monkeypatch):
+    """A medium that gives something else when it is read again, or somebody who changes the file meanwhile."""
+    def copied_late(source: Path, target: Path) -> None:
+        spoil(source, HOSTILE["a trigger that changes addresses"])
+        copy(source, target)
+
+    copy = files.copy_private
+    monkeypatch.setattr(files, "copy_private", copied_late)
+    target = tmp_path / "data" / "amr-scheduler.db"
+    before = target.read_bytes()
+    with pytest.raises(DatabaseRefused, match="were not made by this app"):
+        backups.restore(backup, target, NOW)
+    assert target.read_bytes() == before
+    assert not list(target.parent.glob("*restore*"))
+
+
 def test_a_definition_that_was_rewritten_is_another_schema(backup):
     spoil(backup, """PRAGMA writable_schema = ON;
                      UPDATE sqlite_schema SET sql = replace(sql, 'DEFAULT 1', 'DEFAULT 0') WHERE name = 'robots'""")
+    assert backups.problem_of(backup) is not None
+
+
+@pytest.mark.parametrize(("kind", "name", "sql"), [
+    ("trigger", "sqlite_t", "CREATE TRIGGER sqlite_t AFTER INSERT ON alarms BEGIN UPDATE robots SET address = 'http://evil.example'; END"),
+    ("trigger", "sqlite_sequence", "CREATE TRIGGER sqlite_sequence BEFORE DELETE ON alarms BEGIN SELECT raise(ABORT, 'no'); END"),
+    ("view", "sqlite_v", "CREATE VIEW sqlite_v AS SELECT 1")])
+def test_nor_is_it_hidden_behind_a_name_of_sqlite_itself(backup, kind, name, sql):
+    with closing(sqlite3.connect(backup)) as connection, connection:
+        connection.execute("PRAGMA writable_schema = ON")
+        connection.execute("INSERT INTO sqlite_schema (type, name, tbl_name, rootpage, sql) VALUES (?, ?, 'alarms', 0, ?)",
+                           (kind, name, sql))
+    assert backups.problem_of(backup) is not None
+
+
+@pytest.mark.parametrize("version", [-1, 0, 2**31 - 1])
+def test_nor_one_of_a_version_that_never_was(backup, version):
+    spoil(backup, f"PRAGMA user_version = {version}")
     assert backups.problem_of(backup) is not None
 
 

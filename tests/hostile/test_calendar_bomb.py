@@ -1,6 +1,7 @@
 """Calendar files of a few bytes that stand for thousands of days: counted while they are expanded."""
 from __future__ import annotations
 
+import itertools
 import tracemalloc
 from datetime import date
 from zoneinfo import ZoneInfo
@@ -44,6 +45,39 @@ def test_a_bomb_stops_at_the_limit(content, monkeypatch):
         assert tracemalloc.get_traced_memory()[1] < 20 << 20
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize("content", [
+    calendar(["RDATE;VALUE=DATE:" + ",".join(["20260101"] * 100_000)]),
+    calendar(["EXDATE;VALUE=DATE:" + ",".join(["20260101"] * 100_000)]),
+    calendar(["EXD\r\n ATE;VALUE=DATE:" + ",\r\n ".join(["20260101"] * 39_000)]),
+    calendar(["RRULE:FREQ=YEARLY;BYMONTHDAY=" + ",".join(["1"] * 500_000)]),
+    calendar(["CATEGORIES:" + ",".join(["a"] * 500_000)]),
+    calendar(["X-A" + ";P=a" * 200_000 + ":b"]),
+    calendar(*[["SUMMARY:past"]] * 9_000),
+    calendar(*[[]] * 9_000).replace(b"BEGIN:VEVENT", b"begin;x=1:ve\r\n vent"),
+], ids=["dates", "exceptions", "folded", "days of a rule", "categories", "parameters", "events", "folded events"])
+def test_what_takes_long_to_parse_is_not_parsed(content, monkeypatch):
+    ics.events(calendar([]))
+    monkeypatch.setattr("icalendar.Calendar.from_ical", lambda *_args, **_options: pytest.fail("parsed"))
+    with pytest.raises(ics.TooMuch):
+        ics.events(content)
+
+
+def test_the_calendar_of_a_company_is_parsed():
+    event = ["SUMMARY:Closed\\, as every year\\; ask at the gate", "CATEGORIES:a,b", "DTEND;VALUE=DATE:20260102",
+             "EXDATE;VALUE=DATE:20270101"]
+    assert len(ics.events(calendar(*[event] * 4_000))) == 4_000
+
+
+def test_reading_ends_in_time(monkeypatch):
+    """The clock goes on by a second each time that it is looked at."""
+    seconds = itertools.count()
+    monkeypatch.setattr(calendar_import.time, "monotonic", lambda: float(next(seconds)))
+    exceptions = calendar(["EXDATE;VALUE=DATE:20270101,20270102"])
+    assert len(read_days(exceptions, "quick", ZoneInfo("UTC"), TODAY).exceptions) == 1
+    with pytest.raises(ics.TooMuch, match="takes too long"):
+        read_days(calendar(["EXDATE;VALUE=DATE:" + ",".join(["20270101"] * 30)]), "slow", ZoneInfo("UTC"), TODAY)
 
 
 def test_it_is_said_in_one_sentence_and_nothing_is_taken(tmp_path):

@@ -10,7 +10,9 @@ from app.container import Container
 from app.domain.models import InvalidInput
 from app.failures import BadInput
 from app.i18n import translation
-from app.process.commands import ExportTarget
+from app.process.commands import export_target
+from app.process.data_directory import DataDirectory
+from app.services.files.shared_places import draft_of, open_in_place, without_links
 from tests.support.process import is_one_line, run
 
 
@@ -32,14 +34,14 @@ def precious(tmp_path) -> Path:
 
 
 def write(path: Path) -> None:
-    with ExportTarget(str(path)) as target:
+    with export_target(str(path)) as target:
         target.write("log")
 
 
 def test_a_link_in_a_shared_directory_is_not_followed(shared, precious):
     link = shared / "log.csv"
     link.symlink_to(precious)
-    with pytest.raises(BadInput, match=f"{link} is a link or a pipe in a directory in which others may write"):
+    with pytest.raises(BadInput, match=f"{link} is a link or a pipe that somebody else may have put there"):
         write(link)
     assert precious.read_text(encoding="utf-8") == "precious"
 
@@ -69,6 +71,96 @@ def test_nor_is_one_of_a_directory_or_behind_another_link(shared, precious):
     assert precious.read_text(encoding="utf-8") == "precious"
 
 
+def of_somebody_else(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only root can give a file away; anybody else becomes somebody else."""
+    if os.geteuid() == 0:
+        os.lchown(path, 1234, 1234)
+    else:
+        monkeypatch.setattr(os, "geteuid", lambda: path.lstat().st_uid + 1)
+
+
+@pytest.mark.parametrize("mode", [0o755, 0o775, 0o1777])
+def test_a_link_of_somebody_else_is_not_followed_wherever_it_lies(shared, precious, mode, monkeypatch):
+    """Also in a directory of his own, and in one of a group."""
+    logs = shared / "logs"
+    logs.mkdir()
+    (logs / "log.csv").symlink_to(precious)
+    (logs / "home").symlink_to(precious.parent)
+    logs.chmod(mode)
+    for link in (logs / "log.csv", logs / "home"):
+        of_somebody_else(link, monkeypatch)
+    for target in (logs / "log.csv", logs / "home" / "precious", logs / "home" / ".." / "home" / "new",
+                   shared / ".." / "shared" / "logs" / "log.csv"):
+        with pytest.raises(BadInput, match="somebody else may have put there"):
+            write(target)
+    assert [path.read_text(encoding="utf-8") for path in precious.parent.iterdir()] == ["precious"]
+
+
+def test_nor_is_one_on_the_way_behind_an_own_link(shared, precious, tmp_path):
+    (shared / "logs").symlink_to(precious.parent)
+    (tmp_path / "mine").symlink_to(shared)
+    with pytest.raises(BadInput, match="somebody else may have put there"):
+        write(tmp_path / "mine" / "logs" / "precious")
+    assert precious.read_text(encoding="utf-8") == "precious"
+
+
+@pytest.mark.parametrize("mode", [0o755, 0o775])
+def test_own_links_are_followed(shared, precious, mode):
+    logs = shared / "logs"
+    logs.mkdir()
+    logs.chmod(mode)
+    (logs / "home").symlink_to("../../home")
+    (logs / "log.csv").symlink_to(logs / "home" / "precious")
+    write(logs / "log.csv")
+    assert precious.read_text(encoding="utf-8") == "log"
+    assert (logs / "log.csv").is_symlink()
+
+
+def test_what_becomes_a_link_after_it_was_checked_is_not_followed(shared, precious):
+    logs = shared / "logs"
+    logs.mkdir()
+    for name in ("precious", "pipe"):
+        assert without_links(logs / name) == logs / name
+    (logs / "precious").symlink_to(precious)
+    with draft_of(logs / "precious") as file:
+        file.write("log")
+    assert (logs / "precious").read_text(encoding="utf-8") == "log"         # the link itself was replaced
+    (logs / "pipe").symlink_to(precious)
+    with pytest.raises(OSError, match="Too many levels"):
+        open_in_place(logs / "pipe")
+    logs.rename(shared / "away")
+    logs.symlink_to(precious.parent)
+    with pytest.raises(OSError, match="Not a directory"), draft_of(logs / "precious") as file:
+        file.write("log")
+    for name in ("precious", "pipe"):
+        with pytest.raises(OSError, match="Not a directory"):
+            open_in_place(logs / name)
+    with pytest.raises(FileExistsError):                # nor is a file emptied that was a pipe
+        open_in_place(precious)
+    assert [path.read_text(encoding="utf-8") for path in precious.parent.iterdir()] == ["precious"]
+
+
+def test_a_directory_that_becomes_a_link_while_it_is_written_gets_nothing(shared, precious):
+    logs = shared / "logs"
+    logs.mkdir()
+    with draft_of(logs / "precious") as file:
+        file.write("log")
+        logs.rename(shared / "away")
+        logs.symlink_to(precious.parent)
+    assert precious.read_text(encoding="utf-8") == "precious"
+    assert [path.name for path in (shared / "away").iterdir()] == ["precious"]
+
+
+def test_the_pipe_of_another_command_is_written_into(tmp_path):
+    """As a shell writes ``--export-log >(gzip)``."""
+    reader, writer = os.pipe()
+    for name in (f"/dev/fd/{writer}", f"/proc/self/fd/{writer}"):
+        write(Path(name))
+        assert os.read(reader, 100) == b"log"
+    os.close(reader)
+    os.close(writer)
+
+
 def test_a_pipe_there_gets_nothing(shared):
     os.mkfifo(shared / "log.csv")
     with pytest.raises(BadInput):
@@ -87,10 +179,56 @@ def test_an_export_on_screen_follows_none_either(shared, precious, tmp_path):
     (shared / "log.csv").symlink_to(precious.parent / "new")
     for export in (container.files.export_history, container.files.export_configuration):
         for target in (shared / "logs" / "log.csv", shared / "log.csv"):
-            with pytest.raises(InvalidInput, match="others may write"):
+            with pytest.raises(InvalidInput, match="somebody else may have put"):
                 export(str(target))
     container.close()
     assert [path.name for path in precious.parent.iterdir()] == ["precious"]
+
+
+# ---------------------------------------------------------------------- data directories that somebody else prepared
+@pytest.fixture
+def prepared_by_others(tmp_path, precious) -> Path:
+    directory = tmp_path / "prepared"
+    (directory / "logs").mkdir(parents=True)
+    for name in ("scheduler.lock", "amr-scheduler.db", "logs/amr-scheduler.log"):
+        (directory / name).symlink_to(precious)
+    return directory
+
+
+def contents(directory: Path) -> dict[str, str]:
+    return {str(path.relative_to(directory)): os.readlink(path) if path.is_symlink() else "" for path in directory.rglob("*")}
+
+
+@pytest.mark.parametrize("only_to_read", [False, True])
+def test_the_directory_of_another_user_is_refused(prepared_by_others, precious, monkeypatch, only_to_read):
+    before = contents(prepared_by_others)
+    prepared_by_others.chmod(0o777)
+    monkeypatch.setattr(os, "geteuid", lambda: prepared_by_others.stat().st_uid + 1)
+    with pytest.raises(BadInput, match="belongs to another user"):
+        DataDirectory.prepare(prepared_by_others, only_to_read=only_to_read)
+    assert prepared_by_others.stat().st_mode & 0o777 == 0o777
+    assert contents(prepared_by_others) == before
+    assert precious.read_text(encoding="utf-8") == "precious"
+
+
+def test_so_is_one_like_that_for_temporary_files(shared):
+    (shared / "scheduler.lock").touch()
+    with pytest.raises(BadInput, match="shared by several users"):
+        DataDirectory.prepare(shared)
+    assert shared.stat().st_mode & 0o7777 == 0o1777
+
+
+@pytest.mark.parametrize("arguments", [("--export-config", "-"), ("--export-log", "-"), ("--remove-pin",), ("--headless",)])
+@pytest.mark.parametrize("planted", ["scheduler.lock", "amr-scheduler.db", "logs/amr-scheduler.log"])
+def test_no_link_that_was_planted_in_ones_own_is_followed(prepared_by_others, precious, arguments, planted):
+    for name in contents(prepared_by_others).keys() - {planted, "logs"}:
+        (prepared_by_others / name).unlink()
+    if "log" in planted:
+        (prepared_by_others / "scheduler.lock").touch()
+    done = run(prepared_by_others, *arguments)
+    reads_all_the_same = "log" in planted and arguments[0].startswith("--export")
+    assert (done.returncode in (1, 2), is_one_line(done.stderr)) == (not reads_all_the_same,) * 2, done
+    assert precious.read_text(encoding="utf-8") == "precious"
 
 
 def test_a_language_is_a_name_and_no_path(tmp_path):

@@ -1,6 +1,8 @@
 """The simulator's /sim: not for web pages, and from other machines only with the key."""
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 import requests
 
@@ -35,6 +37,23 @@ def test_other_machines_need_the_key(peer, key, status):
         refused = refusal(Request.of("POST", path, {"X-Sim-Key": key} if key else {}, b"{}"), peer, "right")
         assert (refused and refused.status) == status
     assert refusal(Request.of("GET", "/api/v2.0.0/status"), peer, "right") is None
+
+
+@pytest.mark.parametrize("peer", ["10.0.0.7", "127.0.0.1"])
+def test_the_machine_that_asks_is_that_of_the_connection(monkeypatch, peer):
+    """Over a socket of this machine, whose other end is said to be elsewhere."""
+    real = asyncio.StreamWriter.get_extra_info
+    monkeypatch.setattr(asyncio.StreamWriter, "get_extra_info", lambda writer, name, default=None: (
+        (peer, 50_000) if name == "peername" else real(writer, name, default)))
+    is_here = peer == "127.0.0.1"
+    with mir_sim.serve(robots=1) as fleet:
+        [robot] = fleet.robots
+        assert post(robot.url) == (200 if is_here else 401)
+        assert (robot.state()["battery"] < 13) is is_here
+        assert requests.get(f"{robot.url}/sim", timeout=5).status_code == (200 if is_here else 401)
+        assert post(robot.url, **{"X-Sim-Key": fleet.key}) == 200
+        assert robot.state()["battery"] < 13
+        assert requests.get(f"{robot.url}/api/v2.0.0/status", headers=HEADERS, timeout=5).status_code == 200
 
 
 def test_the_key_can_be_chosen():

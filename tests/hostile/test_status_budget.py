@@ -12,7 +12,7 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import Rejected, Unreadable
 from app.mir.transport import Response
-from app.screens.home.view import prompt
+from app.screens.home.view import LONGEST_QUESTION, prompt
 from tests.support.home_facts import READY, snapshot
 
 KIB = 1024
@@ -26,6 +26,9 @@ class Answers:
 
     def send(self, *_args, **_options) -> Response:
         return self.answer
+
+    def kept(self) -> None:
+        """No connection."""
 
     def close(self) -> None:
         pass
@@ -72,16 +75,9 @@ def test_a_prompt_with_twelve_options_says_nothing_of_more():
     assert prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question == "Which?"
 
 
-@pytest.mark.parametrize("body", [b"[" + b"[]," * 2_700_000 + b"[]]", b"{" + b",".join(b'"k%d":""' % n for n in range(600_000)) + b"}"],
-                         ids=["lists", "one object"])
-def test_a_list_that_would_hold_up_every_thread_is_not_parsed(body, monkeypatch):
-    monkeypatch.setattr(json, "loads", lambda *_args, **_options: pytest.fail("parsed"))
-    with pytest.raises(Unreadable, match="too many parts"):
-        parse.loads(body)
-
-
-def test_a_long_queue_is_read():
-    item = {"id": 1, "state": "Done", "url": "/v2.0.0/mission_queue/1"}
-    assert len(parse.loads(json.dumps([item] * 100_000).encode())) == 100_000
-    full = {f"key{number}": "2026-11-23T06:00:00" for number in range(15)} | {"parameters": []}
-    assert len(parse.loads(json.dumps([full] * 10_000).encode())) == 10_000
+def test_a_question_without_end_leaves_the_answers_in_sight():
+    asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Is the aisle free of people? " * 120, "options": ["Yes", "No"]}}
+    question = prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question
+    assert question.startswith("Is the aisle free of people? Is the aisle")
+    assert question.endswith("… read all of it at the robot")
+    assert len(question) <= LONGEST_QUESTION + len(" … read all of it at the robot")

@@ -257,5 +257,9 @@ class SimulatedTransport:
         clock, elapsed = self._machine.clock, self._clock.elapsed()
         return {"Date": _http_date((clock.start + timedelta(seconds=elapsed + clock.error(elapsed))).replace(microsecond=0))}
 
+    def kept(self) -> object:
+        """As if the connection to a machine stayed open until another one answers."""
+        return self._network.impostors.get(self._name, self._machine)
+
     def close(self) -> None:
         """Nothing is held."""

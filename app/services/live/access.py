@@ -6,13 +6,15 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import itertools
 import logging
 import secrets
+import threading
 from dataclasses import dataclass
 from typing import Any
 
 from app.database.connection import Database
-from app.database.settings import SettingsRepository
+from app.database.settings import WRONG_PINS, SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput
 from app.services.live.alarms import Alarms
@@ -25,7 +27,6 @@ TRIES = 5                                # wrong tries in a row, after which eve
 WAIT_S, LONGEST_WAIT_S = 30.0, 3600.0    # each further one. Of the monotonic clock: setting the tablet's clock shortens nothing
 ALARM_AFTER = 10                         # wrong tries in a row
 _NAME = "settings_pin"                   # of the row in the table of settings; no field of ``Settings``, so no way into a file
-_WRONG = "settings_pin_wrong"            # the same, for how many wrong tries there were in a row
 _ALARM = ("pin_guessed", "settings")
 _COST = {"n": 2**14, "r": 8, "p": 1}     # scrypt as RFC 7914 recommends for logging in: 16 MiB and some 50 ms
 
@@ -38,16 +39,24 @@ class Verdict:
     wait_s: float = 0.0
 
 
+def is_easy_to_guess(pin: str) -> bool:
+    """One digit again and again, or a run of digits: what is tried first."""
+    steps = {(int(after) - int(before)) % 10 for before, after in itertools.pairwise(pin)}
+    return len(steps) == 1 and steps <= {0, 1, 9}
+
+
 class Access:
     """Asks for a PIN where one is set. A restart shortens no waiting time, it begins anew."""
 
     def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes, alarms: Alarms) -> None:
         self._db, self._settings, self._clock, self._changes, self._alarms = db, settings, clock, changes, alarms
-        self._wrong: int = settings.get(db.read(), _WRONG, 0)
+        self._wrong: int = settings.get(db.read(), WRONG_PINS, 0)
         self._closed_until = clock.monotonic() + _wait_after(self._wrong)
         self._known: dict[str, Any] | None = None
         self._is_known = False               # whether ``_known`` is what is stored
+        self._trying = threading.Lock()
         changes.subscribe(self._forget)
+        self._warn()                         # a restored backup knows nothing of it
 
     def is_set(self) -> bool:
         return self._stored() is not None
@@ -69,7 +78,11 @@ class Access:
         return was_set
 
     def check(self, pin: str) -> Verdict:
-        """One try; takes some 50 ms. During the waiting time a right one is refused, too."""
+        """One try after the other, each of some 50 ms. During the waiting time a right one is refused, too."""
+        with self._trying:
+            return self._judge(pin)
+
+    def _judge(self, pin: str) -> Verdict:
         if (wait_s := self.wait_s()) > 0:
             return Verdict(False, 0, wait_s)
         stored = self._stored()
@@ -79,11 +92,10 @@ class Access:
         self._wrong += 1
         wait_s = _wait_after(self._wrong)
         self._closed_until = self._clock.monotonic() + wait_s
-        self._db.write(lambda c: self._settings.put(c, _WRONG, self._wrong))
+        self._db.write(lambda c: self._settings.put(c, WRONG_PINS, self._wrong))
         if self._wrong >= TRIES:
             log.warning("%d wrong PINs for Settings in a row; none is taken for %d s", self._wrong, wait_s)
-        if self._wrong >= ALARM_AFTER:
-            self._alarms.raise_(*_ALARM, tries=ALARM_AFTER)
+        self._warn()
         return Verdict(False, max(0, TRIES - self._wrong), wait_s)
 
     def wait_s(self) -> float:
@@ -91,11 +103,15 @@ class Access:
         return max(0.0, self._closed_until - self._clock.monotonic())
 
     # ------------------------------------------------------------------ inside
+    def _warn(self) -> None:
+        if self._wrong >= ALARM_AFTER:
+            self._alarms.raise_(*_ALARM, tries=ALARM_AFTER)
+
     def _forgive(self) -> None:
         """Who knows the PIN, or needs none, was no guesser."""
         if self._wrong:
             self._wrong, self._closed_until = 0, self._clock.monotonic()
-            self._db.write(lambda c: self._settings.put(c, _WRONG, 0))
+            self._db.write(lambda c: self._settings.put(c, WRONG_PINS, 0))
             self._alarms.clear(*_ALARM)
 
     def _stored(self) -> dict[str, Any] | None:

@@ -30,7 +30,9 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
     "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
                                    "nothing is sent"),
-    "certificate_changed": (Priority.HIGH, "The certificate of {robot} is not the pinned one; nothing is sent"),
+    "serial_hidden": (Priority.HIGH, "{robot} no longer shows its serial number {expected}; nothing is sent"),
+    "certificate_changed": (Priority.HIGH, "{robot} shows another certificate than the one that is trusted; nothing is sent"),
+    "needs_password": (Priority.HIGH, "{robot} is switched off until its password is entered; nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
     "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "
@@ -85,7 +87,15 @@ def _short(value: Any) -> Any:
     """A detail without the endless texts that a robot may send."""
     if isinstance(value, Mapping):
         return {name: _short(part) for name, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_short(part) for part in value]
     return clipped(value, LONGEST_DETAIL) if isinstance(value, str) else value
+
+
+def alarm_of(code: str, key: str, now: datetime, details: Mapping[str, Any]) -> Alarm:
+    """A new one, of a code in SENTENCES."""
+    short = {name: _short(value) for name, value in details.items()}
+    return Alarm(code, key, SENTENCES[code][0], now, short, last_at=now, cleared_at=now if code in EVENTS else None)
 
 
 class Alarms:
@@ -95,8 +105,7 @@ class Alarms:
 
     def raise_(self, code: str, key: str, **details: Any) -> None:
         """Open an alarm, or count up the open one of the same code and key."""
-        now, details = self._clock.now(), {name: _short(value) for name, value in details.items()}
-        alarm = Alarm(code, key, SENTENCES[code][0], now, details, last_at=now, cleared_at=now if code in EVENTS else None)
+        alarm = alarm_of(code, key, self._clock.now(), details)
         if self._db.write(lambda c: self._repository.raise_once(c, alarm)):
             log.warning("alarm: %s", alarm_sentence(alarm))
         self._changes.publish(Topic.ALARMS)

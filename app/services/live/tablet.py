@@ -52,7 +52,7 @@ class Tablet:
         c = self._db.read()
         if self._machine is not None and self._settings.get(c, MACHINE) is None:
             self._db.write(lambda c: self._settings.put(c, MACHINE, self._machine))
-        self.move = self._stored_move()
+        self.move = stored_move(self._settings, self._db.read())
         if self.is_copy:
             log.warning("This data directory was copied from another tablet: nothing is sent from here")
         self._holds.is_copy = IS_LOOKED_AT if self.is_looked_at else IS_COPY if self.is_copy else None
@@ -78,7 +78,7 @@ class Tablet:
             self._settings.put(c, "install_id", str(uuid.uuid4()))
             self._settings.put(c, MACHINE, self._machine)
         self._db.write(work)
-        self.move = self._stored_move()
+        self.move = stored_move(self._settings, self._db.read())
         self._holds.is_copy = None
         self._holds.announce()
         return True
@@ -90,9 +90,10 @@ class Tablet:
             self._holds.is_copy = IS_LOOKED_AT
             self._holds.announce()
 
-    def _stored_move(self) -> Move | None:
-        stored = self._settings.get(self._db.read(), MOVED)
-        return stored and Move(datetime.fromisoformat(stored["at"]), stored["old_install_id"])
+def stored_move(settings: SettingsRepository, c: sqlite3.Connection) -> Move | None:
+    """Raises ValueError, LookupError or TypeError when it can't be read."""
+    stored = settings.get(c, MOVED)
+    return stored and Move(datetime.fromisoformat(stored["at"]), stored["old_install_id"])
 
 
 def old_token(move: Move | None, row: Execution) -> str | None:

@@ -18,12 +18,13 @@ from app.database.robots import RobotRepository
 from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
-from app.domain.robot import Identity, MissionInfo, RobotState
+from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import normalise_fingerprint, token_for
 from app.mir.errors import Delivery, RobotError
 from app.mir.fingerprint import presented_fingerprint
+from app.services.catalogue import validation
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
 from app.services.live.holds import Holds
@@ -45,12 +46,15 @@ class Operator:
         """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once.
         Raises InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
         robot, mission = self._robot(robot_id), self._mission(mission_id)
+        if robot.needs_password:
+            raise InvalidInput("robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name)
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
         if self._holds.is_copy is not None:
             raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
         token = token or str(uuid.uuid4())
-        row = rules.one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token, parameters=parameters)
+        row = rules.one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token,
+                            parameters=validation.parameters(parameters or {}))
         execution = self._ledger.add(row) or self._ledger.by_token(token)
         if execution is None:
             raise LookupError(token)
@@ -124,9 +128,11 @@ class Operator:
         self._engine.poll(robot_id)
 
     # ------------------------------------------------------------------ the integrator
-    def test_connection(self, robot: Robot, password: str | None = None) -> Identity:
+    def test_connection(self, robot: Robot, password: str | None = None, *, by_address: bool = False) -> Identity:
         """Who answers to ``robot`` as it is entered, saved or not. Without a password the token of the saved robot is used, where it
-        belongs to that user, address, certificate and serial number. Raises InvalidInput or RobotError, AnotherRobot among them."""
+        belongs to that user, address, certificate and serial number. ``by_address``: a person has agreed that credentials go to a machine
+        which no longer shows the known serial number. Raises InvalidInput or RobotError, AnotherRobot and SerialNumberHidden among them.
+        """
         stored = self._robots.get(self._db.read(), robot.id) if robot.id else None
         pin = robot.certificate_sha256
         robot = replace(robot, address=Address.parse(robot.address).url, certificate_sha256=normalise_fingerprint(pin) if pin else None,
@@ -134,7 +140,8 @@ class Operator:
         token = token_for(robot, password, stored)
         if token is None:
             raise InvalidInput("password", "enter the password: the stored one belongs to another user, address, certificate or robot")
-        identified_by = stored.identified_by if stored is not None and password is None else None
+        known_by = (stored.identified_by if stored else None) or IdentifiedBy.SERIAL_NUMBER
+        identified_by = IdentifiedBy.ADDRESS if by_address else known_by
         with closing(self._make_client(replace(robot, token=token, identified_by=identified_by))) as client:
             return client.identify()
 

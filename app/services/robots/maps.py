@@ -1,7 +1,8 @@
 """The maps of the robots: asked for at the robot, kept in memory and beside the database, so that a robot that is away still has its map.
 
 ``known`` answers at once; ``learn`` reads files and talks to the robot, with a client of its own, and belongs on a background thread: no
-robot worker waits for a picture. Whoever shows maps calls ``learn`` whenever one ``is_due``.
+robot worker waits for a picture. Whoever shows maps calls ``learn`` whenever one ``is_due``, which of one robot is once a minute at most,
+however many maps it names.
 """
 from __future__ import annotations
 
@@ -25,9 +26,9 @@ from app.services.robots.map_picture import MapPicture, from_bytes, picture_of, 
 log = logging.getLogger(__name__)
 
 REFRESH_AFTER = 3600.0          # s after which a map is read again: it may have been edited under the same guid
-RETRY_AFTER = 60.0             # s after a robot that didn't answer
+ASK_EVERY = 60.0               # s between two questions to one robot, whatever it answers and whichever map it is on
 MOST_IN_MEMORY = 8
-MOST_FILES = 64
+MOST_FILES = MOST_POSTPONED = 64
 LARGEST_FILE = 4 * 1024 * 1024       # bytes
 DIRECTORY_MODE = 0o700
 
@@ -42,8 +43,9 @@ class RobotMaps:
         self._directory, self._robot, self._make_client, self._clock = directory, robot, make_client, clock
         self._lock = threading.Lock()
         self._pictures: OrderedDict[Key, MapPicture] = OrderedDict()
-        self._due_at: dict[Key, float] = {}
-        self._complained: set[Key] = set()
+        self._due_at: dict[Key, float] = {}          # of maps, and of robots, the earliest time
+        self._ask_at: dict[int, float] = {}
+        self._complained: set[int] = set()           # robots
 
     def known(self, robot_id: int, map_id: str) -> MapPicture | None:
         with self._lock:
@@ -55,29 +57,31 @@ class RobotMaps:
     def is_due(self, robot_id: int, map_id: str) -> bool:
         """Whether ``learn`` may bring something new."""
         with self._lock:
-            return self._clock.monotonic() >= self._due_at.get((robot_id, map_id), float("-inf"))
+            now = self._clock.monotonic()
+            return now >= self._ask_at.get(robot_id, now) and now >= self._due_at.get((robot_id, map_id), now)
 
     def learn(self, robot_id: int, map_id: str) -> MapPicture | None:
         """What was kept, if it is not in memory yet; else the robot's answer. None when there is neither."""
         key, robot = (robot_id, map_id), self._robot(robot_id)
+        with self._lock:
+            self._ask_at[robot_id] = self._clock.monotonic() + ASK_EVERY         # first, so that no other thread asks meanwhile
         if robot is None or not map_id:
-            self._postpone(key, REFRESH_AFTER)
             return None
-        if self.known(robot_id, map_id) is None and key not in self._due_at and (kept := self._kept(robot, map_id)) is not None:
+        if self.known(robot_id, map_id) is None and (kept := self._kept(robot, map_id)) is not None:
             self._remember(key, kept)
-            self._postpone(key, 0.0)             # the robot is asked next
             return kept
-        self._postpone(key, RETRY_AFTER)           # so that no other thread asks meanwhile
         try:
             picture = self._ask(robot, map_id)
         except Unreadable as problem:
-            self._complain(key, robot, problem)
-            self._postpone(key, REFRESH_AFTER)
+            self._complain(robot, problem)
+            self._postpone(key)
             return self.known(robot_id, map_id)
         except (RobotError, InvalidInput):
             return self.known(robot_id, map_id)
+        with self._lock:
+            self._complained.discard(robot_id)
         self._remember(key, picture)
-        self._postpone(key, REFRESH_AFTER)
+        self._postpone(key)
         self._keep(self._path(robot.serial_number or robot.address, map_id), picture)
         return picture
 
@@ -101,15 +105,18 @@ class RobotMaps:
                 gone, _picture = self._pictures.popitem(last=False)
                 self._due_at.pop(gone, None)
 
-    def _postpone(self, key: Key, seconds: float) -> None:
+    def _postpone(self, key: Key) -> None:
         with self._lock:
-            self._due_at[key] = self._clock.monotonic() + seconds
+            self._due_at.pop(key, None)
+            self._due_at[key] = self._clock.monotonic() + REFRESH_AFTER
+            while len(self._due_at) > MOST_POSTPONED:
+                del self._due_at[next(iter(self._due_at))]
 
-    def _complain(self, key: Key, robot: Robot, problem: Unreadable) -> None:
-        """Once per map, however often it is asked for."""
+    def _complain(self, robot: Robot, problem: Unreadable) -> None:
+        """Once, until a map of this robot can be shown again."""
         with self._lock:
-            is_new = key not in self._complained
-            self._complained.add(key)
+            is_new = robot.id not in self._complained
+            self._complained.add(robot.id)
         if is_new:
             log.warning("The map of %s can't be shown: %s", robot.name, problem)
 

@@ -31,7 +31,7 @@ class RobotMissions:
     def names(self, robot_id: int) -> Mapping[str, str]:
         """Guid -> name, as far as known."""
         with self._lock:
-            return dict(self._names.get(robot_id, {}))
+            return self._names.get(robot_id, {})           # replaced as a whole, never changed
 
     def learn_names(self, robot_id: int) -> bool:
         """Ask the robot; whether that brought something new. One asked within the last minute, or that doesn't answer, brings nothing."""

@@ -137,8 +137,8 @@ def test_https_to_a_robot_that_speaks_http(serve: Serve) -> None:
 def test_http_to_a_robot_that_speaks_https(serve: Serve) -> None:
     server = serve()
     error = enqueue_fails(RobotClient(Address.parse(f"http://127.0.0.1:{server.port}"), TOKEN, timeouts=PATIENT))
-    assert isinstance(error, RobotError)
-    assert error.delivery is Delivery.UNKNOWN         # the request did leave, in clear text
+    assert (type(error), error.code, error.delivery) == (ConnectionLost, "lost_over_http", Delivery.UNKNOWN)    # it left in clear text
+    assert error.text.endswith("perhaps it wants https")
     assert server.requests == []
 
 

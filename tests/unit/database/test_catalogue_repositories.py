@@ -63,10 +63,20 @@ def test_an_idle_rule_comes_and_goes_with_its_robot(db, robot, mission):
 def test_what_the_machine_says_of_itself_is_noted_and_nothing_else(db, robot):
     db.write(lambda c: ROBOTS.update(c, replace(robot, serial_number=None)))
     for number in ("2", "3"):                        # a known serial number is not overwritten by what answers
-        db.write(lambda c, number=number: ROBOTS.note_identity(c, robot.id, serial_number=number, software=f"{number}.6"))
+        asked = ROBOTS.get(db.read(), robot.id)
+        assert db.write(lambda c, n=number, asked=asked: ROBOTS.note_identity(c, asked, serial_number=n, software=f"{n}.6"))
     assert ROBOTS.get(db.read(), robot.id) == replace(robot, serial_number="2", software="3.6")
     with pytest.raises(ValueError, match="token"):
-        db.write(lambda c: ROBOTS.note_identity(c, robot.id, token="x"))
+        db.write(lambda c: ROBOTS.note_identity(c, robot, token="x"))
+
+
+@pytest.mark.parametrize("edit", [{"address": "http://10.0.0.99"}, {"username": "other"}, {"certificate_sha256": "cd" * 32},
+                                  {"serial_number": "2"}])
+def test_what_a_machine_said_before_the_robot_was_edited_is_not_noted(db, robot, edit):
+    edited = replace(robot, **edit)
+    db.write(lambda c: ROBOTS.update(c, edited))
+    assert not db.write(lambda c: ROBOTS.note_identity(c, robot, serial_number="1", model="Old", identified_by="address"))
+    assert ROBOTS.get(db.read(), robot.id) == edited
 
 
 def test_a_removed_robot_takes_its_schedules_missions_and_hold_along(db, robot, schedule):
@@ -177,7 +187,7 @@ def test_what_dispatch_has_to_know_of_a_robot_outlives_an_edit(db, robot):
     db.write(lambda c: ROBOTS.note_accepted(c, robot.id, Accepted(41, "token")))
     db.write(lambda c: ROBOTS.note_idle(c, robot.id, 40))
     db.write(lambda c: ROBOTS.update(c, replace(robot, name="Other")))
-    db.write(lambda c: ROBOTS.note_identity(c, robot.id, software="9.9"))
+    db.write(lambda c: ROBOTS.note_identity(c, robot, software="9.9"))
     assert known() == (Accepted(41, "token"), 40)
     db.write(lambda c: ROBOTS.note_idle(c, robot.id, None))
     assert known() == (Accepted(41, "token"), None)

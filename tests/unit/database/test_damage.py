@@ -1,13 +1,19 @@
 """A damaged database is kept aside, never replaced by an empty one, and comes back from a backup only."""
 from __future__ import annotations
 
+import contextlib
+import itertools
+import os
+import shutil
 import sqlite3
+from pathlib import Path
 
 import pytest
 
+from app.database import files
 from app.database.backups import BACKUPS, KEPT, back_up, daily_backup, newest_good_backup, problem_of, restore
-from app.database.connection import Database, DatabaseDamaged, DatabaseRefused
-from app.database.settings import SettingsRepository
+from app.database.connection import Database, DatabaseDamaged, DatabaseRefused, DatabaseUnavailable
+from app.database.settings import WRONG_PINS, SettingsRepository
 
 SETTINGS = SettingsRepository()
 
@@ -118,8 +124,12 @@ def test_a_file_that_is_no_backup_is_refused_and_nothing_changes(backed_up, cloc
     before = backed_up.read_bytes()
     other = tmp_path / "other.db"
     garbage(other)
-    for bad in (other, tmp_path / "nowhere.db"):
-        with pytest.raises(DatabaseRefused, match="can't be restored"):
+    broken = tmp_path / "broken.db"
+    shutil.copyfile(newest_good_backup(backed_up), broken)
+    zeros_in_the_middle(broken)
+    for bad, problem in ((other, "it is not a database of this app"), (broken, "it is damaged"),
+                         (tmp_path / "nowhere.db", "there is no such file")):
+        with pytest.raises(DatabaseRefused, match=f"{bad} can't be restored: {problem}; nothing was changed, so choose another one"):
             restore(bad, backed_up, clock.now())
     assert backed_up.read_bytes() == before
     assert sorted(file.name for file in backed_up.parent.iterdir()) == [backed_up.name, BACKUPS]
@@ -167,6 +177,78 @@ def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeyp
     monkeypatch.undo()
     db = Database.open(backed_up, clock=clock)
     assert SETTINGS.get(db.read(), "a") == 1
+    db.close()
+
+
+@pytest.mark.parametrize("is_damaged", [False, True])
+@pytest.mark.parametrize("is_done", [False, True])
+def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(backed_up, clock, monkeypatch, tmp_path, is_damaged, is_done):
+    """The process dies before (or after) each step that changes a file: nothing sound is called damaged, and nothing is lost."""
+    backup, before, seen = newest_good_backup(backed_up), backed_up.read_bytes(), set()
+    files.beside_of(backed_up, "-wal").write_bytes(b"")
+    if is_damaged:
+        garbage(backed_up)
+        with pytest.raises(DatabaseDamaged):
+            Database.open(backed_up, clock=clock)
+    data, spare = backed_up.parent, tmp_path / "spare"
+    shutil.copytree(data, spare)
+    for left in itertools.count():
+        shutil.rmtree(data)
+        shutil.copytree(spare, data)
+        with monkeypatch.context() as patched:
+            die_after(patched, left, is_done)
+            with contextlib.suppress(KeyboardInterrupt):
+                restore(backup, backed_up, clock.now())
+                break                                    # it has no more steps
+        kept = None
+        try:
+            db = Database.open(backed_up, clock=clock)
+        except DatabaseDamaged as damage:
+            assert is_damaged
+            kept = damage.kept_as
+            found = "damaged"
+        else:
+            found = "backup" if SETTINGS.restored_at(db.read()) else "former"
+            db.close()
+            assert not files.beside_of(backed_up, ".restore").exists()
+            kept = data / "amr-scheduler.db.before-restore-20261123T120000Z"
+        seen.add(found)
+        if found != "former":
+            assert is_damaged or kept.read_bytes() == before
+    assert seen == {"damaged" if is_damaged else "former", "backup"}
+
+
+def die_after(patched: pytest.MonkeyPatch, left: int, is_done: bool) -> None:
+    """Before or after the next but so many calls that change a file."""
+    calls = itertools.count()
+
+    def dying(real):
+        def call(*arguments, **options):
+            is_last = next(calls) == left
+            if is_last and not is_done:
+                raise KeyboardInterrupt
+            result = real(*arguments, **options)
+            if is_last:
+                raise KeyboardInterrupt
+            return result
+        return call
+    for owner, name in ((Path, "rename"), (Path, "replace"), (os, "fsync"), (os, "utime"), (os, "open"), (shutil, "copyfile")):
+        patched.setattr(owner, name, dying(getattr(owner, name)))
+
+
+def test_an_export_beside_an_interrupted_restore_says_so(backed_up):
+    files.copy_private(newest_good_backup(backed_up), files.beside_of(backed_up, ".to-restore"))
+    with pytest.raises(DatabaseUnavailable, match=r"A restore was interrupted .*: start the app once"):
+        Database.open_for_reading(backed_up)
+
+
+def test_wrong_pins_stay_counted(backed_up, clock):
+    db = Database.open(backed_up, clock=clock)
+    db.write(lambda c: SETTINGS.put(c, WRONG_PINS, 12))
+    db.close()
+    restore(newest_good_backup(backed_up), backed_up, clock.now())
+    db = Database.open(backed_up, clock=clock)
+    assert SETTINGS.get(db.read(), WRONG_PINS) == 12
     db.close()
 
 

@@ -15,7 +15,6 @@ from app.domain.robot import MissionInfo
 from app.process.requests import find_mission, find_robot
 from app.screens.settings.missions_view import offers
 from app.services.catalogue import validation
-from app.services.catalogue.edit import schedule_names
 from tests.support.clock import VirtualClock
 
 FAMILY = "\U0001f468\u200d\U0001f469\u200d\U0001f467"
@@ -90,7 +89,7 @@ def test_missions_of_a_robot_can_be_taken_over_whatever_they_are_called():
 
 
 def test_a_schedule_without_a_name_gets_one_that_can_be_entered():
-    made = schedule_names("M" * 72 + FAMILY, "R")
+    made = names.of_schedule("M" * 72 + FAMILY, "R")
     assert [validation.name(next(made)) for _ in range(3)] == [
         f"{'M' * 72}{FAMILY} on"[:80].strip(), f"{'M' * 72}{FAMILY} 2", f"{'M' * 72}{FAMILY} 3"]
 

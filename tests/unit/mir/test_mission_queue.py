@@ -1,6 +1,6 @@
 """Reading the queue of robots that know more or less of search, filters, order, paging and whitelist."""
 import json as json_module
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,6 +67,9 @@ class QueueTransport:
     @staticmethod
     def _answer(value: Any, status: int = 200) -> Response:
         return Response(status, json_module.dumps(value).encode())
+
+    def kept(self) -> None:
+        pass
 
     def close(self) -> None:
         pass
@@ -165,18 +168,43 @@ def test_a_bare_list_that_is_paged_does_not_hide_the_newest() -> None:
     assert [found.id for found in robot.open_items()] == [901, 902, 903]
 
 
-@pytest.mark.parametrize("deleted", [set(), {60, 61, 200}, {50, 100, 150, 903}])
+@pytest.mark.parametrize("deleted", [set(), {60, 61, 200}, {50, 100, 150, 903}, {51}, {899, 900, 901, 902}, {49, 50, 51, 52, 901}])
 def test_above_a_list_of_the_oldest_the_highest_number_is_climbed_to(deleted: set[int]) -> None:
     items = [entry for entry in history(903) if entry["id"] not in deleted]
     transport = QueueTransport(items, has_search=False, sorts=False, pages=False, page_of_bare_list=50)
-    transport._listed = lambda query, json: items[:50]      # type: ignore[method-assign]
-    robot, there = client(transport), [entry["id"] for entry in items]
-    assert robot.highest_queue_id() in there[-2:]
+    transport._listed = lambda query, json: items[:48]      # type: ignore[method-assign]
+    robot, newest = client(transport), items[-1]["id"]
+    assert robot.highest_queue_id() == newest
     asked = len(transport.requests)
-    assert robot.highest_queue_id() in there[-2:]
-    assert len(transport.requests) - asked <= 5, "it goes on from there"
-    items[50:] = []
-    assert robot.highest_queue_id() == there[49], "its numbers began anew"
+    assert robot.highest_queue_id() == newest
+    assert len(transport.requests) - asked <= 8, "it goes on from there"
+    items[48:] = []
+    assert robot.highest_queue_id() == items[47]["id"], "its numbers began anew"
+
+
+@pytest.mark.parametrize("said", [lambda asked: asked, lambda asked: 7], ids=["has every number", "always gives one item"])
+def test_a_climb_ends(said: Callable[[int], int]) -> None:
+    transport = QueueTransport([])
+    transport._listed = lambda query, json: history(3)      # type: ignore[method-assign]
+    send = transport.send
+
+    def answer(method: str, path: str, **asked: Any) -> Response:
+        number = path.removeprefix("/mission_queue").lstrip("/")
+        return transport._answer(item(said(int(number)), "Done")) if number.isdecimal() else send(method, path, **asked)
+    transport.send = answer                                 # type: ignore[method-assign, assignment]
+    robot = client(transport)
+    if said(1) == 1:
+        with pytest.raises(Unreadable, match="the queue has no end"):
+            robot.highest_queue_id()
+    else:
+        assert robot.highest_queue_id() == 7
+    assert len(transport.requests) < 30
+
+
+def test_a_page_of_any_length_holds_no_more_open_items_than_are_read() -> None:
+    with pytest.raises(Unreadable, match="more than 5000 queue items"):
+        client(QueueTransport(history(0, 0, 5_001), pages=False)).open_items()
+    assert len(client(QueueTransport(history(6_000, 1, 3), pages=False, filters=False)).open_items()) == 4
 
 
 def test_an_item_that_appears_twice_while_paging_counts_once() -> None:

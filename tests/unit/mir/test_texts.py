@@ -14,6 +14,9 @@ from app.mir.texts import LONGEST_TEXT, clean, resolve
     ("bell\x07 escape\x1b[31m nul\x00", "bell escape[31m nul"),
     ("right\u202eto left", "rightto left"),
     ("  around  ", "around"),
+    *((f"a{hidden}b", "ab") for hidden in (
+        "\u00ad\u034f\u180e\u200c\u200d\u2062\u206a\u2800\u3164\ue000\ufff9\U0001bca0\U000e0041\U0010fffd")),
+    *((joined, joined) for joined in ("\u0646\u0645\u06cc\u200c\u062e\u0648", "👩\u200d🔧")),
     ("Äänekoski 🚚 电", "Äänekoski 🚚 电"),
     (None, ""), (7, ""), (["x"], ""),
 ])

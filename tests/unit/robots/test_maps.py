@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import logging
 import os
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from app.domain.models import Robot
 from app.domain.robot import MapPosition, RobotMap
 from app.mir.errors import RobotError, TimedOut, Unreachable, Unreadable
 from app.services.robots import maps as robot_maps
-from app.services.robots.maps import REFRESH_AFTER, RETRY_AFTER, RobotMaps
+from app.services.robots.maps import ASK_EVERY, REFRESH_AFTER, RobotMaps
 from tests.support.clock import VirtualClock
 from tests.unit.robots.test_map_picture import floor, hall
 
@@ -30,7 +31,7 @@ class FakeClient:
         self.asked.append(map_id)
         found = self.maps[map_id]
         if isinstance(found, RobotError):
-            raise found
+            raise found.with_traceback(None)          # it may be raised again
         return found
 
     def positions(self, _map_id: str) -> list[MapPosition]:
@@ -69,7 +70,7 @@ def test_a_map_is_asked_for_once_and_again_after_an_hour(site: Site) -> None:
     assert site.client.closed == 1
 
 
-def test_after_a_restart_the_kept_map_is_there_at_once_and_the_robot_is_asked_next(site: Site) -> None:
+def test_after_a_restart_the_kept_map_is_there_at_once_and_the_robot_is_asked_a_minute_later(site: Site) -> None:
     before = site.maps.learn(1, "m")
     maps = site.restarted()
     assert maps.known(1, "m") is None
@@ -78,6 +79,8 @@ def test_after_a_restart_the_kept_map_is_there_at_once_and_the_robot_is_asked_ne
     assert kept is not None
     assert kept.shade == before.shade
     assert site.client.asked == ["m"]
+    assert not maps.is_due(1, "m")
+    site.clock.advance(ASK_EVERY)
     assert maps.is_due(1, "m")
     maps.learn(1, "m")
     assert site.client.asked == ["m", "m"]
@@ -107,7 +110,7 @@ def test_a_robot_that_does_not_answer_is_asked_again_after_a_minute_and_its_map_
     site.client.maps = {"m": problem}
     assert site.maps.learn(1, "m") is picture
     assert not site.maps.is_due(1, "m")
-    site.clock.advance(RETRY_AFTER)
+    site.clock.advance(ASK_EVERY)
     assert site.maps.is_due(1, "m")
     assert site.client.closed == 2
 
@@ -122,6 +125,39 @@ def test_garbage_is_reported_in_one_line_of_the_log_and_not_asked_for_every_seco
     assert len(caplog.records) == 1
     assert "Aino" in caplog.text
     assert not site.directory.exists()
+
+
+def shown_for(site: Site, seconds: int) -> None:
+    """Somebody looks at the map of a robot that is on another one each second."""
+    for n in range(seconds):
+        if site.maps.is_due(1, str(n)):
+            site.maps.learn(1, str(n))
+        site.clock.advance(1.0)
+
+
+def test_a_robot_that_names_another_map_each_time_is_asked_once_a_minute_and_complained_of_once(
+        site: Site, caplog: pytest.LogCaptureFixture) -> None:
+    garbage = Unreadable(address="a", problem="the map has no PNG picture")
+    site.client.maps = dict.fromkeys(map(str, range(36_000)), garbage)
+    shown_for(site, 600)
+    assert len(site.client.asked) == 10
+    assert len(caplog.records) == 1
+    assert site.maps.is_due(2, "m")                  # other robots' turn is not over
+    tracemalloc.start()
+    shown_for(site, 36_000)
+    grown, _peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(site.client.asked) == 610
+    assert len(caplog.records) == 1
+    assert grown < 64 * 1024                         # bytes
+
+
+def test_after_a_good_map_the_next_bad_one_is_reported_again(site: Site, caplog: pytest.LogCaptureFixture) -> None:
+    good = site.client.maps["m"]
+    for answer in (garbage := Unreadable(address="a", problem="no picture"), garbage, good, garbage):
+        site.client.maps = {"m": answer}
+        site.maps.learn(1, "m")
+    assert len(caplog.records) == 2
 
 
 def test_what_the_interface_itself_refuses_is_garbage_too(site: Site, caplog: pytest.LogCaptureFixture) -> None:

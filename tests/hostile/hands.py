@@ -1,0 +1,77 @@
+"""What tests of credentials share: robots that write down what they are sent, a tablet, and what people do at it."""
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from app.container import Container
+from app.domain.models import Connection, Mission, Robot
+from app.mir.credentials import Token
+from app.mir.errors import (
+    RobotError,
+)
+from app.services.catalogue.configuration.importing import import_configuration
+from app.services.dispatch import messages
+from tests.hostile.capture import Capture
+from tests.unit.mir.answers import MISSION
+
+USER, PASSWORD = "scheduler", "a secret"
+
+TOKEN = Token.derive(USER, PASSWORD).header
+FIELD, PLANT = "field_robot.pem", "plant_robot.pem"
+Listen = Callable[..., Capture]
+
+
+def add(tablet: Container, address: str, **values: Any) -> Robot:
+    return tablet.catalogue.save_robot(Robot("Aino", address, USER, **values), PASSWORD)
+
+
+def stored(tablet: Container) -> Robot:
+    robot, = tablet.catalogue.robots()
+    return robot
+
+
+def poll(tablet: Container, rounds: int = 2) -> None:
+    """As the robot's worker does it, beginning anew."""
+    worker = tablet.make_worker(stored(tablet))
+    for _ in range(rounds):
+        worker.handle(messages.Poll())
+        worker.advance()
+    worker.close()
+
+
+def connection(tablet: Container) -> Connection:
+    return tablet.snapshots.get(stored(tablet).id).connection
+
+
+def import_robot(tablet: Container, **keys: Any) -> list[Any]:
+    content = {"format": "amr-scheduler/1", "robots": [{"name": "Aino", **keys}]}
+    return import_configuration(tablet.catalogue, json.dumps(content).encode())
+
+
+def assert_needs_password(tablet: Container) -> None:
+    robot = stored(tablet)
+    assert (robot.token, robot.needs_password, robot.enabled) == (None, True, False)
+
+
+def everything_an_operator_asks_for(tablet: Container, robot: Robot) -> None:
+    operator = tablet.operator
+    for ask in (lambda: operator.pause(robot.id), lambda: operator.resume(robot.id), lambda: operator.reset_errors(robot.id),
+                lambda: operator.answer_prompt(robot.id, "guid", "Yes"), lambda: operator.clear_queue(robot.id),
+                lambda: operator.cancel_item(robot.id, 7), lambda: operator.fetch_missions(robot.id),
+                lambda: operator.test_connection(robot),
+                lambda: tablet.robot_missions.parameters(robot.id, MISSION)):
+        with pytest.raises(RobotError):
+            ask()
+    tablet.robot_missions.learn_names(robot.id)
+    tablet.maps.learn(robot.id, "a map")
+
+
+def run_now(tablet: Container) -> Any:
+    robot, mission = stored(tablet), tablet.catalogue.save_mission(Mission("Deliver", MISSION))
+    row = tablet.operator.run_now(robot.id, mission.id)
+    poll(tablet)
+    return tablet.ledger.get(row.id)

@@ -1,0 +1,164 @@
+"""Machines that hide what they are: credentials go to them only where a person, a certificate or nothing before speaks for it."""
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from app.container import Container
+from app.domain.models import Connection, Robot, State
+from app.domain.robot import IdentifiedBy
+from app.mir.errors import (
+    CertificateMismatch,
+    CertificateProblem,
+    RobotError,
+    SerialNumberHidden,
+    Unauthorized,
+)
+from tests.hostile.capture import pin_of
+from tests.hostile.hands import FIELD, PASSWORD, PLANT, USER, Listen, add, connection, poll, run_now, stored
+
+hiding = pytest.mark.parametrize("hides", [{"serial": None}, {"status_is_open": False}], ids=["no serial number", "no status"])
+
+
+# ---------------------------------------------------------------------- robots whose status is not for anybody
+def test_a_robot_that_wants_credentials_for_its_status_gets_them_where_they_were_entered(tablet: Container, listen: Listen) -> None:
+    machine, thief = listen(status_is_open=False), listen(status_is_open=False)
+    robot = add(tablet, machine.url)
+    poll(tablet)
+    assert connection(tablet) is Connection.CONNECTED
+    assert (stored(tablet).serial_number, stored(tablet).identified_by) == ("A-1", IdentifiedBy.ADDRESS)
+    assert run_now(tablet).state is State.QUEUED
+    machine.serial = "B-2"
+    poll(tablet)
+    assert connection(tablet) is Connection.WRONG_ROBOT
+    tablet.catalogue.save_robot(replace(stored(tablet), address=thief.url))
+    poll(tablet)
+    with suppress(RobotError):
+        tablet.operator.fetch_missions(robot.id)
+    assert thief.credentials == []
+
+
+def test_a_wrong_password_shows_there_too(tablet: Container, listen: Listen) -> None:
+    machine = listen(status_is_open=False)
+    machine.answer = lambda one: (401, {})           # type: ignore[method-assign]
+    robot = add(tablet, machine.url)
+    with pytest.raises(Unauthorized):
+        tablet.operator.test_connection(robot)
+
+# ---------------------------------------------------------------------- a machine that hides the known serial number
+
+
+@hiding
+@pytest.mark.parametrize("password", [None, PASSWORD], ids=["stored", "entered anew"])
+def test_credentials_go_to_a_machine_that_hides_the_serial_number_only_after_somebody_agreed(tablet: Container, listen: Listen,
+                                                                                             hides: dict[str, Any],
+                                                                                             password: str | None) -> None:
+    machine = listen()
+    add(tablet, machine.url)
+    poll(tablet)
+    machine.pretend(hides)
+    machine.seen.clear()
+    for _ in range(2):
+        with pytest.raises(SerialNumberHidden, match="check at the robot that it is the same one"):
+            tablet.operator.test_connection(stored(tablet), password)
+    tablet.catalogue.save_robot(stored(tablet), password)
+    poll(tablet)
+    assert connection(tablet) is Connection.WRONG_ROBOT
+    assert machine.credentials == []
+    found = tablet.operator.test_connection(stored(tablet), password, by_address=True)
+    assert found.identified_by is IdentifiedBy.ADDRESS
+    tablet.catalogue.save_robot(replace(stored(tablet), identified_by=found.identified_by), password, is_tested=True)
+    poll(tablet)
+    assert (connection(tablet), stored(tablet).identified_by) == (Connection.CONNECTED, IdentifiedBy.ADDRESS)
+    assert stored(tablet).serial_number == "A-1"
+    machine.pretend({"serial": "A-1", "status_is_open": True})
+    poll(tablet)
+    assert stored(tablet).identified_by is IdentifiedBy.SERIAL_NUMBER            # it shows it again
+
+
+@hiding
+def test_a_dialog_that_was_opened_before_the_robot_was_known_does_not_make_it_unknown(tablet: Container, listen: Listen,
+                                                                                      hides: dict[str, Any]) -> None:
+    machine = listen()
+    in_dialog = add(tablet, machine.url)
+    poll(tablet)
+    known = stored(tablet)
+    tablet.catalogue.save_robot(replace(in_dialog, name="Aino 2"))
+    assert stored(tablet) == replace(known, name="Aino 2")
+    machine.pretend(hides)
+    machine.seen.clear()
+    poll(tablet)
+    assert connection(tablet) is Connection.WRONG_ROBOT
+    assert machine.credentials == []
+
+
+@hiding
+def test_nor_do_they_go_to_one_at_another_address(tablet: Container, listen: Listen, hides: dict[str, Any]) -> None:
+    machine, thief = listen(), listen(**hides)
+    add(tablet, machine.url)
+    poll(tablet)
+    moved = replace(stored(tablet), address=thief.url)
+    with pytest.raises(SerialNumberHidden):
+        tablet.operator.test_connection(moved, PASSWORD)
+    tablet.catalogue.save_robot(moved, PASSWORD)
+    poll(tablet)
+    assert connection(tablet) is Connection.WRONG_ROBOT
+    assert thief.credentials == []
+
+
+@hiding
+def test_nor_to_one_without_the_certificate_by_which_the_robot_was_known(tablet: Container, listen: Listen, hides: dict[str, Any]) -> None:
+    machine, thief = listen(FIELD), listen(**hides)
+    add(tablet, machine.url, certificate_sha256=pin_of(FIELD))
+    poll(tablet)
+    moved = replace(stored(tablet), address=thief.url)
+    with pytest.raises(SerialNumberHidden):
+        tablet.operator.test_connection(moved, PASSWORD)
+    tablet.catalogue.save_robot(moved, PASSWORD)
+    poll(tablet)
+    assert connection(tablet) is Connection.WRONG_ROBOT
+    assert thief.credentials == []
+
+
+@hiding
+def test_a_certificate_stands_for_a_serial_number_that_is_hidden(tablet: Container, listen: Listen, hides: dict[str, Any]) -> None:
+    machine, safe = listen(), listen(FIELD, **hides)
+    add(tablet, machine.url)
+    poll(tablet)
+    tablet.catalogue.save_robot(replace(stored(tablet), address=safe.url, certificate_sha256=pin_of(FIELD)), PASSWORD)
+    poll(tablet)
+    assert (connection(tablet), stored(tablet).identified_by) == (Connection.CONNECTED, IdentifiedBy.CERTIFICATE)
+
+# ---------------------------------------------------------------------- certificates
+@pytest.mark.parametrize("is_open", [True, False])
+def test_a_pinned_certificate_is_the_proof(tablet: Container, listen: Listen, is_open: bool) -> None:
+    machine = listen(FIELD, status_is_open=is_open)
+    add(tablet, machine.url, certificate_sha256=pin_of(FIELD))
+    poll(tablet)
+    assert (connection(tablet), stored(tablet).identified_by) == (Connection.CONNECTED, IdentifiedBy.CERTIFICATE)
+
+
+def test_another_certificate_is_an_alarm_and_gets_no_request(tablet: Container, listen: Listen) -> None:
+    machine = listen(PLANT)
+    robot = add(tablet, machine.url, certificate_sha256=pin_of(FIELD))
+    poll(tablet, rounds=1)
+    assert "certificate_changed" in [alarm.code for alarm in tablet.alarms.open()]
+    with pytest.raises(CertificateMismatch):
+        tablet.operator.test_connection(robot)
+    assert machine.seen == []
+    tablet.catalogue.save_robot(replace(robot, certificate_sha256=pin_of(PLANT)), PASSWORD)
+    poll(tablet)
+    assert connection(tablet) is Connection.CONNECTED
+    assert [alarm.code for alarm in tablet.alarms.open() if alarm.cleared_at is None] == []
+
+
+def test_an_unknown_certificate_gets_no_request_and_its_fingerprint_can_be_compared(tablet: Container, listen: Listen) -> None:
+    machine = listen(FIELD)
+    with pytest.raises(CertificateProblem) as refused:
+        tablet.operator.test_connection(Robot("Aino", machine.url, USER), PASSWORD)
+    assert refused.value.code == "certificate_untrusted"
+    assert tablet.operator.presented_fingerprint(machine.url) == pin_of(FIELD)
+    assert machine.seen == []

@@ -1,0 +1,75 @@
+"""A robot that claims more missions than any site has: none of their names is kept, and Settings says why."""
+from __future__ import annotations
+
+import gc
+import json
+import tracemalloc
+
+import pytest
+
+from app.domain.models import Robot
+from app.mir import parse
+from app.mir.address import Address
+from app.mir.client import MOST_MISSIONS, RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import Unreadable
+from app.mir.transport import Response
+from app.screens.settings.view import went_wrong
+from app.services.robots.missions import RobotMissions
+from tests.support.clock import VirtualClock
+
+ROBOT = Robot("Aino", "http://10.0.0.1", id=1)
+
+
+class Missions:
+    """A transport to a robot with this many missions."""
+
+    def __init__(self, count: int) -> None:
+        self._body = json.dumps([{"guid": str(n), "name": f"M{n}"} for n in range(count)]).encode()
+
+    def send(self, *_args: object, **_options: object) -> Response:
+        return Response(200, self._body)
+
+    def kept(self) -> None:
+        """No connection."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def client(count: int) -> RobotClient:
+    return RobotClient(Address.parse(ROBOT.address), Token(), transport=Missions(count))
+
+
+def test_as_many_as_the_limit_are_read() -> None:
+    assert len(client(MOST_MISSIONS).missions()) == MOST_MISSIONS
+
+
+def test_more_are_said_in_a_sentence() -> None:
+    with pytest.raises(Unreadable) as refused:
+        client(MOST_MISSIONS + 1).missions()
+    assert "the mission list has more than 2000 entries" in went_wrong(refused.value).text
+
+
+def test_far_more_are_not_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parse, "loads", lambda _body: pytest.fail("parsed"))
+    with pytest.raises(Unreadable, match="1024 KiB"):
+        client(100_000).missions()
+
+
+def test_no_name_of_them_is_kept() -> None:
+    robot = client(30_000)
+    names = RobotMissions({1: ROBOT}.get, lambda _robot: robot, VirtualClock())
+    tracemalloc.start()
+    assert not names.learn_names(1)
+    gc.collect()
+    grown, _peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert names.names(1) == {}
+    assert grown < 1 << 20                           # bytes
+
+
+def test_names_are_not_copied_for_the_screens_that_ask_each_second() -> None:
+    names = RobotMissions({1: ROBOT}.get, lambda _robot: client(3), VirtualClock())
+    assert names.learn_names(1)
+    assert names.names(1) is names.names(1)

@@ -1,0 +1,138 @@
+"""Databases with one value that nobody could have entered: each once ended all scheduling, or every start, without a word of it."""
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from app.container import Container
+from app.database import backups
+from app.database.connection import DatabaseDamaged, DatabaseRefused
+from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.domain import rules
+from app.domain.message import render
+from app.domain.models import DayException, IdleRule, Mission, Robot, Schedule, Trigger
+from app.services.catalogue.stored import problem_in
+from tests.support.process import is_one_line, run
+
+NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
+# table, statement
+WRONG = {
+    "an unknown identity": ("robots", "UPDATE robots SET identified_by = 'nonsense' WHERE name = 'Bad'"),
+    "idle minutes": ("robots", "UPDATE idle_rules SET after_minutes = 9223372036854775807"),
+    "a guid that is a path": ("missions", "UPDATE missions SET guid = '../../users'"),
+    "a rule that can't be read": ("schedules", "UPDATE schedules SET recurrence = 'FREQ=NONSENSE'"),
+    "a start that is no time": ("schedules", "UPDATE schedules SET start = 'yesterday'"),
+    "an instant without a zone": ("schedules", "UPDATE schedules SET next_at = '2026-11-23'"),
+    "an instant at the end of time": ("schedules", "UPDATE schedules SET next_at = '9999-12-31T23:59:59.999999Z'"),
+    "a window of ages": ("schedules", "UPDATE schedules SET start_window_minutes = 4611686018427387904"),
+    "parameters that are a list": ("schedules", "UPDATE schedules SET parameters = '[1]'"),
+    "a start that was skipped at no time": ("skips", "INSERT INTO skips SELECT id, 'tomorrow' FROM schedules"),
+    "a schedule of no robot": ("sqlite_schema", "UPDATE schedules SET robot_id = 77"),
+    "a name without end": ("sqlite_schema", "UPDATE robots SET name = hex(zeroblob(500000)) WHERE name = 'Bad'"),
+    "a parameter without end": ("sqlite_schema", "UPDATE schedules SET parameters = json_object('x', hex(zeroblob(500000)))"),
+    "a setting of another type": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', '\"abc\"')"),
+    "a setting out of its range": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', '0')"),
+    "a setting that is no JSON": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', 'not json')"),
+    "bottomless JSON": ("settings", f"INSERT OR REPLACE INTO settings VALUES ('working_days', '{'[' * 90_000}')"),
+    "a heartbeat that is a number": ("settings", "INSERT OR REPLACE INTO settings VALUES ('heartbeat', '5')"),
+    "wrong PINs that are a text": ("settings", "INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '\"many\"')"),
+    "a move that is none": ("settings", "INSERT OR REPLACE INTO settings VALUES ('moved', '{\"at\": 7}')"),
+    "a day that does not exist": ("calendar_days", "UPDATE calendar_days SET first_day = '0000-00-00'"),
+    "a hold of no time": ("holds", "INSERT INTO holds (started_at) VALUES ('now')"),
+    "an alarm that is no JSON": ("alarms", "UPDATE alarms SET details = '{{{'"),
+    "an alarm of an unknown priority": ("alarms", "UPDATE alarms SET priority = 'shrill'"),
+    "an unknown state": ("executions", "UPDATE executions SET state = 'dancing'"),
+    "an unknown reason": ("executions", "UPDATE executions SET reason_code = 'whim'"),
+    "ids at their end": ("sqlite_sequence", "UPDATE sqlite_sequence SET seq = 9223372036854775000"),
+    "a sequence that is a text": ("sqlite_sequence", "UPDATE sqlite_sequence SET seq = 'abc'"),
+    "an id at its end": ("sqlite_sequence", "UPDATE robots SET id = 9223372036854775807 WHERE name = 'Good'"),
+}
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory) -> Path:
+    """A backup with something in every table."""
+    directory = tmp_path_factory.mktemp("sound")
+    container = Container.open(directory / "data")
+    catalogue = container.catalogue
+    mission = catalogue.save_mission(Mission("M", "guid-1"))
+    catalogue.save_robot(Robot("Good", "http://127.0.0.1:9", "distributor"), "secret")
+    bad = catalogue.save_robot(Robot("Bad", "http://127.0.0.1:9", "distributor", idle=IdleRule(mission.id)), "secret")
+    catalogue.save_schedule(Schedule("S", bad.id, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY"))
+    catalogue.save_days(DayException("Inventory", NOW.date(), NOW.date()))
+    container.alarms.raise_("backup_failed", "backup", problem="x")
+    container.ledger.add(rules.one_off(Trigger.MANUAL, bad, mission, container.settings(), NOW, "token"))
+    container.close()
+    backups.back_up(directory / "data" / "amr-scheduler.db", directory / "backup.db")
+    return directory / "backup.db"
+
+
+def spoilt(sound: Path, path: Path, statement: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(sound.read_bytes())
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute(statement)
+    return path
+
+
+@pytest.mark.parametrize(("table", "statement"), WRONG.values(), ids=WRONG.keys())
+def test_one_wrong_cell_is_refused_before_anything_is_changed(sound, tmp_path, table, statement):
+    backup = spoilt(sound, tmp_path / "backup.db", statement)
+    target = tmp_path / "data" / "amr-scheduler.db"
+    with pytest.raises(DatabaseRefused, match=f"its table {table} has a value that can't be used"):
+        backups.restore(backup, target, NOW, problem_in)
+    assert not target.exists()
+
+
+@pytest.mark.parametrize(("table", "statement"), WRONG.values(), ids=WRONG.keys())
+def test_nor_is_scheduled_with_a_database_that_has_one(sound, tmp_path, table, statement):
+    database = spoilt(sound, tmp_path / "amr-scheduler.db", statement)
+    good = spoilt(sound, tmp_path / "backups" / "daily-2026-11-22.db", "SELECT 1")
+    spoilt(sound, tmp_path / "backups" / "daily-2026-11-23.db", statement)
+    with pytest.raises(DatabaseDamaged, match=f"its table {table} .*--restore-backup") as refused:
+        Container.open(tmp_path)
+    assert refused.value.backup == good
+    assert database.exists()
+    backups.restore(good, database, NOW, problem_in)
+    Container.open(tmp_path).close()
+
+
+def test_a_rule_that_could_be_entered_once_is_no_reason_to_refuse_everything(sound, tmp_path):
+    for rule in ("FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30", "FREQ=MINUTELY;COUNT=1000000"):
+        spoilt(sound, tmp_path / "amr-scheduler.db", f"UPDATE schedules SET recurrence = '{rule}'")
+        Container.open(tmp_path).close()
+
+
+def test_a_text_that_is_no_text(sound, tmp_path):
+    statement = "UPDATE robots SET name = CAST(x'ff' AS TEXT) WHERE name = 'Bad'"
+    database = spoilt(sound, tmp_path / "amr-scheduler.db", statement)
+    with pytest.raises(DatabaseDamaged, match="its table robots has a value"):
+        Container.open(tmp_path)
+    with pytest.raises(DatabaseRefused, match="it is damaged; nothing was changed"):
+        backups.restore(spoilt(sound, tmp_path / "backup.db", statement), database, NOW, problem_in)
+
+
+def test_a_start_says_so_in_one_line(sound, tmp_path):
+    database = spoilt(sound, tmp_path / "amr-scheduler.db", "UPDATE schedules SET start = 'yesterday'")
+    done = run(tmp_path, "--headless")
+    assert (done.returncode, is_one_line(done.stderr)) == (2, True)
+    assert "table schedules" in done.stderr
+    assert database.exists()
+
+
+@pytest.mark.parametrize("version", range(1, len(MIGRATIONS) + 1))
+def test_backups_of_every_version_are_read(tmp_path, version):
+    old = tmp_path / "old.db"
+    with closing(sqlite3.connect(old)) as connection:
+        connection.executescript("".join(MIGRATIONS[:version]) + f"""
+            PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {version};
+            INSERT INTO robots (name, address) VALUES ('R', 'http://127.0.0.1:9');
+            INSERT INTO settings VALUES ('poll_interval_seconds', '30');""")
+    assert backups.problem_of(old, check=problem_in) is None
+    with closing(sqlite3.connect(old)) as connection, connection:
+        connection.execute("UPDATE settings SET value = '0'")
+    assert "table settings" in render(backups.problem_of(old, check=problem_in))
