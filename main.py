@@ -73,6 +73,9 @@ def _one_shot(options: argparse.Namespace) -> bool:
 
 
 def _check(options: argparse.Namespace) -> None:
+    for name in ("import_config", "export_config", "export_log"):
+        if getattr(options, name) == "":          # of a variable that is not set, in a script
+            raise BadInput(f"--{name.replace('_', '-')} needs the name of a file")
     if options.parameter and not options.run_now:
         raise BadInput("--parameter belongs to --run-now ROBOT MISSION")
     if options.yes and not options.import_config:

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from app.database.alarms import AlarmRepository
+from app.database.backups import newest_good_backup
 from app.database.calendar import CalendarRepository
-from app.database.connection import Database
+from app.database.connection import Database, DatabaseDamaged
 from app.database.executions import ExecutionRepository
 from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
@@ -24,6 +25,7 @@ from app.mir.credentials import Token
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
+from app.services.catalogue.stored import problem_in
 from app.services.dispatch.clock_guard import ClockGuard
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
@@ -133,8 +135,12 @@ class Container:
     @classmethod
     def open(cls, data_dir: Path, clock: Clock | None = None, *, make_client: ClientFactory | None = None,
              with_window: bool = False) -> Container:
-        """Open (or begin) the database in this directory. Raises what Database.open raises."""
+        """Open (or begin) the database in this directory. Raises what Database.open raises, and DatabaseDamaged for values in it that can't
+        be used: met later, they would end all scheduling."""
         db = Database.open(data_dir / DATABASE_NAME)
+        if problem := problem_in(db.read()):
+            db.close()
+            raise DatabaseDamaged(db.path, problem, backup=newest_good_backup(db.path, problem_in))
         container = cls(db, clock, make_client=make_client, with_window=with_window, machine=machine_id())
         container.first_start()
         return container

@@ -12,10 +12,10 @@ import os
 import shlex
 import sqlite3
 import sys
-import tempfile
 import time
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -34,12 +34,13 @@ from app.process.lock import AlreadyRunning, InstanceLock
 from app.process.opening import open_container, open_for_reading
 from app.process.requests import MORE_THAN_A_WINDOW, find_mission, find_robot, outcome
 from app.services.catalogue import configuration
+from app.services.catalogue.stored import problem_in
 from app.services.files.history_export import write_history
-from app.services.files.shared_places import refuse_planted
+from app.services.files.reading import read_file
+from app.services.files.shared_places import draft_of, open_in_place, without_links
 
-CHANGED_WITHIN = 30.0       # s for the running app to carry out a change
+CHANGED_WITHIN = 120.0      # s for the running app to carry out a change: several times what the largest import takes
 WAIT_FOR_COMMAND = 0.1      # s between looks whether another command has ended
-LARGEST_CONFIGURATION = 5 * 1024 * 1024
 
 
 def run(options: argparse.Namespace, directory: DataDirectory) -> int:
@@ -63,7 +64,7 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
             text = configuration.export_configuration(db.read())
             _write(options.export_config, text.encode("utf-8"))
         else:
-            with ExportTarget(options.export_log) as file:
+            with export_target(options.export_log) as file:
                 write_history(db.read(), file)
     finally:
         db.close()
@@ -86,7 +87,10 @@ def _begin_if_new(directory: DataDirectory) -> None:
 
 # ------------------------------------------------------------------ import
 def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
-    content = read_configuration(path)
+    try:
+        content = read_file(path, may_be_pipe=True)
+    except InvalidInput as error:
+        raise BadInput(f"{error}; nothing was changed") from None
 
     def import_here(container: Container) -> dict[str, Any]:
         try:
@@ -101,18 +105,6 @@ def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
     if not changes:
         print("nothing changed")
     return 0
-
-
-def read_configuration(path: Path) -> bytes:
-    """The file's bytes. Raises BadInput."""
-    try:
-        with open(path, "rb") as file:
-            content = file.read(LARGEST_CONFIGURATION + 1)
-    except OSError as error:
-        raise BadInput(f"{path} can't be read: {error.strerror}; nothing was changed") from None
-    if len(content) > LARGEST_CONFIGURATION:
-        raise BadInput(f"{path} is larger than 5 MiB; nothing was changed")
-    return content
 
 
 # ------------------------------------------------------------------ run now
@@ -209,7 +201,7 @@ def _restore(directory: DataDirectory, backup: Path) -> int:
     except AlreadyRunning as error:
         raise BadInput(str(error)) from None
     try:
-        kept = restore(backup, directory.database, SystemClock().now())
+        kept = restore(backup, directory.database, SystemClock().now(), problem_in)
     except DatabaseError as error:
         raise BadInput(error.text) from None
     finally:
@@ -267,56 +259,31 @@ def _raise_for(answer: dict[str, Any]) -> None:
         raise BadInput(error) if answer.get("exit") == 2 else Failure(error)
 
 
-class ExportTarget:
+@contextlib.contextmanager
+def export_target(name: str) -> Iterator[TextIO]:
     """Where an export goes. A file is written beside and renamed, so that a failed export leaves the old one; ``-`` is stdout; an
-    existing target that isn't a plain file (a pipe, a device) is written into and never replaced."""
+    existing target that isn't a plain file (a pipe, a device) is written into and never replaced. Raises BadInput."""
+    try:
+        with _opened(name) as file:
+            yield file
+    except OSError as error:
+        where = "stdout" if name == "-" else name
+        raise BadInput(f"{where} can't be written: {error.strerror}; give another file to write to") from None
 
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._path = Path(name)
-        self._draft: str | None = None
 
-    def __enter__(self) -> TextIO:
-        try:
-            self._file = self._open()
-        except OSError as error:
-            raise self._unwritable(error) from None
-        return self._file
-
-    def _open(self) -> TextIO:
-        if self._name == "-":
-            if sys.stdout is None:                        # closed; its number may be another file's by now
-                raise OSError(errno.EBADF, os.strerror(errno.EBADF))
-            return open(sys.stdout.fileno(), "w", encoding="utf-8", newline="", closefd=False)
-        try:
-            refuse_planted(self._path)
-        except InvalidInput as error:
-            raise BadInput(str(error)) from None
-        if self._path.exists() and not (self._path.is_file() or self._path.is_dir()):
-            return open(self._path, "w", encoding="utf-8", newline="")
-        self._path = self._path.resolve()                 # a link goes on pointing at what it names
-        descriptor, self._draft = tempfile.mkstemp(dir=self._path.parent, prefix=f".{self._path.name}.")
-        return os.fdopen(descriptor, "w", encoding="utf-8", newline="")
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
-        try:
-            self._file.close()                            # what is still in memory is written only now
-            if self._draft and kind is None:
-                os.replace(self._draft, self._path)
-                self._draft = None
-        except OSError as problem:
-            error = error or problem
-        finally:
-            if self._draft:
-                os.unlink(self._draft)
-        if isinstance(error, OSError):
-            raise self._unwritable(error) from None
-
-    def _unwritable(self, error: OSError) -> BadInput:
-        where = "stdout" if self._name == "-" else self._name
-        return BadInput(f"{where} can't be written: {error.strerror}; give another file to write to")
+def _opened(name: str) -> AbstractContextManager[TextIO]:
+    if name == "-":
+        if sys.stdout is None:                            # closed; its number may be another file's by now
+            raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+        return open(sys.stdout.fileno(), "w", encoding="utf-8", newline="", closefd=False)
+    try:
+        path = without_links(Path(name))
+    except InvalidInput as error:
+        raise BadInput(str(error)) from None
+    is_in_place = path.exists() and not (path.is_file() or path.is_dir())
+    return open_in_place(path) if is_in_place else draft_of(path)
 
 
 def _write(name: str, content: bytes) -> None:
-    with ExportTarget(name) as file:
+    with export_target(name) as file:
         file.write(content.decode("utf-8"))

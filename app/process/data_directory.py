@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,11 +24,12 @@ class DataDirectory:
 
     @classmethod
     def prepare(cls, path: Path | None, *, only_to_read: bool = False) -> DataDirectory:
-        """Make the directory, or take the one there. Raises BadInput for one that is neither empty nor ours, or, unless it is
-        ``only_to_read``, that can't be written."""
+        """Make the directory, or take the one there. Raises BadInput for one of another user, for one that is neither empty nor ours, or,
+        unless it is ``only_to_read``, that can't be written."""
         path = path or platformdirs.user_data_path("amr-scheduler", appauthor=False)
         try:
             path.mkdir(mode=0o700, parents=True, exist_ok=True)
+            _refuse_shared(path)
             if not _is_ours(path):
                 raise BadInput(f"{path} holds other files; give an empty directory or one of {DATABASE_NAME}")
             if not only_to_read:
@@ -47,6 +50,19 @@ class DataDirectory:
     @property
     def logs(self) -> Path:
         return self.path / "logs"
+
+
+def _refuse_shared(path: Path) -> None:
+    """What others can put there would be read as ours, and a link be followed to a file of this user. A directory of root in which nobody
+    else can write is none of these: data that was mounted, for one."""
+    found = path.stat()
+    if os.name != "posix":
+        return
+    is_closed = not (found.st_mode & 0o022 and os.access(path, os.W_OK))
+    if found.st_uid != os.geteuid() and not (found.st_uid == 0 and is_closed):
+        raise BadInput(f"{path} belongs to another user; give a directory of your own with --data-dir, or run this as that user")
+    if found.st_mode & stat.S_ISVTX and found.st_mode & 0o022:
+        raise BadInput(f"{path} is shared by several users; give a directory of your own with --data-dir, such as one in it")
 
 
 def _is_ours(path: Path) -> bool:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from app.database.files import NO_LINK
 from app.failures import BadInput
 
 log = logging.getLogger(__name__)
@@ -99,7 +100,7 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
 
 def _write(path: Path, content: bytes) -> None:
     draft = path.with_suffix(".draft")
-    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | NO_LINK, 0o600)
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(content)

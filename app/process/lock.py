@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 from typing import IO
 
+from app.database.files import NO_LINK
+from app.failures import BadInput
+
 COMMAND = "a command in "         # a holder that answers nobody and ends soon
 
 
@@ -25,8 +28,12 @@ class InstanceLock:
         self.is_held_by_command = False
 
     def acquire(self, *, serves: bool = True) -> None:
-        """Take the lock and write down who holds it: a process that ``serves`` commands, or a command. Raises AlreadyRunning."""
-        descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600)
+        """Take the lock and write down who holds it: a process that ``serves`` commands, or a command. Raises AlreadyRunning, and BadInput
+        when there is no way to lock."""
+        try:
+            descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o600)
+        except OSError as error:
+            raise BadInput(f"{self._path} can't be opened: {error.strerror}; remove it, or choose another --data-dir") from None
         file = os.fdopen(descriptor, "r+", encoding="utf-8")
         if not _lock(file):
             holder = file.read(200).strip() or "another process"

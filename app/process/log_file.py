@@ -10,6 +10,7 @@ from pathlib import Path
 from time import monotonic
 from types import TracebackType
 
+from app.database.files import NO_LINK
 from app.failures import BadInput
 
 FILE_NAME = "amr-scheduler.log"
@@ -17,6 +18,7 @@ BYTES, FILES = 1_000_000, 5
 LONGEST, LONGEST_TRACE = 2000, 8000      # bytes of a message, and of one with a traceback
 OF_A_ROBOT = "worker-"       # begins the name of a thread that talks to one robot
 BURST, AN_HOUR = 64_000, 24_000          # bytes that such a thread may write at once, and on average: what a busy robot needs
+OF_ALL, OF_ALL_AN_HOUR = 800_000, 100_000            # the same for all of them together: in a day not much more than half of the files
 NEW_LINE = " ⏎ "             # where a line of a traceback or of a robot's text ended
 
 log = logging.getLogger(__name__)
@@ -64,8 +66,9 @@ class _FileLine(logging.Formatter):
 class _FairShare(logging.Filter):
     """Keeps a robot about which there is something to say at every poll from pushing everything else out of the file."""
 
-    def __init__(self) -> None:
+    def __init__(self, formatter: logging.Formatter) -> None:
         super().__init__()
+        self._formatter = formatter
         self._shares: dict[str, tuple[float, float, int]] = {}        # by thread: bytes left, when that was, lines left out since
 
     def filter(self, record: logging.LogRecord) -> bool:
@@ -73,18 +76,23 @@ class _FairShare(logging.Filter):
         if not name.startswith(OF_A_ROBOT):
             return True
         now = monotonic()
-        left, since, left_out = self._shares.get(name, (BURST, now, 0))
-        left = min(BURST, left + (now - since) * AN_HOUR / 3600)
-        size = 100 + min(len(record.getMessage()), LONGEST) + (LONGEST_TRACE if record.exc_info else 0)
+        left, since, left_out = self._shares.setdefault(name, (BURST, now, 0))
+        robots = len(self._shares)
+        left = min(BURST, OF_ALL / robots, left + (now - since) * min(AN_HOUR, OF_ALL_AN_HOUR / robots) / 3600)
+        record.left_out = left_out
+        size = len(self._formatter.format(record).encode()) + 1
         fits = size <= left
-        record.left_out = left_out if fits else 0
         self._shares[name] = (left - size, now, 0) if fits else (left, now, left_out + 1)
         return fits
 
 
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags | NO_LINK, 0o600)
+
+
 class _OwnerOnly(logging.handlers.RotatingFileHandler):
     def _open(self):  # type: ignore[no-untyped-def]
-        return open(self.baseFilename, self.mode, encoding=self.encoding, opener=lambda path, flags: os.open(path, flags, 0o600))
+        return open(self.baseFilename, self.mode, encoding=self.encoding, opener=_private)
 
     def shouldRollover(self, record: logging.LogRecord) -> bool:
         """As the library does, without its two file system checks, which cost more than the line itself."""
@@ -102,8 +110,8 @@ def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
     try:
         directory.mkdir(mode=0o700, exist_ok=True)
         handler = _OwnerOnly(directory / FILE_NAME, maxBytes=BYTES, backupCount=FILES, encoding="utf-8")
-        handler.setFormatter(_FileLine())
-        handler.addFilter(_FairShare())
+        handler.setFormatter(formatter := _FileLine())
+        handler.addFilter(_FairShare(formatter))
         root.addHandler(handler)
         _file = directory / FILE_NAME
     except OSError as error:
@@ -130,7 +138,7 @@ def note_crash(error: BaseException) -> str:
     try:
         if _file is None:
             raise FileNotFoundError
-        with open(_file, "a", encoding="utf-8") as file:
+        with open(_file, "a", encoding="utf-8", opener=_private) as file:
             file.write(f"{_FileLine().format(record)}\n")
     except OSError:
         return f" ({str(error)[:200]})"

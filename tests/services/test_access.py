@@ -2,16 +2,18 @@
 from __future__ import annotations
 
 import logging
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
 
 import pytest
 
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
-from app.database.settings import SettingsRepository
+from app.database.settings import WRONG_PINS, SettingsRepository
 from app.domain.models import InvalidInput
 from app.services.catalogue import configuration
 from app.services.live import access
-from app.services.live.access import ALARM_AFTER, TRIES, WAIT_S, Access, Verdict
+from app.services.live.access import ALARM_AFTER, TRIES, WAIT_S, Access, Verdict, is_easy_to_guess
 from app.services.live.alarms import Alarms, alarm_sentence
 from app.services.live.changes import Changes
 from tests.support.clock import VirtualClock
@@ -114,6 +116,30 @@ def test_ten_wrong_ones_are_an_alarm_until_the_right_one_comes(door):
     assert alarm.cleared_at is not None
 
 
+def test_many_at_one_instant_are_tried_one_after_the_other(door):
+    """Else all of them are judged before the first is counted."""
+    door.access.set_pin("4711")
+    begin = Barrier(20)
+
+    def attempt(number: int) -> Verdict:
+        begin.wait()
+        return door.access.check(f"{number:04}")
+    with ThreadPoolExecutor(20) as pool:
+        verdicts = list(pool.map(attempt, range(20)))
+    assert sorted(verdict.tries_left for verdict in verdicts) == [0] * 16 + [1, 2, 3, 4]
+    door.clock.advance(WAIT_S)
+    assert door.access.check("4711").is_right
+
+
+def test_a_count_that_outlived_a_restored_backup_is_an_alarm_again(door):
+    door.access.set_pin("4711")
+    door.db.write(lambda c: SettingsRepository().put(c, WRONG_PINS, ALARM_AFTER))
+    door.access = door.again()
+    assert [alarm.code for alarm in door.alarms.open()] == ["pin_guessed"]
+    door.access = door.again()
+    assert door.alarms.open()[0].count == 1
+
+
 def test_removing_the_pin_ends_the_waiting(door):
     door.access.set_pin("4711")
     guess(door, 8)
@@ -152,3 +178,9 @@ def test_two_tablets_with_one_pin_keep_different_hashes(door):
     second = door.access._stored()
     assert first["salt"] != second["salt"]
     assert first["hash"] != second["hash"]
+
+
+@pytest.mark.parametrize(("pin", "is_easy"), [
+    ("1234", True), ("123456", True), ("654321", True), ("0000", True), ("890123", True), ("4711", False), ("131313", False)])
+def test_runs_and_repetitions_are_easy_to_guess(pin, is_easy):
+    assert is_easy_to_guess(pin) is is_easy

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.failures import BadInput
-from app.process.commands import ExportTarget
+from app.process.commands import export_target
 from tests.support.process import ROOT, command, environment, is_one_line
 
 EXPORTS = pytest.mark.parametrize("option", ["--export-config", "--export-log"])
@@ -61,7 +61,7 @@ def full_disk() -> Iterator[None]:
 
 
 def write(path: Path, text: str) -> None:
-    with ExportTarget(str(path)) as target:
+    with export_target(str(path)) as target:
         target.write(text)
 
 

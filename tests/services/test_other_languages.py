@@ -4,6 +4,7 @@ from __future__ import annotations
 import re
 import sqlite3
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -12,7 +13,7 @@ from app.database.errors import translated
 from app.domain.models import Alarm, Priority, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
-from app.mir.errors import CertificateMismatch, Unreachable
+from app.mir.errors import CertificateMismatch, SerialNumberHidden, Unreachable
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
@@ -75,6 +76,18 @@ def wrong_robot(site, plan):
     site.run(60)
     site.machines["R1"].serial_number = "777"
     site.run(60)
+
+
+def serial_hidden(site, plan):
+    def hide(_where):
+        raise SerialNumberHidden(address="R1", expected="A-1")
+    site.network.interrupt = hide
+    site.run(60)
+
+
+def needs_password(site, plan):
+    robot, = site.container.catalogue.robots()
+    site.container.catalogue.save_robot(replace(robot, username="somebody else"))
 
 
 def certificate_changed(site, plan):
@@ -225,10 +238,10 @@ def pin_guessed(site, plan):
 
 
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
-    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, certificate_changed, execution_failed,
-    execution_skipped, executions_missed, app_was_off, clock_stepped, clock_implausible, duplicate_healed, duplicate_running,
-    unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, item_unreadable,
-    pin_guessed)}
+    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
+    needs_password, execution_failed, execution_skipped, executions_missed, app_was_off, clock_stepped, clock_implausible,
+    duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled,
+    adopted_unproven, item_unreadable, pin_guessed)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():
@@ -254,9 +267,9 @@ def only(site, code):
 def test_the_reason_of_a_failed_run_is_reported_with_its_problem(site, plan):
     execution_failed(site, plan)
     alarm = only(site, "execution_failed")
-    assert alarm_sentence(alarm) == ("Deliver on R1 failed: Given up at attempt 3: R1 refused the connection; is the robot switched on and "
+    assert alarm_sentence(alarm) == ("Deliver on R1 failed: Given up at attempt 3: r1 refused the connection; is the robot switched on and "
                                      "its address right?")
-    assert alarm_sentence(alarm, FINNISH).endswith("R1 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?")
+    assert alarm_sentence(alarm, FINNISH).endswith("r1 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?")
 
 
 def test_an_absence_is_reported_in_wall_time_of_the_tablet(site, plan, caplog):
@@ -316,7 +329,7 @@ def test_what_is_wrong_with_a_robot_is_kept_in_its_parts(site):
     site.network.down.add("R1")
     site.run(90)
     robot, = site.container.repositories.robots.all(site.container.db.read())
-    assert site.container.snapshots.get(robot.id).problem == Unreachable(code="refused", address="R1").message
+    assert site.container.snapshots.get(robot.id).problem == Unreachable(code="refused", address="r1").message
 
 
 def test_a_problem_of_the_clock_says_both_times(site, plan):

@@ -321,6 +321,7 @@ def test_what_is_no_backup_is_not_restored(site, tmp_path):
 @pytest.mark.parametrize("arguments", [
     ("--headles",), ("--frobnicate",), ("--run-now", "R1"), ("--import-config",), ("--parameter", "a=b"),
     ("--run-now", "R1", "M", "--parameter", "novalue"), ("--headless", "--export-log", "-"), ("--headless", "--kiosk"),
+    ("--headless", "--import-config", ""), ("--export-config", ""), ("--export-log", ""),
     ("--import-config", "a.json", "--export-config", "-"), ("--import-config", "/nowhere/at/all.json"),
     ("--export-log", "/nowhere/at/all.csv"), ("--export-config", "/nowhere/at/all.json"), ("stray",),
 ])

@@ -9,13 +9,14 @@ from types import SimpleNamespace
 import pytest
 
 from app.container import Container
-from app.database.connection import Database
+from app.database.connection import Database, DatabaseUnavailable
 from app.domain.models import Execution, Robot
 from app.services.dispatch import engine, messages, runner
 from app.services.dispatch.clock_guard import Judgement
 from app.services.dispatch.engine import POLLED_AT_ONCE, Engine
 from app.services.dispatch.planner import DueBatch
 from app.services.dispatch.runner import Runner
+from app.services.live.alarms import alarm_sentence
 from app.services.live.changes import Changes, Topic
 from tests.support.process import wait_for
 
@@ -77,7 +78,7 @@ class App:
 
     def __init__(self, container: Container, polls: Counter[int], count: int, *, every: float, planner: QuietPlanner,
                  acts: Callable[[Robot], None], reading: Callable[[App], object]) -> None:
-        self.changes, self.workers = Changes(), {}
+        self.container, self.changes, self.workers = container, Changes(), {}
         self.robots = [Robot(f"R{number}", "http://r", id=number) for number in range(count)]
 
         def make_worker(robot: Robot) -> CountingWorker:
@@ -94,6 +95,12 @@ class App:
                              poll_interval=lambda: every, probe=lambda: None, whereabouts=container.whereabouts)
         self.runner = Runner(container.db, self.engine, clock, alarms)
         self.runner.start()
+
+
+def alarm_of(app: App) -> tuple[int, bool]:
+    """How often the one alarm there is came, and whether its cause is gone."""
+    (alarm,) = [alarm for alarm in app.container.alarms.open() if alarm.code == "chore_failed"]
+    return alarm.count, alarm.cleared_at is not None
 
 
 @pytest.fixture
@@ -152,7 +159,8 @@ def test_a_worker_that_meets_an_unexpected_error_goes_on(start, polls, monkeypat
     assert left == {1: 0}
     assert app.workers[1].told.count(messages.Recover) == 3              # what a round did not get to, the next one takes up
     assert messages.Recover not in app.workers[2].told
-    assert [record.exc_info is not None for record in caplog.records] == [True] * 3
+    assert sum(record.exc_info is not None for record in caplog.records) == 3
+    assert alarm_of(app) == (1, True)
 
 
 @pytest.mark.parametrize("topic", [Topic.SCHEDULES, Topic.EXECUTIONS, Topic.HOLDS, Topic.ROBOTS])
@@ -253,9 +261,46 @@ def test_the_scheduler_goes_on_after_an_unexpected_error(start, polls, monkeypat
     for module in (runner, engine):
         monkeypatch.setattr(module, "LONGEST_WAIT", 0.02)
     planner = FailingPlanner()
-    start(2, planner=planner)
+    app = start(2, planner=planner)
     wait_for(lambda: planner.beats >= 2 and len(polls) == 2)
-    assert [record.exc_info is not None for record in caplog.records] == [True] * 3
+    assert sum(record.exc_info is not None for record in caplog.records) == 3
+    assert alarm_of(app) == (1, True)
+
+
+def test_while_nothing_works_there_is_an_alarm(start, monkeypatch):
+    monkeypatch.setattr(runner, "LONGEST_WAIT", 0.02)
+
+    def unreadable(_app: App) -> None:
+        raise ValueError("'nonsense' is not a valid IdentifiedBy")
+    app = start(1, reading=unreadable)
+    wait_for(lambda: app.container.alarms.open())
+    assert alarm_of(app) == (1, False)
+    assert alarm_sentence(app.container.alarms.open()[0]) == ("A part of the app does not work and is tried again: "
+                                                              "scheduler: ValueError: 'nonsense' is not a valid IdentifiedBy")
+
+
+class SlowPlanner(QuietPlanner):
+    """Its round lasts longer than the stop, and finds the database closed."""
+
+    def __init__(self) -> None:
+        self.began, self.closed, self.ended = threading.Event(), threading.Event(), threading.Event()
+
+    def insert_due(self, ready: object, hand_over: object) -> DueBatch:
+        self.began.set()
+        self.closed.wait()
+        self.ended.set()
+        raise DatabaseUnavailable("{path} is closed", path="a.db")
+
+
+def test_a_round_that_outlives_the_stop_is_no_failing_database(start, monkeypatch, caplog):
+    monkeypatch.setattr(runner, "STOP_WITHIN", 0.05)
+    planner = SlowPlanner()
+    app = start(1, planner=planner)
+    planner.began.wait()
+    app.runner.stop()
+    planner.closed.set()
+    wait_for(lambda: not any(thread.name == runner.SCHEDULER for thread in threading.enumerate()))
+    assert (planner.ended.is_set(), caplog.records, app.container.alarms.open()) == (True, [], [])
 
 
 class TellingPlanner(QuietPlanner):

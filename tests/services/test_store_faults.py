@@ -138,7 +138,7 @@ class _FailsOnce:
         self._writer.close()
 
 
-@pytest.mark.parametrize("fate", [Fate.FINE, Fate.ANSWER_LOST, Fate.LOST])
+@pytest.mark.parametrize("fate", [Fate.FINE, Fate.ANSWER_LOST, pytest.param(Fate.LOST, marks=pytest.mark.long)])
 def test_whichever_write_fails_the_mission_runs_exactly_once(site, plan, fate):
     """The run is repeated with the first write failing, then the second, and so on, until it is over before the turn comes."""
     fail_at = 0

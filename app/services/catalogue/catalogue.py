@@ -19,12 +19,14 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import DayException, IdleRule, Mission, Robot, Schedule, Settings
-from app.services.catalogue.edit import Edit, Removed
+from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule, Settings
+from app.services.catalogue.edit import Edit
+from app.services.catalogue.undo import Removed, restore
 from app.services.live.changes import Changes, Topic
 from app.services.planning import public_holidays
 
-REHEARSALS = 3               # of many changes, until they can be repeated as they were
+REHEARSALS = 5               # of many changes, until they can be repeated as they were
+DAYS_OFF = frozenset({"working_days", "holiday_country", "holiday_subdivision"})     # settings by which every schedule is planned anew
 T = TypeVar("T")
 
 __all__ = ["Catalogue", "Edit", "Removed"]
@@ -83,7 +85,7 @@ class Catalogue:
 
     def edit_rehearsed(self, work: Callable[[Edit], T]) -> T:
         """The same for thousands of changes, without holding up others that write: made on a copy, where wrong ones are found, and repeated
-        in a transaction that takes as long as its SQL. Only where the plan changes all the time the transaction does everything."""
+        in a transaction that takes as long as its SQL. Raises InvalidInput when the plan has changed during each of some rehearsals."""
         for _ in range(REHEARSALS):
             with closing(Rehearsal(self._db.read())) as rehearsal:
                 edit = Edit(rehearsal.copy, self._clock.now())
@@ -91,7 +93,7 @@ class Catalogue:
             if self._db.write(rehearsal.repeat):
                 self._publish(edit.topics)
                 return result
-        return self.edit(work)
+        raise InvalidInput("file", "the plan is changing all the time; try again")
 
     def _publish(self, topics: Iterable[Topic]) -> None:
         if self._changes is not None:
@@ -100,20 +102,21 @@ class Catalogue:
 
     def change_settings(self, **changes: Any) -> Settings:
         """Settings by name, as in ``Settings``; returns all of them."""
-        return self.edit(lambda edit: edit.change_settings(**changes))
+        change = self.edit_rehearsed if DAYS_OFF & changes.keys() else self.edit
+        return change(lambda edit: edit.change_settings(**changes))
 
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exception: DayException) -> DayException:
         """Add (id 0) or change closed days or extra working days; they take precedence over the days of the week."""
-        return self.edit(lambda edit: edit.save_days([exception]))[0]
+        return self.edit_rehearsed(lambda edit: edit.save_days([exception]))[0]
 
     def add_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
         """Several at once, all or none: an imported calendar."""
-        return self.edit(lambda edit: edit.save_days(exceptions))
+        return self.edit_rehearsed(lambda edit: edit.save_days(exceptions))
 
     def remove_days(self, *ids: int) -> Removed:
         """``restore`` puts them back."""
-        return self.edit(lambda edit: edit.remove_days(ids))
+        return self.edit_rehearsed(lambda edit: edit.remove_days(ids))
 
     def set_public_holidays(self, country: str, subdivision: str = "") -> Settings:
         """Close on the public holidays of a country (ISO 3166 code) and of a part of it; empty: of none."""
@@ -121,10 +124,11 @@ class Catalogue:
         return self.change_settings(holiday_country=country, holiday_subdivision=subdivision)
 
     # ------------------------------------------------------------------ robots
-    def save_robot(self, robot: Robot, password: str | None = None) -> Robot:
+    def save_robot(self, robot: Robot, password: str | None = None, *, is_tested: bool = False) -> Robot:
         """Add (id 0) or change a robot. Without a password it keeps its token; a new one, or one whose user, address, certificate or serial
-        number changes, is then switched off and needs a password."""
-        return self.edit(lambda edit: edit.save_robot(robot, password))
+        number changes, is then switched off and needs a password. ``is_tested``: its model, software and what identified it come from a
+        test of the connection just now; otherwise those of a known robot stay."""
+        return self.edit(lambda edit: edit.save_robot(robot, password, is_tested=is_tested))
 
     def set_robot_enabled(self, robot_id: int, enabled: bool) -> Robot:
         """Switch it on or off; what waits for one that is switched off is cancelled. One that needs a password stays off."""
@@ -162,4 +166,5 @@ class Catalogue:
 
     def restore(self, removed: Removed) -> None:
         """Undo a deletion; raises InvalidInput when one of its names has been taken meanwhile."""
-        self.edit(lambda edit: edit.restore(removed))
+        change = self.edit_rehearsed if removed.days else self.edit
+        change(lambda edit: restore(edit, removed))

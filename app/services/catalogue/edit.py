@@ -5,18 +5,17 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from itertools import count
 from typing import Any
 
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
 from app.database.executions import ExecutionRepository
-from app.database.holds import HoldRepository, StoredHold
+from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
-from app.database.robots import Accepted, RobotRepository
+from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import names, rules
@@ -33,8 +32,10 @@ from app.domain.models import (
     Settings,
     State,
 )
-from app.mir.credentials import is_same_endpoint, token_for
+from app.mir.credentials import token_for
 from app.services.catalogue import validation
+from app.services.catalogue.undo import Removed
+from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
 from app.services.planning import public_holidays
 from app.services.planning.first_due import first_due
@@ -43,21 +44,6 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
                 "started_through": None}                 # of a schedule
 _MOMENT = timedelta(microseconds=1)
-
-
-@dataclass(frozen=True)
-class Removed:
-    """What one deletion took away, ids included: ``Catalogue.restore`` puts it back."""
-    robot: Robot | None = None
-    accepted: Accepted | None = None                     # by that robot, last
-    idle_queue_id: int | None = None                     # of that robot
-    missions: Sequence[Mission] = ()
-    schedules: Sequence[Schedule] = ()
-    skips: Collection[Skip] = ()
-    idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
-    holds: Sequence[StoredHold] = ()
-    days: Sequence[DayException] = ()
-    waiting: Sequence[int] = ()                          # executions that ended with it
 
 
 @dataclass
@@ -70,7 +56,7 @@ class Edit:
 
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
-        self._executions, self._settings, self._holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
+        self.executions, self._settings, self.holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
         self.days, self._alarms = CalendarRepository(), AlarmRepository()
         self.settings = self._settings.load(self.c)
 
@@ -86,10 +72,9 @@ class Edit:
         if changes:
             self.settings = self._settings.save(self.c, **changes)
             self.topics.add(Topic.SETTINGS)
-        after = self.settings
-        if _days_off(after) != _days_off(before):
+        if _days_off(self.settings) != _days_off(before):
             self._plan_anew()
-        return after
+        return self.settings
 
     def leave_unknown_zones(self, local: str) -> list[str]:
         """Replace time zones that this system does not know (of another system or version): the settings take ``local``, schedules the zone
@@ -104,7 +89,7 @@ class Edit:
             if not validation.is_zone(schedule.timezone):
                 lines.append(f"the time zone {schedule.timezone} is not known here; the schedule {schedule.name} takes {zone}")
                 known = replace(schedule, timezone=zone, changed_at=self.now)
-                self.schedules.update(self.c, replace(known, next_at=self._first_due(known, calendar)))
+                self.schedules.update(self.c, replace(known, next_at=self.first_due(known, calendar)))
                 self.topics.add(Topic.SCHEDULES)
         return lines
 
@@ -122,11 +107,13 @@ class Edit:
         for schedule in self.schedules.all(self.c):
             is_due = schedule.next_at is not None and schedule.next_at <= self.now
             if schedule.respect_working_days and schedule.recurrence is not None and not is_due:
-                self.schedules.advance(self.c, schedule.id, self._first_due(schedule, calendar))
+                next_at = self.first_due(schedule, calendar)
+                if next_at != schedule.next_at:
+                    self.schedules.advance(self.c, schedule.id, next_at)
         self.schedules.days_changed(self.c, self.now)
         self.topics.add(Topic.SCHEDULES)
 
-    def _first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:
+    def first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:
         """The next occurrence, one that was planned before or skipped in advance left out."""
         return first_due(schedule, self.settings, self.now, calendar, self.schedules.skipped(self.c, schedule.id))
 
@@ -146,7 +133,7 @@ class Edit:
                 saved.append(exception)
             else:
                 saved.append(self.days.add(self.c, exception))
-        self._days_changed()
+        self.days_changed()
         return saved
 
     def remove_days(self, ids: Sequence[int]) -> Removed:
@@ -154,27 +141,28 @@ class Edit:
         removed = Removed(days=[found for exception_id in ids if (found := self.days.get(self.c, exception_id)) is not None])
         for exception in removed.days:
             self.days.remove(self.c, exception.id)
-        self._days_changed()
+        self.days_changed()
         return removed
 
-    def _days_changed(self) -> None:
+    def days_changed(self) -> None:
         self.topics.add(Topic.CALENDAR)
         self._plan_anew()
 
     # ------------------------------------------------------------------ robots
-    def save_robot(self, robot: Robot, password: str | None = None) -> Robot:
+    def save_robot(self, robot: Robot, password: str | None = None, *, is_tested: bool = False) -> Robot:
         """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another user, address,
         certificate or serial number is switched off and needs a password. A robot that only waited for its password is switched on by it. A
-        serial number of None leaves the known one."""
+        serial number of None leaves the known one; what else is known of the machine stays unless ``is_tested``: the caller has just asked
+        it, and does not merely give back what it read some time ago."""
         stored = self.the_robot(robot.id) if robot.id else None
         robot = validation.robot(robot)
-        self._check_robot_name(robot)
+        self.check_robot_name(robot)
         if password == "":
             raise InvalidInput("password", "enter a password")
         if stored is not None:
             robot = replace(robot, serial_number=robot.serial_number or stored.serial_number)
-            if not is_same_endpoint(robot, stored) and robot.identified_by is stored.identified_by:
-                robot = replace(robot, identified_by=None)
+            if not is_tested:
+                robot = replace(robot, model=stored.model, software=stored.software, identified_by=stored.identified_by)
         token = token_for(robot, password, stored)
         was_waiting = password is not None and stored is not None and stored.needs_password
         robot = replace(robot, token=token, needs_password=token is None, enabled=token is not None and (robot.enabled or was_waiting))
@@ -182,7 +170,7 @@ class Edit:
             robot = replace(robot, idle=self._checked_idle(robot.id, robot.idle))
         return self._put_robot(robot, stored)
 
-    def _check_robot_name(self, robot: Robot) -> None:
+    def check_robot_name(self, robot: Robot) -> None:
         other = self.robots.by_name(self.c, robot.name)
         if other is not None and other.id != robot.id:
             raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
@@ -196,7 +184,13 @@ class Edit:
             self.robots.update(self.c, robot)
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
-                self._ended(self._executions.take_back(self.c, reason, self.now, robot_id=robot.id))
+                self._ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id))
+                self._clear_alarms(robot.id)
+            if robot.needs_password and stored.enabled:
+                details = {"robot": robot.name, "robot_id": robot.id}
+                self._alarms.raise_once(self.c, alarm_of("needs_password", f"robot:{robot.id}", self.now, details))
+                self.topics.add(Topic.ALARMS)
+            elif stored.needs_password and not robot.needs_password:
                 self._clear_alarms(robot.id)
         self.topics.add(Topic.ROBOTS)
         return robot
@@ -214,12 +208,12 @@ class Edit:
         """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
         robot = self.the_robot(robot_id)
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
-        waiting = self._ended(self._executions.end_open_of_robot(self.c, robot_id, reason, self.now))
+        waiting = self._ended(self.executions.end_open_of_robot(self.c, robot_id, reason, self.now))
         schedules = self.schedules.for_robot(self.c, robot_id)
         removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
                           schedules=schedules, skips=self._skips(schedules),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
-                          holds=[hold for hold in self._holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting)
+                          holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting)
         self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
@@ -250,11 +244,11 @@ class Edit:
             mission = self.missions.add(self.c, mission)
         else:
             self.missions.update(self.c, mission)
-        self._prefer_own(mission)
+        self.prefer_own(mission)
         self.topics.add(Topic.MISSIONS)
         return mission
 
-    def _prefer_own(self, mission: Mission) -> None:
+    def prefer_own(self, mission: Mission) -> None:
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
             self._use_instead(general.id, mission.id, mission.robot_id)
 
@@ -298,7 +292,7 @@ class Edit:
         validation.one_time_on_working_day(schedule, calendar)
         schedule = replace(schedule, changed_at=self.now)
         if stored is None:
-            schedule = self.schedules.add(self.c, replace(schedule, next_at=self._first_due(schedule, calendar)))
+            schedule = self.schedules.add(self.c, replace(schedule, next_at=self.first_due(schedule, calendar)))
         else:
             schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
@@ -313,24 +307,24 @@ class Edit:
         schedule = replace(schedule, **noted)
         if _when(schedule) == _when(stored):
             return schedule
-        kept = [row for row in self._executions.unsent_of_schedule(self.c, schedule.id)
+        kept = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id)
                 if schedule.enabled and schedule.robot_id == stored.robot_id
                 and first_due(replace(schedule, planned_through=None), self.settings, row.planned_at, calendar) == row.planned_at]
         gone = [row for row in self._take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0]
         if gone:                               # never sent: as if they had never been planned
             last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
             schedule = replace(schedule, planned_through=last)
-        schedule = replace(schedule, next_at=self._first_due(schedule, calendar))
+        schedule = replace(schedule, next_at=self.first_due(schedule, calendar))
         if schedule.next_at is not None:
-            self._executions.drop_taken_back(self.c, schedule.id, schedule.next_at)
+            self.executions.drop_taken_back(self.c, schedule.id, schedule.next_at)
         return schedule
 
     def _change_waiting(self, schedule: Schedule, robot: Robot, mission: Mission) -> None:
         """What waits runs as it is defined now."""
-        for row in self._executions.unsent_of_schedule(self.c, schedule.id):
+        for row in self.executions.unsent_of_schedule(self.c, schedule.id):
             install_id = self._settings.install_id(self.c)
             made = rules.scheduled(schedule, robot, mission, self.settings, install_id, row.planned_at, row.created_at)
-            self._executions.change(self.c, row.id, (State.WAITING,), schedule=made.schedule, mission=made.mission,
+            self.executions.change(self.c, row.id, (State.WAITING,), schedule=made.schedule, mission=made.mission,
                                     mission_guid=made.mission_guid, parameters=made.parameters, priority=made.priority,
                                     minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at)
             self.topics.add(Topic.EXECUTIONS)
@@ -350,7 +344,7 @@ class Edit:
         return name
 
     def free_schedule_name(self, mission: str, robot: str) -> str:
-        return next(name for name in schedule_names(mission, robot) if self.schedules.by_name(self.c, name) is None)
+        return next(name for name in names.of_schedule(mission, robot) if self.schedules.by_name(self.c, name) is None)
 
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
@@ -365,8 +359,8 @@ class Edit:
 
     def _take_back(self, schedule: Schedule, except_for: Sequence[int] = ()) -> list[Execution]:
         """What no robot has yet of a schedule, but for some, is not sent any more; returns what waited."""
-        gone = [row for row in self._executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
-        ended = self._ended(self._executions.take_back(self.c, Reason(ReasonCode.SCHEDULE_CHANGED), self.now, schedule_id=schedule.id,
+        gone = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
+        ended = self._ended(self.executions.take_back(self.c, Reason(ReasonCode.SCHEDULE_CHANGED), self.now, schedule_id=schedule.id,
                                                        ids=[row.id for row in gone]))
         return [row for row in gone if row.id in ended]
 
@@ -374,50 +368,6 @@ class Edit:
         if ids:
             self.topics.add(Topic.EXECUTIONS)
         return ids
-
-    # ------------------------------------------------------------------ undo
-    def restore(self, removed: Removed) -> None:
-        """Put back what a deletion took, under its old ids, with what waited. What would have fallen due meanwhile writes no row."""
-        if removed.robot is not None:
-            self._check_robot_name(removed.robot)
-            self.robots.add(self.c, replace(removed.robot, idle=None))
-            self.robots.note_idle(self.c, removed.robot.id, removed.idle_queue_id)
-            if removed.accepted is not None:
-                self.robots.note_accepted(self.c, removed.robot.id, removed.accepted)
-        for mission in removed.missions:
-            if self.missions.by_name(self.c, mission.name, mission.robot_id):
-                raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
-            self.missions.add(self.c, mission)
-            self._prefer_own(mission)
-        if removed.robot is not None and removed.robot.idle is not None:
-            self._restore_idle(removed.robot.id, removed.robot.idle)
-        for robot_id, rule in removed.idle:
-            self._restore_idle(robot_id, rule)
-        calendar = self.calendar
-        for schedule in removed.schedules:
-            if self.schedules.by_name(self.c, schedule.name):
-                raise InvalidInput("name", "there is a schedule {name} already", name=schedule.name)
-            self.the_robot(schedule.robot_id)
-            self.the_mission(schedule.mission_id)
-            self.schedules.add(self.c, replace(schedule, changed_at=self.now))
-            for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
-                self.schedules.skip(self.c, schedule.id, instant)
-            self.schedules.advance(self.c, schedule.id, self._first_due(schedule, calendar))
-        self._executions.wait_again(self.c, removed.waiting, self.now)
-        for hold in removed.holds:
-            self._holds.add(self.c, hold)
-        if removed.days:
-            for exception in removed.days:
-                self.days.add(self.c, exception)
-            self._days_changed()
-            return
-        self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
-
-    def _restore_idle(self, robot_id: int, rule: IdleRule) -> None:
-        """Unless there is another one by now, or its robot or mission is gone."""
-        robot = self.robots.get(self.c, robot_id)
-        if robot is not None and robot.idle is None and self.missions.get(self.c, rule.mission_id):
-            self.robots.update(self.c, replace(robot, idle=rule))
 
     # ------------------------------------------------------------------ what there is
     def the_robot(self, robot_id: int) -> Robot:
@@ -453,10 +403,3 @@ def _when(schedule: Schedule) -> tuple[object, ...]:
 def _days_off(settings: Settings) -> tuple[object, ...]:
     """The settings that decide which days are working days."""
     return settings.working_days, settings.holiday_country, settings.holiday_subdivision
-
-
-def schedule_names(mission: str, robot: str) -> Iterator[str]:
-    """"<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
-    for number in count(1):
-        ending = f" {number}" if number > 1 else ""
-        yield names.cleaned(f"{mission} on {robot}", names.LONGEST - len(ending)) + ending

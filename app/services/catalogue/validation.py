@@ -27,6 +27,9 @@ T = TypeVar("T")
 YEARS = range(1970, 2200)
 LONGEST_EXCEPTION = timedelta(days=366)
 MOST_DAY_EXCEPTIONS = 2000
+MOST_PARAMETERS, LONGEST_PARAMETER = 50, 1000    # of a mission; characters of a value
+LARGEST_NUMBER = 2**63 - 1
+LONGEST_RECURRENCE = 500     # characters; all months, days, hours and minutes together have fewer
 WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
     "poll_interval_seconds": (1, 3600),
     "retry_limit": (0, 20),
@@ -194,7 +197,7 @@ def schedule(given: Schedule) -> Schedule:
     window = given.start_window_minutes
     normal = replace(
         given, timezone=timezone(given.timezone), start=given.start.replace(fold=0),
-        recurrence=None if given.recurrence is None else given.recurrence.strip().upper(),
+        recurrence=None if given.recurrence is None else recurrence(given.recurrence),
         minimum_battery_percent=battery(given.minimum_battery_percent),
         start_window_minutes=None if window is None else whole_number(window, "start_window_minutes"),
         overlap=overlap(given.overlap), priority=whole_number(given.priority, "priority"), parameters=parameters(given.parameters))
@@ -205,6 +208,14 @@ def schedule(given: Schedule) -> Schedule:
         between(normal.between)
     check_has_instants(normal)
     return normal
+
+
+def recurrence(value: str) -> str:
+    """An RRULE that the app can take, in capitals."""
+    if len(value) > LONGEST_RECURRENCE:
+        raise InvalidInput("recurrence", "a recurrence has at most {most} characters", most=LONGEST_RECURRENCE)
+    Recurrence.parse(value)
+    return value.strip().upper()
 
 
 def overlap(value: object, field: str = "overlap") -> Overlap:
@@ -223,15 +234,22 @@ def between(value: Between) -> Between:
 
 
 def parameters(value: object, field: str = "parameters") -> dict[str, Any]:
-    """A mission's inputs by name: texts, numbers, true, false or null. The names are the robot's and sent back unchanged."""
+    """A mission's inputs by name: texts, numbers, true, false or null. The names are the robot's and sent back unchanged. Each run keeps a
+    copy of them."""
     if not isinstance(value, Mapping):
         raise InvalidInput(field, "parameters are names with a value each")
+    if len(value) > MOST_PARAMETERS:
+        raise InvalidInput(field, "a mission can be given {most} parameters at most", most=MOST_PARAMETERS)
     for key, item in value.items():
         if not isinstance(key, str) or not 0 < len(key.strip()) <= names.LONGEST or _has_control_characters(key):
             raise InvalidInput(field, "the name of a parameter has 1 to {most} characters, without control characters", most=names.LONGEST)
         is_plain = item is None or isinstance(item, str | bool | int) or (isinstance(item, float) and math.isfinite(item))
         if not is_plain or (isinstance(item, str) and not _is_encodable(item)):
             raise InvalidInput(field, "the value of {name} has to be a text, a number, true, false or null", name=shown(key))
+        if isinstance(item, str) and len(item) > LONGEST_PARAMETER:
+            raise InvalidInput(field, "the value of {name} has at most {most} characters", name=shown(key), most=LONGEST_PARAMETER)
+        if isinstance(item, int) and abs(item) > LARGEST_NUMBER:
+            raise InvalidInput(field, "the value of {name} is too large a number", name=shown(key))
     return dict(value)
 
 

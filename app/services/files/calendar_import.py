@@ -23,6 +23,7 @@ from app.domain.models import DayException, InvalidInput
 from app.services.catalogue import validation
 from app.services.files import ics
 from app.services.files.exports import DataFiles
+from app.services.files.reading import read_file
 from app.services.planning.recurrence import Frequency, Recurrence
 from app.services.planning.recurrence.dates import LAST_DAY, dates
 
@@ -69,7 +70,7 @@ class CalendarFiles(DataFiles):
     def import_days(self, path: str) -> Imported:
         """Take the days of a file as closed ones, whole or not at all. Raises InvalidInput("path", …) with one sentence."""
         source = self._resolved(path)
-        content = self._content(source)
+        content = read_file(source)
         c = self._db.read()
         zone = ZoneInfo(SettingsRepository().load(c).timezone)
         try:
@@ -77,7 +78,11 @@ class CalendarFiles(DataFiles):
         except ics.NotACalendar:
             raise InvalidInput("path", "{path} is not a calendar file (.ics)", path=source) from None
         except ics.TooMuch:
-            raise InvalidInput("path", "{path} holds too much for a calendar of closed days", path=source) from None
+            raise InvalidInput("path", "{path} holds too much for a calendar of closed days: export those alone, and not for many years",
+                               path=source) from None
+        if not found.exceptions and found.left_out:
+            raise InvalidInput("path", "{path} has no days to take: only whole days are taken that are single, last a while or come every "
+                               "year", path=source)
         if not found.exceptions:
             raise InvalidInput("path", "{path} has no days to take", path=source)
         there = {_identity(exception) for exception in CalendarRepository().all(c)}

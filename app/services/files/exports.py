@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -15,7 +14,7 @@ from typing import TextIO
 
 import platformdirs
 
-from app.database.backups import BACKUPS, back_up, problem_of
+from app.database.backups import BACKUPS, NOT_RESTORED, back_up, problem_of
 from app.database.connection import Database
 from app.database.errors import DatabaseError
 from app.domain.clock import Clock
@@ -23,10 +22,11 @@ from app.domain.message import Message, message_of_system
 from app.domain.models import InvalidInput
 from app.services.catalogue import configuration
 from app.services.catalogue.catalogue import Catalogue
-from app.services.catalogue.configuration.document import LARGEST_FILE
 from app.services.catalogue.configuration.importing import DeletesRuns
+from app.services.catalogue.stored import problem_in
 from app.services.files.history_export import write_history
-from app.services.files.shared_places import refuse_planted
+from app.services.files.reading import read_file
+from app.services.files.shared_places import draft_of, without_links
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class DataFiles:
         """Take a configuration file in, whole or not at all. Returns what was added or changed, one sentence each, or what has to be
         confirmed first."""
         try:
-            return configuration.import_configuration(self._catalogue, self._content(self._resolved(path)), may_delete=may_delete)
+            return configuration.import_configuration(self._catalogue, read_file(self._resolved(path)), may_delete=may_delete)
         except DeletesRuns as question:
             return question
 
@@ -115,29 +115,13 @@ class DataFiles:
 
     def check_backup(self, path: Path) -> None:
         """Raises InvalidInput when this file can't be restored."""
-        if problem := problem_of(path):
-            raise InvalidInput("path", "{path} can't be restored: {problem}", path=path, problem=problem)
+        if problem := problem_of(path, check=problem_in):
+            raise InvalidInput("path", NOT_RESTORED, path=path, problem=problem)
 
     # ------------------------------------------------------------------ inside
     def _newest(self, pattern: str) -> Path | None:
         found = [path for path in self.directory.glob(pattern) if path.is_file()]
         return max(found, key=lambda path: path.stat().st_mtime_ns, default=None)
-
-    @staticmethod
-    def _content(source: Path) -> bytes:
-        """Of a file to import, at most 5 MiB."""
-        if source.exists() and not (source.is_file() or source.is_dir()):       # a pipe may never end
-            raise InvalidInput("path", "{path} is no plain file", path=source)
-        try:
-            with source.open("rb") as file:
-                content = file.read(LARGEST_FILE + 1)
-        except FileNotFoundError:
-            raise InvalidInput("path", "there is no file {path}", path=source) from None
-        except OSError as error:
-            raise InvalidInput("path", "{path} can't be read: {problem}", path=source, problem=message_of_system(error)) from None
-        if len(content) > LARGEST_FILE:
-            raise InvalidInput("path", "{path} is larger than 5 MiB", path=source)
-        return content
 
     def _resolved(self, text: str) -> Path:
         """The absolute path that was meant: ``~`` is the user's home, a bare name lies in ``directory``."""
@@ -151,27 +135,18 @@ class DataFiles:
     def _new_file(self, text: str, suffix: str) -> Iterator[tuple[Path, TextIO]]:
         """A file that appears under its name only when it is whole; its owner alone can read it."""
         target = self._resolved(text)
-        refuse_planted(target)
         if target.is_dir():
             raise InvalidInput("path", "{path} is a directory; add the name of a file", path=target)
         if not target.suffix:
             target = target.with_suffix(suffix)
-        if target.exists():
+        found = without_links(target)
+        if found.exists():
             raise InvalidInput("path", "{path} exists already; choose another name", path=target)
         if target.parent == self.directory:
             with contextlib.suppress(OSError):
                 target.parent.mkdir(mode=0o700, exist_ok=True)
-        with _as_invalid_input(target):
-            descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-        draft = Path(name)
-        try:
-            with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file, _as_invalid_input(target):
-                yield target, file
-            with _as_invalid_input(target):
-                os.replace(draft, target)
-        except BaseException:
-            draft.unlink(missing_ok=True)
-            raise
+        with _as_invalid_input(target), draft_of(found) as file:
+            yield target, file
 
 
 @contextlib.contextmanager

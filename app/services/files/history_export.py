@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import sqlite3
 from collections.abc import Iterator
 from datetime import datetime, tzinfo
@@ -13,7 +14,8 @@ from app.domain.reasons import known_zone, sentence
 
 COLUMNS = ("id", "trigger", "schedule", "robot", "mission", "mission_guid", "state", "reason_code", "reason", "planned_at", "created_at",
            "submitted_at", "started_at", "ended_at", "duration_s", "attempts", "queue_id")
-_FORMULA = ("=", "+", "-", "@", "＝", "＋", "－", "＠")        # what makes a spreadsheet take a cell for a formula
+# Where a cell begins that a spreadsheet takes for a formula; inside a text, too, where a spreadsheet separates by semicolons or tabs.
+_FORMULA = re.compile(r'(^|[;\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
 
 
 def write_history(c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter | None = None) -> int:
@@ -49,4 +51,5 @@ def _instant(instant: datetime | None, zone: tzinfo) -> str:
 def _text(text: str) -> str:
     """Preceded by an apostrophe where a spreadsheet would run it (OWASP: "CSV Injection"), and always encodable."""
     text = text.encode("utf-8", "replace").decode()
-    return f"'{text}" if text.lstrip().startswith(_FORMULA) or text[:1] in ("\t", "\r", "\n") else text
+    text = _FORMULA.sub(r"\1'", text)
+    return f"'{text}" if text[:1] in ("\t", "\r", "\n") else text

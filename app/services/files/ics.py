@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 1024 * 1024
 MOST_LINES = 40_000
+MOST_EVENTS = 5000
+MOST_SEPARATORS = 30_000                 # between dates and other values, and between parameters
 MOST_ZONE_PARTS = 60                     # and rules
 LONGEST_ZONE_NAME = 80
 FOLD_AT = 75                             # octets of a line without its end (section 3.1)
@@ -25,6 +27,8 @@ _ZONE_RULE = {"FREQ", "INTERVAL", "BYMONTH", "BYDAY", "BYMONTHDAY", "UNTIL", "CO
 _ZONE_WEEKDAY = re.compile(r"([+-]?[1-5])?[A-Z]{2}")
 _MOST_DAYS = {month: monthrange(2028, month)[1] for month in range(1, 13)}
 _LINE_END = re.compile(r"\r\n|\n|\r")
+_FOLD = re.compile(r"(?:\r\n)+[ \t]")
+_EVENT = re.compile(r"^BEGIN\b.*VEVENT", re.IGNORECASE | re.MULTILINE)
 
 
 class NotACalendar(ValueError):
@@ -54,11 +58,14 @@ def events(content: bytes) -> list[Event]:
         lines = _LINE_END.split(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise NotACalendar("is not UTF-8") from error
-    if len(content) > MOST_BYTES or len(lines) > MOST_LINES:
+    if len(content) > MOST_BYTES or len(lines) > MOST_LINES or content.count(b",") + content.count(b";") > MOST_SEPARATORS:
         raise TooMuch("is too large")
+    text = _FOLD.sub("", "\r\n".join(lines))
+    if len(_EVENT.findall(text)) > MOST_EVENTS:
+        raise TooMuch("has too many events")
     tzp.use(Zones())                                  # and forget the zones that an earlier file defined
     try:
-        calendars = Calendar.from_ical("\r\n".join(lines), multiple=True)
+        calendars = Calendar.from_ical(text, multiple=True)
     except (ValueError, LookupError, AttributeError, TypeError) as error:
         raise NotACalendar(str(error)) from error
     if not calendars or any(calendar.name != "VCALENDAR" for calendar in calendars):

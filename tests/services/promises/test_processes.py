@@ -164,7 +164,7 @@ def test_ready_does_not_wait_for_a_robot_that_can_t_be_made(data, fleet):
 
 # ---------------------------------------------------------------------- two commands
 def started_with_little_patience(data: Path, *arguments: object) -> subprocess.Popen[str]:
-    """A command that waits a second instead of half a minute for the process that holds the data directory."""
+    """A command that waits a second instead of two minutes for the process that holds the data directory."""
     program = ("import sys; from app.process import commands; commands.CHANGED_WITHIN = 1.0; import main; sys.argv[0] = 'main.py'; "
                "sys.exit(main.main(sys.argv[1:]))")
     return subprocess.Popen([sys.executable, "-c", program, "--data-dir", str(data), *map(str, arguments)], stdout=subprocess.PIPE,

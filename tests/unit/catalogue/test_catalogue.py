@@ -92,12 +92,19 @@ def test_another_user_address_or_certificate_needs_the_password_again(world, cha
 
 
 def test_a_known_serial_number_changes_with_the_password_only_and_is_never_forgotten(world):
-    known = world.catalogue.save_robot(replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER))
+    known = world.catalogue.save_robot(replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER), is_tested=True)
     assert known.token == world.robot.token          # now it is known: nothing has changed
     assert world.catalogue.save_robot(replace(known, serial_number=None)) == known
     new = world.catalogue.save_robot(replace(known, serial_number="2"), "secret")
-    assert (new.serial_number, new.identified_by, new.needs_password) == ("2", None, False)
+    assert (new.serial_number, new.needs_password) == ("2", False)
     assert world.catalogue.save_robot(replace(new, serial_number="3")).needs_password
+
+
+@pytest.mark.parametrize("change", [{"username": "other"}, {"address": "10.0.0.9"}, {"certificate_sha256": "ab" * 32},
+                                    {"serial_number": "2"}])
+def test_a_robot_that_showed_its_serial_number_is_expected_to_after_any_change(world, change):
+    known = world.catalogue.save_robot(replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER), is_tested=True)
+    assert world.catalogue.save_robot(replace(known, **change), "secret").identified_by is IdentifiedBy.SERIAL_NUMBER
 
 
 def test_a_robot_that_was_switched_off_stays_off_with_a_new_password(world):

@@ -83,6 +83,17 @@ def test_a_cell_never_runs_as_a_formula(db, text):
     assert row["schedule"] == row["robot"] == row["mission"] == f"'{text}"
 
 
+@pytest.mark.parametrize("text", [
+    "M;=cmd|'/C calc'!A0", "M; @SUM(1)", "M;;+1", "M\t=1", "M\n-1", "M\r\n=1", ";=1", 'M;"=1"', 'M";=1"', "M;＝1"])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_nor_where_the_spreadsheet_of_another_country_separates_cells(db, text, separator):
+    add(db, schedule=text, robot=text, mission=text, state=State.FAILED, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": text}))
+    for row in csv.reader(io.StringIO(text_of(db), newline=""), delimiter=separator):
+        for cell in row:
+            assert not cell.lstrip(' \t\r\n"').startswith(("=", "+", "-", "@", "＝")), row
+    assert cells(db)[0]["mission"].replace("'", "") == text.replace("'", "")
+
+
 def test_quotes_commas_and_other_letters_come_through(db):
     add(db, mission='Vie "Ä", 漢字 🤖', state=State.CANCELLED, reason=Reason(ReasonCode.ROBOT_REMOVED, {"robot": 'a,"b'}), ended_at=NOON)
     assert '"Vie ""Ä"", 漢字 🤖"' in text_of(db)

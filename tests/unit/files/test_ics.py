@@ -230,7 +230,8 @@ def test_an_import_says_what_it_took_and_takes_nothing_twice(world, tmp_path):
 
 
 @pytest.mark.parametrize(("content", "told"), [
-    (b"nonsense", "is not a calendar file"), (calendar(), "has no days to take"),
+    (b"nonsense", "is not a calendar file"), (calendar(), "has no days to take$"),
+    (calendar("SUMMARY:Every week\nDTSTART:20270705\nRRULE:FREQ=WEEKLY"), "only whole days are taken"),
     (b"x" * (1024 * 1024 + 1), "holds too much"), (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB")])
 def test_what_is_no_calendar_is_told_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
     (tmp_path / "plant.ics").write_bytes(content)

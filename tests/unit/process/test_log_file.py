@@ -64,6 +64,15 @@ def test_every_event_is_one_line(directory, capsys):
         "INFO    R1 says: left wheel again \\x1b[31mred \\u202eturned \\udc80", "ERROR   It broke", "CRITICAL Unexpected error"]
 
 
+def test_a_long_line_is_shortened_where_it_is_watched_too(directory, capsys):
+    logs.start(directory, stderr=True)
+    logging.getLogger("app.somewhere").warning("begin %s end", "ö" * 5000)
+    line = capsys.readouterr().err
+    assert len(line.encode()) <= logs.LONGEST + 40
+    assert "begin ö" in line
+    assert line.endswith("ö end\n")
+
+
 def test_the_traceback_that_urllib3_writes_for_each_broken_header_is_left_out(directory):
     logs.start(directory, stderr=False)
     logging.getLogger("urllib3.connection").warning("Failed to parse headers", exc_info=True)

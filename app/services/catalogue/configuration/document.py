@@ -12,11 +12,11 @@ from datetime import time
 from types import MappingProxyType
 from typing import Any, NoReturn
 
+from app.domain.json_parts import has_too_many_parts
 from app.domain.models import Between, InvalidInput
 from app.mir.address import Address
 from app.mir.credentials import normalise_fingerprint
 from app.services.catalogue import validation
-from app.services.planning.recurrence import Recurrence
 
 FORMAT = "amr-scheduler/1"
 LARGEST_FILE = 5 * 1024 * 1024          # bytes
@@ -62,6 +62,8 @@ def at(path: str, error: InvalidInput) -> InvalidInput:
 def _parsed(content: bytes) -> Any:
     if len(content) > LARGEST_FILE:
         raise InvalidInput("file", "the file is larger than 5 MiB")
+    if has_too_many_parts(content):
+        raise InvalidInput("file", "the file has too many parts")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -161,8 +163,7 @@ def _fingerprint(value: Any, path: str) -> str:
 
 
 def _recurrence(value: Any, path: str) -> str:
-    Recurrence.parse(text := _text(value, path))
-    return text.strip().upper()
+    return validation.recurrence(_text(value, path))
 
 
 def _idle(value: Any, path: str) -> Mapping[str, Any]:

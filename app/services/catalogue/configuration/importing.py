@@ -9,14 +9,14 @@ from functools import reduce
 from types import MappingProxyType
 from typing import Any
 
-from app.domain.message import Message, message
+from app.domain import names
+from app.domain.message import Message, message, render
 from app.domain.models import IdleRule, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration.document import Document, Item, at, read
 from app.services.catalogue.configuration.unnamed import Unnamed
-from app.services.catalogue.edit import schedule_names
 
-MOST_ROBOTS, MOST_MISSIONS, MOST_SCHEDULES = 500, 20_000, 20_000
+MOST_ROBOTS, MOST_MISSIONS, MOST_SCHEDULES = 500, 2000, 2000        # written in some 200 ms, while nobody else can write
 _OF_ROBOT = ("address", "username", "enabled", "certificate_sha256")
 _OF_MISSION = ("guid", "usual_minutes")
 _OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
@@ -52,6 +52,11 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
     return catalogue.edit_rehearsed(lambda edit: _Import(edit, document).run())
 
 
+def stops_a_robot(line: Message) -> bool:
+    """Whether a line says that a robot is switched off until its password is entered."""
+    return "needs a password" in render(line)
+
+
 class _Import:
     def __init__(self, edit: Edit, document: Document) -> None:
         self._edit, self._document = edit, document
@@ -83,9 +88,9 @@ class _Import:
         for section, items, repository, most in (("robots", given.robots, edit.robots, MOST_ROBOTS),
                                                  ("missions", given.missions, edit.missions, MOST_MISSIONS),
                                                  ("schedules", given.schedules, edit.schedules, MOST_SCHEDULES)):
-            if items and (count := max(len(items), repository.count(edit.c))) > most:
-                raise InvalidInput(section, "{section}: there is room for {most}, and with this file there would be {count}",
-                                   section=section, most=most, count=count)
+            if items and max(len(items), repository.count(edit.c)) > most:
+                raise InvalidInput(section, "{section}: there is room for {most}, and with this file there would be more",
+                                   section=section, most=most)
 
     # ------------------------------------------------------------------ settings
     def _settings(self, item: Item) -> Iterator[Message]:
@@ -135,10 +140,12 @@ class _Import:
         if changed:
             what = _list(changed)
             yield (message("robot {name} changed: {what}; it is switched off and needs a password", name=after.name, what=what)
-                   if after.needs_password and not before.needs_password else
+                   if after.needs_password else
                    message("robot {name} changed: {what}", name=after.name, what=what))
         if before.address.startswith("https:") and after.address.startswith("http:"):
             yield message("the connection to robot {name} is no longer encrypted", name=after.name)
+        elif before.certificate_sha256 and not after.certificate_sha256:
+            yield message("the certificate of robot {name} is no longer the only one that is trusted", name=after.name)
 
     # ------------------------------------------------------------------ missions
     def _mission(self, item: Item) -> Iterator[Message]:
@@ -186,7 +193,7 @@ class _Import:
     def _name_of_unnamed(self, robot: Robot, mission: Mission, values: dict[str, Any], taken: set[str]) -> str:
         unnamed = self._unnamed.get((robot.id, mission.id))
         if unnamed is None:
-            unnamed = self._unnamed[robot.id, mission.id] = Unnamed(schedule_names(mission.name, robot.name), taken, self._stored)
+            unnamed = self._unnamed[robot.id, mission.id] = Unnamed(names.of_schedule(mission.name, robot.name), taken, self._stored)
         return unnamed.name_of(values)
 
     def _stored(self, name: str) -> Schedule | None:

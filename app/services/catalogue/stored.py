@@ -1,0 +1,166 @@
+"""Whether what a database holds can be read and used. A value that nobody could have entered here (somebody prepared the file, or another
+program wrote into it) would otherwise end all scheduling as soon as it is met."""
+from __future__ import annotations
+
+import itertools
+import sqlite3
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, replace
+from datetime import datetime
+from typing import Any
+
+from app.database.alarms import AlarmRepository
+from app.database.calendar import CalendarRepository
+from app.database.errors import primary_code
+from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.holds import HoldRepository
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.database.settings import WRONG_PINS, SettingsRepository
+from app.domain.message import Message, message
+from app.domain.models import InvalidInput
+from app.services.catalogue import validation
+from app.services.live.tablet import stored_move
+from app.services.planning.recurrence import Recurrence
+
+LATEST = 1000                # of the executions and past alarms that are read
+LARGEST_ID = 2**53
+MOST_ROWS = 100_000          # of a table that is read as a whole
+LONGEST_TEXT = 100_000       # characters in a cell of it
+_YEARS = range(1970, 9000)   # of instants: far from where adding to one fails
+# What has a default of its own when it isn't known here.
+_FORGIVEN = ("timezone", "language", "theme", "holiday_country", "holiday_subdivision")
+
+
+def problem_in(c: sqlite3.Connection) -> Message | None:
+    """What can't be used, with the table it is in; None: nothing. Of the history only what is open and the newest is read."""
+    for table, check in _CHECKS.items():
+        try:
+            check(c)
+        except InvalidInput as error:
+            problem: Message = message("{path}: {problem}", path=error.field, problem=error.message)
+        except sqlite3.Error as error:
+            if primary_code(error) not in (0, sqlite3.SQLITE_ERROR):       # of the storage, not of what is stored
+                raise
+            problem = str(error)[:200]
+        except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
+            problem = str(error)[:200] or type(error).__name__
+        else:
+            continue
+        return message("its table {table} has a value that can't be used: {problem}", table=table, problem=problem)
+    return None
+
+
+def _require(condition: object, problem: str) -> None:
+    if not condition:
+        raise ValueError(problem)
+
+
+def _check_instants(found: Iterable[Any]) -> None:
+    """Each of a dataclass with a time zone and in a year that can be reckoned with; only a schedule's start has no zone."""
+    for each in found:
+        for name, value in vars(each).items():
+            if isinstance(value, datetime):
+                _require(value.year in _YEARS and (value.tzinfo is None) == (name == "start"), f"{name} {value}")
+
+
+def _check_objects(*values: object) -> None:
+    for value in values:
+        _require(isinstance(value, Mapping), "no JSON object")
+
+
+# ---------------------------------------------------------------------- table by table
+def _sizes(c: sqlite3.Connection) -> None:
+    for table in ("settings", "robots", "missions", "idle_rules", "schedules", "skips", "calendar_days", "alarms", "holds"):
+        texts = [row["name"] for row in c.execute(f"PRAGMA table_info({table})") if row["type"] == "TEXT"]
+        longest = ", ".join(f"coalesce(length({name}), 0)" for name in texts)
+        count, length = c.execute(f"SELECT count(*), max(max(0, {longest or 0})) FROM {table}").fetchone()
+        _require(count <= MOST_ROWS and (length or 0) <= LONGEST_TEXT, f"{table}: {count}, {length}")
+    for row in c.execute("PRAGMA foreign_key_check").fetchall():
+        raise ValueError(f"{row[0]} {row[1]} → {row[2]}")
+
+
+def _sequences(c: sqlite3.Connection) -> None:
+    for table, last in c.execute("SELECT name, seq FROM sqlite_sequence"):
+        _require(isinstance(last, int) and 0 <= last <= LARGEST_ID, f"{table}: {last!r}")
+    for table in ("robots", "missions", "schedules", "executions", "alarms", "holds", "calendar_days"):
+        low, high = c.execute(f"SELECT coalesce(min(id), 1), coalesce(max(id), 1) FROM {table}").fetchone()
+        _require(0 < low <= high <= LARGEST_ID, f"{table}: {low}, {high}")
+
+
+def _settings(c: sqlite3.Connection) -> None:
+    repository = SettingsRepository()
+    found = asdict(repository.load(c))
+    validation.settings({name: value for name, value in found.items() if name not in _FORGIVEN})
+    for text in (*(found[name] for name in _FORGIVEN), repository.get(c, "install_id", "")):
+        _require(isinstance(text, str), repr(text)[:60])
+    instants = [repository.heartbeat(c), repository.restored_at(c)]
+    if move := stored_move(repository, c):
+        instants.append(move.at)
+    for instant in instants:
+        _require(instant is None or (instant.tzinfo is not None and instant.year in range(1970, 10000)), str(instant))
+    wrong, offsets = repository.get(c, WRONG_PINS, 0), repository.get(c, "confirmed_clock_offsets", {})
+    _require(type(wrong) is int and wrong >= 0, f"{WRONG_PINS} {wrong!r}"[:60])
+    _check_objects(offsets)
+    _require(all(isinstance(offset, int | float) for offset in offsets.values()), "confirmed_clock_offsets")
+
+
+def _robots(c: sqlite3.Connection) -> None:
+    """One that can't be reached at its address holds up no other, and is an alarm."""
+    for robot in RobotRepository().all(c):
+        if robot.idle is not None:
+            validation.whole_number(robot.idle.after_minutes, "after_minutes")
+
+
+def _missions(c: sqlite3.Connection) -> None:
+    for mission in MissionRepository().all(c):
+        validation.guid(mission.guid)
+        if mission.usual_minutes is not None:
+            validation.whole_number(mission.usual_minutes, "usual_minutes")
+
+
+def _schedules(c: sqlite3.Connection) -> None:
+    """What could be entered in an older version is taken: only what would end the planning of others is refused."""
+    found = ScheduleRepository().all(c)
+    for schedule in found:
+        _check_objects(schedule.parameters)
+        Recurrence.parse(schedule.recurrence)
+        validation.battery(schedule.minimum_battery_percent)
+        if schedule.start_window_minutes is not None:
+            validation.whole_number(schedule.start_window_minutes, "start_window_minutes")
+        _require(schedule.start.year in validation.YEARS, f"start {schedule.start}")
+    _check_instants(found)
+
+
+def _skips(c: sqlite3.Connection) -> None:
+    for (planned_at,) in c.execute("SELECT planned_at FROM skips"):
+        _require(datetime.fromisoformat(planned_at).tzinfo is not None, planned_at)
+
+
+def _calendar(c: sqlite3.Connection) -> None:
+    for exception in CalendarRepository().all(c):
+        validation.day_exception(replace(exception, name="-"))
+
+
+def _holds(c: sqlite3.Connection) -> None:
+    _check_instants(HoldRepository().all(c))
+
+
+def _alarms(c: sqlite3.Connection) -> None:
+    repository = AlarmRepository()
+    found = [*repository.open(c), *repository.past(c, LATEST)]
+    _check_instants(found)
+    _check_objects(*(alarm.details for alarm in found))
+
+
+def _executions(c: sqlite3.Connection) -> None:
+    repository = ExecutionRepository()
+    found = [*repository.open_all(c), *repository.page(c, ExecutionFilter(), None, LATEST)]
+    _check_instants(found)
+    _check_objects(*itertools.chain.from_iterable((each.parameters, each.wait_details) for each in found))
+
+
+_CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
+    "sqlite_schema": _sizes, "sqlite_sequence": _sequences, "settings": _settings, "robots": _robots, "missions": _missions,
+    "schedules": _schedules, "skips": _skips, "calendar_days": _calendar, "holds": _holds, "alarms": _alarms, "executions": _executions}

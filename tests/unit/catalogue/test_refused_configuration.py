@@ -1,0 +1,119 @@
+"""Configuration files that can't be taken: said with the place in the file, and nothing is changed."""
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from app.domain.models import (
+    InvalidInput,
+)
+from tests.unit.catalogue.configured import World, changed
+
+
+@pytest.fixture
+def world(tmp_path):
+    world = World(tmp_path)
+    yield world
+    world.db.close()
+
+
+BAD: list[tuple[str, Any, str, str]] = [
+    ("format", "amr-scheduler/2", "format", "this app reads amr-scheduler/1"),
+    ("unknown", 1, "file", "unknown key 'unknown'"),
+    ("settings", [], "settings", "an object"),
+    ("settings.colour", 1, "settings", "unknown key 'colour'"),
+    ("settings.poll_interval_seconds", 0, "settings.poll_interval_seconds", "1 to 3600"),
+    ("settings.poll_interval_seconds", 3601, "settings.poll_interval_seconds", "1 to 3600"),
+    ("settings.poll_interval_seconds", "30", "settings.poll_interval_seconds", "1 to 3600"),
+    ("settings.poll_interval_seconds", True, "settings.poll_interval_seconds", "1 to 3600"),
+    ("settings.retry_limit", 21, "settings.retry_limit", "0 to 20"),
+    ("settings.minimum_battery_percent", 101, "settings.minimum_battery_percent", "0 to 100"),
+    ("settings.working_days", [], "settings.working_days", "at least one"),
+    ("settings.working_days", ["MO", "XX"], "settings.working_days", "MO, TU"),
+    ("settings.timezone", "Helsinki", "settings.timezone", "Europe/Helsinki"),
+    ("settings.timezone", None, "settings.timezone", "Europe/Helsinki"),
+    ("settings.start_window_minutes", 1441, "settings.start_window_minutes", "0 to 1440"),
+    ("settings.unknown_outcome_quiet_seconds", 4, "settings.unknown_outcome_quiet_seconds", "5 to 600"),
+    ("settings.history_limit", 0, "settings.history_limit", "from 1"),
+    ("robots", {}, "robots", "a list"),
+    ("robots.0", "R1", "robots[0]", "an object"),
+    ("robots.0", {"address": "x"}, "robots[0].name", "'name' is missing"),
+    ("robots.0", {"name": "R1"}, "robots[0].address", "'address' is missing"),
+    ("robots.0.adress", "x", "robots[0]", "'adress'"),
+    ("robots.0.name", "", "robots[0].name", "enter a name"),
+    ("robots.0.name", "x" * 81, "robots[0].name", "at most 80"),
+    ("robots.0.name", "a\tb", "robots[0].name", "control characters"),
+    ("robots.0.name", "R2", "robots[1].name", "twice in the file"),
+    ("robots.0.address", "http://x/api", "robots[0].address", "after the host"),
+    ("robots.0.address", 5, "robots[0].address", "a text"),
+    ("robots.0.username", "a:b", "robots[0].username", "colon"),
+    ("robots.0.username", "", "robots[0].username", "user name"),
+    ("robots.0.password", "", "robots[0].password", "can't be empty"),
+    ("robots.0.password", 5, "robots[0].password", "a text"),
+    ("robots.0.enabled", "yes", "robots[0].enabled", "true or false"),
+    ("robots.0.certificate_sha256", "12", "robots[0].certificate_sha256", "64"),
+    ("robots.0.idle.mission", "Nothing", "robots[0].idle.mission", "no mission Nothing for R1"),
+    ("robots.0.idle.after_minutes", 4, "robots[0].idle.after_minutes", "5 to 30"),
+    ("robots.0.idle.minutes", 4, "robots[0].idle", "'minutes'"),
+    ("missions.0.guid", "", "missions[0].guid", "guid"),
+    ("missions.0.robot", "R9", "missions[0].robot", "no robot R9"),
+    ("missions.1.name", "Deliver", "missions[1].name", "twice in the file"),
+    ("schedules.0.robot", "R9", "schedules[0].robot", "no robot R9"),
+    ("schedules.0.mission", "Nothing", "schedules[0].mission", "no mission Nothing for R1"),
+    ("schedules.0.start", "2026-02-30T06:30", "schedules[0].start", "no such date"),
+    ("schedules.0.start", "2026-11-23T06:30:30", "schedules[0].start", "whole minutes"),
+    ("schedules.0.start", "2026-11-23T06:30Z", "schedules[0].start", "without a zone"),
+    ("schedules.0.start", "2026-11-23 06:30", "schedules[0].start", "2026-11-23T06:30"),
+    ("schedules.0.start", 20261123, "schedules[0].start", "local time"),
+    ("schedules.0.timezone", "EET/Moon", "schedules[0].timezone", "no time zone"),
+    ("schedules.0.recurrence", "", "schedules[0].recurrence", "null"),
+    ("schedules.0.recurrence", "RRULE:FREQ=DAILY", "schedules[0].recurrence", "without RRULE:"),
+    ("schedules.0.recurrence", "FREQ=SECONDLY", "schedules[0].recurrence", "MINUTELY"),
+    ("schedules.0.recurrence", "FREQ=MINUTELY;BYSETPOS=1", "schedules[0].recurrence", "BYSETPOS"),
+    ("schedules.0.recurrence", "FREQ=MINUTELY;BYMONTH=2;BYMONTHDAY=30", "schedules[0].recurrence", "has no start"),
+    ("schedules.0.recurrence", "FREQ=DAILY", "schedules[0].between", "every so many minutes or hours"),
+    ("schedules.0.between", {"from": "08:30"}, "schedules[0].between.to", "'to' is missing"),
+    ("schedules.0.between", {"from": "16:45", "to": "08:30"}, "schedules[0].between", "end after it begins"),
+    ("schedules.0.between", {"from": "8:30", "to": "16:45"}, "schedules[0].between.from", "08:30"),
+    ("schedules.0.between", {"from": "24:00", "to": "24:00"}, "schedules[0].between.from", "08:30"),
+    ("schedules.0.minimum_battery_percent", -1, "schedules[0].minimum_battery_percent", "0 to 100"),
+    ("schedules.0.start_window_minutes", 1.5, "schedules[0].start_window_minutes", "0 to 1440"),
+    ("schedules.0.overlap", "wait", "schedules[0].overlap", "skip or queue"),
+    ("schedules.0.priority", "high", "schedules[0].priority", "whole number"),
+    ("schedules.0.parameters", [], "schedules[0].parameters", "parameters"),
+    ("schedules.0.parameters", {"a": {}}, "schedules[0].parameters", "'a'"),
+    ("schedules.1.name", "Morning", "schedules[1].name", "twice in the file"),
+    ("schedules.1.start", "2026-11-25T06:30", "schedules[1].start", "2026-11-25 is a Wednesday, which is not a working day"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "field", "told"), BAD, ids=[f"{path}={value!r:.30}" for path, value, _, _ in BAD])
+def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(world, path, value, field, told):
+    before = world.everything()
+    with pytest.raises(InvalidInput) as caught:
+        world.take(changed(path, value))
+    assert caught.value.field == field
+    assert told in caught.value.text
+    assert field == "file" or caught.value.text.startswith(field) or caught.value.text.startswith(field.rpartition(".")[0])
+    assert "\n" not in caught.value.text
+    assert world.everything() == before
+
+
+@pytest.mark.parametrize(("content", "told"), [
+    (b"", "line 1, column 1"), (b"{", "line 1"), (b"[]", "one JSON object"), (b"null", "one JSON object"), (b"{}", 'lacks "format"'),
+    (b"\xff\xfe", "UTF-8"), (b'{"format": "amr-scheduler/1", "format": "x"}', "'format' appears twice"), (b'{"a": NaN}', "NaN"),
+    (b'{"a": -Infinity}', "Infinity"), (b"[" * 10_000, "nested"), (b'{"a": ' + b"1" * 6000 + b"}", "number"),
+    (b" " * (5 * 1024 * 1024 + 1), "larger than 5 MiB")], ids=range(12))
+def test_what_is_no_configuration_is_reported_in_one_sentence(world, content, told):
+    with pytest.raises(InvalidInput, match=told) as caught:
+        world.take(content)
+    assert caught.value.field in ("file", "format")
+    assert "\n" not in caught.value.text
+
+
+@pytest.mark.parametrize("value", [0, 1441, 2.5, "12", True])
+def test_a_typed_duration_that_cannot_be_is_reported_with_its_place(world, value):
+    with pytest.raises(InvalidInput, match=r"missions\[0\].usual_minutes: enter a whole number from 1 to 1440"):
+        world.take(changed("missions.0.usual_minutes", value))
+    assert world.missions == []
