@@ -418,8 +418,8 @@ MUTANTS = (
     Mutant(
         "what waits keeps its old mission (D6)",
         f"{EDIT}._change_waiting",
-        "for row in self._executions",
-        "for row in [] and self._executions",
+        "for row in self.executions",
+        "for row in [] and self.executions",
         "as another mission",
         BUSY,
         seed=2,
@@ -436,7 +436,7 @@ MUTANTS = (
     ),
     Mutant(
         "another machine will do",
-        "mir.client:RobotClient.status",
+        "mir.client:RobotClient._check_serial_number",
         "and found != expected",
         "and False",
         "another machine",

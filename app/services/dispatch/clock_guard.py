@@ -24,6 +24,7 @@ log = logging.getLogger(__name__)
 
 TOLERANCE = 600.0                       # s by which a robot's clock may differ and still agree
 BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
+HEARD_AGAIN = 3600.0                    # s without a difference after which the clock of an overruled robot counts again
 CONFIRMED = "confirmed_clock_offsets"   # name of the setting: what the robots' clocks differed by when a person said that this one is right
 UNPROVEN = message("it is being compared with the robots' clocks")
 
@@ -57,6 +58,7 @@ class ClockGuard:
         self._absent_since: datetime | None = None
         self._unreported: Gap | None = None                      # an absence that is told once the clock is trusted
         self._went_back = False
+        self._overruled: dict[int, float] = {}                   # robots against whose clocks a person decided, and when they last differed
         self.is_proven = False                                  # by a robot or a person; else one robot's word counts
 
     def start(self) -> None:
@@ -129,6 +131,7 @@ class ClockGuard:
         if self._holds.take_clock_confirmation():
             offsets = {str(key): reading.offset for key, reading in readings.items() if reading.read_at >= since}
             self._db.write(lambda c: self._settings.put(c, CONFIRMED, offsets))
+            self._overrule(readings, mono)
             self.is_proven = True
         elif differ and agree < len(differ):
             return _difference(differ)
@@ -149,20 +152,35 @@ class ClockGuard:
                            now=f"{now:%Y-%m-%d %H:%M}", then=f"{then:%Y-%m-%d %H:%M}")
         return None
 
+    def _overrule(self, readings: Readings, mono: float) -> None:
+        """Robots whose clocks differ when a person says that the tablet's is right have no say until they have not differed for long. As
+        long as the tablet's clock does not step, it is theirs that move when they differ in another way: no reason to hold the plant."""
+        self._overruled = {key: mono for key, reading in readings.items() if abs(reading.offset) > TOLERANCE}
+        if self._overruled:
+            log.warning("A person decided against the clocks of robots %s", ", ".join(f"#{key}" for key in self._overruled))
+
+    def _has_a_say(self, key: int, reading: ClockReading) -> bool:
+        """Of a robot whose clock differs."""
+        if key in self._overruled and reading.read_at - self._overruled[key] <= HEARD_AGAIN:
+            self._overruled[key] = reading.read_at
+            return False
+        return True
+
     def _votes(self, readings: Readings) -> tuple[int, list[float]]:
         """How many robots' clocks agree, and by how many seconds the others differ. One whose clock differs as it did when a person said
         that the tablet's is right agrees."""
         differ, agree = [], 0
         confirmed: Mapping[str, float] | None = None
         for key, reading in readings.items():
-            offset = reading.offset
+            offset, has_a_say = reading.offset, True
             if abs(offset) > TOLERANCE:
                 if confirmed is None:
                     confirmed = self._settings.get(self._db.read(), CONFIRMED, {})
                 offset -= confirmed.get(str(key), 0.0)
+                has_a_say = self._has_a_say(key, reading)
             if abs(offset) <= TOLERANCE:
                 agree += 1
-            else:
+            elif has_a_say:
                 differ.append(reading.offset)
         return agree, differ
 
@@ -174,6 +192,7 @@ class ClockGuard:
         if abs(step) < REPORTED_STEP:
             return
         log.warning("The wall clock moved by %+.0f s against the monotonic one (asleep, or the clock was set)", step)
+        self._overruled.clear()                             # now it may be the tablet's that is wrong
         if step < 0:
             self._went_back = True
         if self._doubt is not None:                         # what was read before says nothing any more

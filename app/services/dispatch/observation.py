@@ -4,7 +4,8 @@ from __future__ import annotations
 import logging
 import math
 import sqlite3
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain.activity import SpanRecorder, activity_of
@@ -57,8 +58,7 @@ class Observation:
     def robot(self, robot: Robot) -> None:
         """As it is configured now. With another serial number it is another machine, of which nothing is known yet."""
         if self._robot.serial_number not in (None, robot.serial_number):
-            self.highest, self._read_at = None, -math.inf
-        self._identified &= robot.identified_by is not None
+            self.highest, self._read_at, self._identified = None, -math.inf, False
         self._robot = robot
         self._client.serial_number, self._client.identified_by = robot.serial_number, robot.identified_by
 
@@ -81,12 +81,14 @@ class Observation:
         if self._identified:
             return
         identity = self._client.identify()
-        found = {"serial_number": identity.serial_number, "model": identity.model, "software": identity.software,
-                 "identified_by": identity.identified_by}
+        found: dict[str, Any] = {
+            "serial_number": identity.serial_number, "model": identity.model, "software": identity.software,
+            "identified_by": identity.identified_by}
         if any(value and value != getattr(self.robot, name) for name, value in found.items()):
             changes = {name: value for name, value in found.items() if value}
-            self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot.id, **changes))
-            self.robot = self._s.robots.get(self._s.db.read(), self.robot.id) or self.robot
+            if not self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot, **changes)):
+                return                       # edited meanwhile: asked again as it is then
+            self.robot = replace(self.robot, **changes)
         self._identified, self._refused = True, False
         self.user_name = identity.user_name
         self._set_alarm("unauthorized", False)
@@ -149,12 +151,15 @@ class Observation:
         self.was_lost = True
         self._observe("offline")
         match error:
-            case AnotherRobot() | SerialNumberHidden():
-                self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=error.params.get("found", "–"))
+            case AnotherRobot():
+                self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=error.params["found"])
+                connection = Connection.WRONG_ROBOT
+            case SerialNumberHidden():
+                self._set_alarm("serial_hidden", True, expected=error.params["expected"])
                 connection = Connection.WRONG_ROBOT
             case CertificateMismatch():
                 self._set_alarm("certificate_changed", True)
-                connection = Connection.WRONG_ROBOT
+                connection = Connection.OTHER_CERTIFICATE
             case Unauthorized():
                 self._identified, self._refused = False, True
                 self._set_alarm("unauthorized", True)
@@ -177,7 +182,7 @@ class Observation:
             level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
             log.log(level, "%s: %s%s", self.robot.name, connection, f" ({render(problem)})" if problem else "")
         if connection is Connection.CONNECTED:
-            for code in ("unreachable", "not_a_robot", "wrong_robot", "certificate_changed"):
+            for code in ("unreachable", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed"):
                 self._set_alarm(code, False)
         self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
 

@@ -18,10 +18,12 @@ from app.services.live.alarms import Alarms
 
 log = logging.getLogger(__name__)
 
+SCHEDULER = "scheduler"      # name of the engine's thread
+
 
 class _WorkerThread:
-    def __init__(self, worker: RobotWorker, failed: Callable[[Exception, str], None]) -> None:
-        self.worker, self._failed = worker, failed
+    def __init__(self, worker: RobotWorker, works: Callable[[str], None], failed: Callable[[Exception, str], None]) -> None:
+        self.worker, self._works, self._failed = worker, works, failed
         self._wake = threading.Condition()
         self._inbox: list[messages.Message] = []
         self._is_stopping = False
@@ -48,9 +50,10 @@ class _WorkerThread:
                 for message in inbox:
                     self.worker.handle(message)
                 wait = self.worker.advance()
+                self._works(self.thread.name)
             except Exception as error:       # of the database: no durable intent, no POST; with one robot: it affects no other
                 if not self._is_stopping:
-                    self._failed(error, f"The worker of {self.worker.robot.name!r}")
+                    self._failed(error, self.thread.name)
                 self.worker.handle(messages.Recover())       # the next round finds in the ledger what this one left undone
                 wait = AFTER_A_FAILURE
             with self._wake:
@@ -68,6 +71,7 @@ class Runner:
     def __init__(self, db: Database, engine: Engine, clock: Clock, alarms: Alarms) -> None:
         self._db, self._engine, self._clock, self._alarms = db, engine, clock, alarms
         self._threads: dict[int, _WorkerThread] = {}
+        self._failing: set[str] = set()           # names of threads whose last round met an unexpected error
         self._lock = threading.Lock()
         self._wake = threading.Condition()
         self._is_woken = self._is_stopping = False
@@ -78,7 +82,7 @@ class Runner:
 
     def start(self) -> None:
         self._engine.start()
-        self._thread = threading.Thread(target=self._run, name="scheduler", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=SCHEDULER, daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
@@ -103,7 +107,7 @@ class Runner:
     # ------------------------------------------------------------------ mailboxes
     def open(self, worker: RobotWorker) -> None:
         with self._lock:
-            self._threads[worker.robot.id] = _WorkerThread(worker, self._failed)
+            self._threads[worker.robot.id] = _WorkerThread(worker, self._works, self._failed)
 
     def close(self, robot_id: int) -> None:
         with self._lock:
@@ -121,8 +125,9 @@ class Runner:
         while not self._is_stopping:
             try:
                 wait = self._engine.advance()
+                self._works(SCHEDULER)
             except Exception as error:       # the scheduler must not stop for anything
-                self._failed(error, "The scheduler")
+                self._failed(error, SCHEDULER)
                 wait = LONGEST_WAIT
             with self._wake:
                 if not (self._is_woken or self._is_stopping):
@@ -131,14 +136,25 @@ class Runner:
         with contextlib.suppress(DatabaseError, sqlite3.Error):
             self._engine.stop()
 
-    def _failed(self, error: Exception, who: str) -> None:
-        known = self._db.known(error)
-        if not isinstance(known, DatabaseError):
-            log.exception("%s met an unexpected error and goes on", who)
+    def _works(self, thread: str) -> None:
+        if thread in self._failing:
+            self._alarms.clear("chore_failed", f"thread:{thread}")
+            self._failing.discard(thread)
+
+    def _failed(self, error: Exception, thread: str) -> None:
+        if self._is_stopping:                    # the round outlived the stop: what it wanted is closed
             return
-        self._alarms.database_fails(known.message)
-        if isinstance(known, DatabaseDamaged):
-            self._end_for(known)
+        known = self._db.known(error)
+        if isinstance(known, DatabaseError):
+            self._alarms.database_fails(known.message)
+            if isinstance(known, DatabaseDamaged):
+                self._end_for(known)
+            return
+        log.exception("The thread %s met an unexpected error and goes on", thread)
+        if thread not in self._failing:
+            with contextlib.suppress(DatabaseError, sqlite3.Error):      # the next round says it
+                self._alarms.raise_("chore_failed", f"thread:{thread}", problem=f"{thread}: {type(error).__name__}: {error}")
+                self._failing.add(thread)
 
     def _end_for(self, damage: DatabaseDamaged) -> None:
         """Nothing is sent any more, nor tried."""

@@ -19,7 +19,7 @@ TIDIES_WITHIN = 60.0         # that housekeeping gives way to what falls due
 MIN_IDLE = 0.02              # until the next start; with less, housekeeping waits
 PRUNE_EVERY = 600.0          # after which a lowered limit shows at the latest
 AFTER_A_FAILURE = 5.0        # before a worker that met an error, or could not be made, goes on
-STOP_WITHIN = 4.0            # a stop has to end within 5 s; a request under way is left to its time-out
+STOP_WITHIN = 3.0            # a stop has to end within 5 s, the database included; a request under way is left to its time-out
 
 # A robot's worker
 STATUS_IS_FRESH = 2.0        # for which one status serves everything that falls due

@@ -53,6 +53,7 @@ class RobotWorker:
         self._recover_up_to: float | None = math.inf         # executions up to this id may be in nobody's hands; None: none is
         self._poll_wanted = True
         self._ledger_changed = True
+        self._unanswered = 0                    # attempts in a row to read what runs on it while it is switched off
         self._has_sent = False                  # something of ours is with the robot, or may be
         self._next_live = -math.inf             # all on the monotonic clock
         self._prefetch_at = self._put_off_since = math.inf
@@ -204,15 +205,23 @@ class RobotWorker:
                 self._following.give_up_moved(error.params["found"])
             except RobotError as error:
                 self.seen.note_failure(error)
-        pause = min(LIVE_EVERY * 2 ** min(self.seen.failures, 5), max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
+        failures = max(self.seen.failures, self._unanswered)
+        pause = min(LIVE_EVERY * 2 ** min(failures, 5), max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
         self._next_live = mono + (self._apart(pause) if full else pause)
 
     def _follow_switched_off(self) -> None:
+        """Without a password there is nothing to ask with: what runs stays as it was until that is entered."""
+        if self.robot.needs_password:
+            return
         self._copies.answer()
         try:
             self._following.follow(None)
         except RobotError as error:
-            log.info("What runs on %r, which is switched off, could not be read: %s", self.robot.name, error.text)
+            if not self._unanswered:
+                log.info("What runs on %r, which is switched off, could not be read: %s", self.robot.name, error.text)
+            self._unanswered += 1
+        else:
+            self._unanswered = 0
 
     def _prefetch(self) -> None:
         self._prefetch_at = math.inf

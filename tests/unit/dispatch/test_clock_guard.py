@@ -180,6 +180,43 @@ def test_a_short_restart_is_no_absence_and_a_long_one_is(tablet):
     assert tablet.judge(0.0).absent_since == YESTERDAY
 
 
+def overrule(tablet):
+    """Two robots of three bring the clock into doubt, and a person decides against them."""
+    tablet.judge(0.0)
+    assert not tablet.judge(0.0, HOUR, HOUR).is_trusted
+    tablet.holds.confirm_clock()
+    assert tablet.judge(0.0, HOUR, HOUR).is_trusted
+
+
+def test_robots_against_which_a_person_decided_cannot_hold_the_plant_by_differing_otherwise(tablet, caplog):
+    overrule(tablet)
+    assert "decided against the clocks of robots #1, #2" in caplog.text
+    for hours in (2, -5, 0, 1, 300):
+        tablet.clock.advance(60.0)
+        assert tablet.judge(0.0, hours * HOUR, hours * HOUR).is_trusted
+    assert tablet.judge(2 * HOUR, HOUR, 0.0).is_trusted           # one other alone
+
+
+def test_others_still_can(tablet):
+    overrule(tablet)
+    assert not tablet.judge(HOUR, 2 * HOUR, 2 * HOUR, HOUR).is_trusted
+
+
+def test_they_have_a_say_again_when_they_have_not_differed_for_an_hour(tablet):
+    overrule(tablet)
+    tablet.clock.advance(HOUR)
+    assert tablet.judge(0.0, 2 * HOUR, 2 * HOUR).is_trusted
+    tablet.clock.advance(HOUR + 1)
+    assert tablet.judge(0.0, 0.0, 0.0).is_trusted
+    assert not tablet.judge(0.0, 2 * HOUR, 2 * HOUR).is_trusted
+
+
+def test_they_have_one_at_once_when_the_tablets_own_clock_steps(tablet):
+    overrule(tablet)
+    tablet.clock.step(-HOUR)
+    assert not tablet.judge(HOUR, 2 * HOUR, 2 * HOUR).is_trusted
+
+
 def test_a_person_can_say_that_the_clock_is_right_whatever_robots_say(tablet):
     """It stays so as long as the robots' clocks differ as they did then."""
     assert not tablet.judge(HOUR, HOUR).is_trusted
