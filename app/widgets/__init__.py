@@ -17,7 +17,7 @@ Colours and sizes
     Switch at run time: ``apply_theme(theme_cls, "light" | "dark" | "contrast", gloves=False)``. Colour marks abnormal states; a state is
     always icon, text and colour. At most one ``style: "filled"`` button per screen.
 
-Text (labels as high as their lines; they wrap and are never cut off)
+Text (labels as high as their lines; they wrap, and end with "…" only beyond ``most_lines``)
     Body BodyStrong (16) · Note NoteStrong (14) · Title Value (20) · BigValue ScreenTitle (24) · StateWord (28) · Kpi (36)
     ``fit: True`` as wide as its text (``max_width`` wraps it then) · ``Ico: icon: "wifi"`` ·
     ``Lines:`` texts below each other, centred in a row
@@ -92,6 +92,7 @@ def load() -> None:
         frame,
         lists,
         long_list,
+        pages,
         pickers,
         robot_map,
         rows,

@@ -50,7 +50,7 @@ class CommandButton(Styled, TonedTap):
     """A button with text and icon. ``stacked``: icon above the text; ``large``: 20 sp. A text that is too long wraps.
 
     While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon. For a button as wide as its text use
-    ``size_hint_x: None`` and ``width: self.natural_width``.
+    ``size_hint_x: None`` and ``width: self.natural_width``; ``natural_height`` is what its lines need.
     """
     icon = StringProperty()
     text = StringProperty()
@@ -59,6 +59,7 @@ class CommandButton(Styled, TonedTap):
     busy = BooleanProperty(False)
     working = BooleanProperty(False)     # busy for 300 ms: the spinner is shown
     natural_width = NumericProperty(0)
+    natural_height = NumericProperty(0)
 
     def __init__(self, **kwargs):
         self._patience = Clock.create_trigger(self._show_working, .3)

@@ -26,6 +26,7 @@ from kivy.properties import (
 )
 from kivy.uix.modalview import ModalView
 
+from app.widgets.dock import dock
 from app.widgets.lists import Row
 from app.widgets.surfaces import SeenBox, Surface, TonedTap
 
@@ -57,11 +58,27 @@ class DialogActions(SeenBox):
 
 
 class Dialog(Overlay):
-    """Title, content, buttons. As high as ``body_height`` needs, at most as high as the window."""
+    """Title, content, buttons. As high as ``body_height`` needs, at most as the window, or as what the on-screen keyboard leaves of it.
+
+    Where that is too little, the buttons are ``tucked`` under the keyboard, so that the content can be scrolled to any field.
+    """
+    room = NumericProperty(0)                # px of the window above the keyboard
+    tucked = NumericProperty(0)              # px under it
     title = StringProperty()
     panel_width = NumericProperty("560dp")
     body_height = NumericProperty(0)
     closable = BooleanProperty(False)        # a cross beside the title, for dialogs without buttons
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        for name in ("room", "tucked"):
+            self.fbind(name, self._align_center)
+
+    def _align_center(self, *_):
+        """ModalView calls this whenever it would centre itself in the window."""
+        if self._is_open:
+            bottom = dock.height - self.tucked if self.tucked else self._window.height - (self.room + self.height) / 2
+            self.pos = round((self._window.width - self.width) / 2), round(bottom)
 
     def add_widget(self, widget, *args, **kwargs):
         if "content" not in self.ids:

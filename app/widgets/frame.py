@@ -1,5 +1,5 @@
 """The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
-from kivy.properties import BooleanProperty, ListProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
 
 from app.widgets.surfaces import Surface, Tap, TonedSurface
 from app.widgets.tokens import TONES
@@ -32,12 +32,16 @@ class TopBar(TonedSurface):
 
 class AlarmBanner(TonedSurface):
     """The most serious alarm or hold in one sentence, since when, how many others there are, and a button that leads to its solution
-    (``on_solve``)."""
+    (``on_solve``). A tap on the sentence or on that number fires ``on_list_alarms``.
+
+    Sentence and note have ``most_lines`` together; a ``narrow`` one leaves out the number, which the bell shows too."""
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()
     others = StringProperty()
     action = StringProperty()
+    most_lines = NumericProperty(3)
+    narrow = BooleanProperty(False)
 
     __events__ = ("on_solve", "on_list_alarms")
 
@@ -45,7 +49,7 @@ class AlarmBanner(TonedSurface):
         """The button was pressed."""
 
     def on_list_alarms(self):
-        """The number of other alarms was tapped."""
+        """The sentence or the number of other alarms was tapped."""
 
 
 class NavItem(Tap):
@@ -121,7 +125,7 @@ class Frame(Surface):
         """The button of the banner was pressed."""
 
     def on_list_alarms(self):
-        """The bell, or the number of other alarms, was tapped."""
+        """The bell, the banner's sentence or its number of other alarms was tapped."""
 
     def add_widget(self, widget, *args, **kwargs):
         body = self.ids.get("body")

@@ -9,9 +9,12 @@ from kivy.metrics import dp
 from kivy.properties import NumericProperty, StringProperty
 from kivy.uix.behaviors import FocusBehavior
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.scrollview import ScrollView
 
 from app.widgets import load_kv
+from app.widgets.dialogs import Dialog
 from app.widgets.dock import dock
+from app.widgets.fields import FieldBase
 from app.widgets.surfaces import Surface, Tap
 
 SHIFT, BACKSPACE, DONE, SIGNS, LETTERS, SPACE = "shift", "backspace", "done", "signs", "letters", "space"
@@ -41,8 +44,8 @@ class BoardRow(BoxLayout):
 
 
 class DockedKeyboard(Surface):
-    """At the bottom of the window while a field has the focus and ``wanted()`` is true; moves the screen or dialog up, so that the field
-    stays visible."""
+    """At the bottom of the window while a field has the focus and ``wanted()`` is true. The field stays visible: dialogs get by with the
+    room above, pages scroll, and the screen moves up."""
     page = StringProperty()
 
     def __init__(self, wanted, **kwargs):
@@ -53,6 +56,8 @@ class DockedKeyboard(Surface):
         self._entered = None                 # the field that it was last shown for
         self._lifted = None                  # (widget, its y before it was moved up)
         self._follow = Clock.create_trigger(self._place, .05)          # another field may get the focus
+        self._reveal = Clock.create_trigger(self._scroll_to_field, .05)      # when a dialog has got its new height
+        self._raise = Clock.create_trigger(self._lift, .02)
         self._watch = Clock.create_trigger(self._check_field, .25, interval=True)
         self._repeat = Clock.create_trigger(self._repeat_backspace, REPEATS[0])
         super().__init__(**kwargs)
@@ -77,14 +82,14 @@ class DockedKeyboard(Surface):
             field.cursor = field.get_cursor_from_index(len(field.text))      # numbers are edited from the end
         self._entered = field
         self._show_page("numbers" if field.input_type == "number" else "letters" if self.page in ("", "numbers") else self.page)
-        self._put_down()
         if self.parent is not None:
             Window.remove_widget(self)       # on top of what was opened since
         self.size_hint = None, None
         row = self._pages[self.page][0].height
         self.pos, self.size = (0, 0), (Window.width, len(self._pages[self.page]) * (row + self.spacing) - self.spacing + 2 * dp(8))
         Window.add_widget(self)
-        self._lift(field)
+        dock.height = self.height
+        self._reveal()
         self._watch()
 
     def _check_field(self, _dt):
@@ -101,22 +106,42 @@ class DockedKeyboard(Surface):
     def _hide(self) -> None:
         self._watch.cancel()
         self._repeat.cancel()
+        self._reveal.cancel()
+        self._raise.cancel()
         self._put_down()
+        dock.height = 0
         self._entered = None
         self.page = ""
         if self.parent is not None:
             Window.remove_widget(self)
 
-    def _lift(self, field) -> None:
-        """Move up the screen or dialog of the field, so far that the field is above the keyboard."""
-        top = field
-        while top.parent is not None and top.parent is not Window and top.parent is not top:
-            top = top.parent
-        below = field.to_window(field.x, field.y)[1]
-        up = self.height + dp(CLEARANCE) - below
-        if up > 0:
+    def _scroll_to_field(self, _dt) -> None:
+        """With its label and help where these fit."""
+        field = dock.field
+        shown = next((parent for parent in self._around(field) if isinstance(parent, FieldBase)), field)
+        for view in self._around(field):
+            if isinstance(view, ScrollView):
+                view.scroll_to(shown if shown.height <= view.height else field, padding=0, animate=False)
+        self._raise()
+
+    def _lift(self, _dt) -> None:
+        """Move up the screen of the field, so far that the field is above the keyboard; dialogs do that themselves."""
+        self._put_down()
+        field = dock.field
+        *_inner, top = self._around(field) or [field]
+        up = self.height + dp(CLEARANCE) - field.to_window(field.x, field.y)[1]
+        if up > 0 and not isinstance(top, Dialog):
             self._lifted = top, top.y
             top.y += up
+
+    @staticmethod
+    def _around(field) -> list:
+        """The widgets around it, from the innermost out."""
+        found = []
+        while field is not None and field.parent is not Window and field.parent is not field and field.parent is not None:
+            field = field.parent
+            found.append(field)
+        return found
 
     def _put_down(self) -> None:
         if self._lifted is not None:

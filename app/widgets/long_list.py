@@ -16,7 +16,8 @@ from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 from kivy.uix.relativelayout import RelativeLayout
 
-from app.widgets.lists import CalmScroll, Row
+from app.widgets.lists import Row
+from app.widgets.pages import LowPage
 
 
 class Seat(RelativeLayout):
@@ -33,7 +34,7 @@ class Seat(RelativeLayout):
         self.size = self.view.size
 
 
-class LongList(CalmScroll):
+class LongList(LowPage):
     """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``RecycledRow`` and set their own height.
 
     ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows become visible (load the next page).
@@ -67,12 +68,18 @@ class LongList(CalmScroll):
         self.add_widget(self._content)
         for name in ("size", "empty_text"):
             self.fbind(name, self._arrange)
+        for name in ("height", "content_height"):
+            self.fbind(name, self._choose_scrolling)
         for name in ("spacing", "row_height"):
             self.fbind(name, self._recalculate)
         self.fbind("data", self._changed)
         self.fbind("viewclass", self._start_over)
         self.fbind("scroll_y", self._scrolled)
         self._changed()
+
+    def _choose_scrolling(self, *_):
+        """One that fits leaves drags to the page around it."""
+        self.do_scroll_y = self.content_height > self.height + 1
 
     def on_action(self, key, action, *values):
         """A row was used."""

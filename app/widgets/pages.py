@@ -13,6 +13,11 @@ SCROLL_EVENTS = ("on_scroll_start", "on_scroll_move", "on_scroll_stop")
 class LowPage(CalmScroll):
     """A page with lists in it. While ``do_scroll_y`` is False because everything fits, it forwards all touches."""
 
+    def on_do_scroll_y(self, *_):
+        """What fits is shown from its top, wherever it was scrolled to before."""
+        if not self.do_scroll_y:
+            self.scroll_y = 1
+
     def on_touch_down(self, touch):
         if not self.collide_point(*touch.pos):
             return super().on_touch_down(touch)

@@ -35,8 +35,8 @@ class RobotChip(Row, TonedTap):
         self.act("choose")
 
 
-class QueueRow(Row, BoxLayout):
-    """An item of the robot's queue; without ``cancellable`` it has no cross."""
+class QueueRow(RecycledRow, BoxLayout):
+    """An item of the robot's queue, in a LongList; without ``cancellable`` it has no cross."""
     icon = StringProperty()
     number = StringProperty()
     tone = StringProperty("neutral")

@@ -1,24 +1,33 @@
 """Text and icons. The sizes (Body, Note, Title …) are kv classes in tokens.kv."""
+import re
+
+from kivy.core.text import Label as CoreLabel
 from kivy.metrics import dp
 from kivy.properties import BooleanProperty, NumericProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
+SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")          # where an address, a path or a file name may go on in the next line
+
 
 class Txt(Label):
-    """A label whose text is never shortened to "…".
+    """A label that shows all of its text, unless ``most_lines`` > 0 says how many lines there may be: the last one then ends with "…".
 
     ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, and wraps only beyond ``max_width``
-    (0: never). Either way it is as high as its lines, whatever the font scale.
+    (0: never). Either way it is as high as its ``lines``, whatever the font scale. A word wider than a line breaks before its port, after
+    a slash and the like; only one without such a place breaks anywhere.
     """
     fit = BooleanProperty(False)
     max_width = NumericProperty(0)
+    most_lines = NumericProperty(0)
+    lines = NumericProperty(0)               # that are shown
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         for name in ("fit", "max_width", "text", "font_size", "font_name", "markup"):
             self.fbind(name, self._mode)
+        self.fbind("most_lines", self._trigger_texture)
         self.fbind("width", self._wrap)
         self.fbind("texture_size", self._resize)
         self._mode()
@@ -48,6 +57,51 @@ class Txt(Label):
             self.size = self.texture_size
         else:
             self.height = self.texture_size[1]
+
+    def texture_update(self, *args):
+        """Kivy breaks words that are too wide at any character, and leaves lines out without a sign."""
+        width = self.text_size[0]
+        if not self.markup:
+            self._label.text = self._broken(width) if width else self.text
+        super().texture_update(*args)
+        self.lines = len(self._label._cached_lines)
+
+    def _broken(self, width) -> str:
+        """The text with a line break wherever kivy would not put the right one."""
+        text = self.text
+        if max(map(len, text.split()), default=0) * self.font_size > width:          # else no word is too wide: don't measure them
+            self._label.resolve_font_name()
+            text = re.sub(r"\S+", lambda word: self._break_word(word[0], width), text)
+        if self.most_lines:
+            self._label.text = text
+            self._label.render()
+            lines = ["".join(word.text for word in line.words) for line in self._label._cached_lines]
+            if len(lines) > self.most_lines:
+                lines = lines[:int(self.most_lines)]
+                text = "\n".join([*lines[:-1], self._shortened(lines[-1], width)])
+        return text
+
+    def _break_word(self, word, width) -> str:
+        if self._label.get_extents(word)[0] <= width:
+            return word
+        lines = [""]
+        for piece in SEAM.split(word):
+            if lines[-1] and self._label.get_extents(lines[-1] + piece)[0] > width:
+                lines.append("")
+            lines[-1] += piece
+        return "\n".join(lines)
+
+    def _shortened(self, line, width) -> str:
+        while line and self._label.get_extents(line + "…")[0] > width:
+            line = line[:-1]
+        return line.rstrip() + "…"
+
+
+def line_width(text: str, font_name: str, font_size: float) -> float:
+    """Width in px of ``text`` on one line; ``font_size`` in px."""
+    label = CoreLabel(font_name=font_name, font_size=font_size)
+    label.resolve_font_name()
+    return label.get_extents(text)[0]
 
 
 class Ico(Label):

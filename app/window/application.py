@@ -231,7 +231,9 @@ class SchedulerApp(MDApp):
         sizes = [(seen.gloves, seen.font_scale_percent) for seen in (before, settings) if seen is not None]
         if before is None or before.theme != settings.theme or before.gloves != settings.gloves:
             apply_theme(self.theme_cls, settings.theme, gloves=settings.gloves)
-        Metrics.fontscale = self._font_scale * settings.font_scale_percent / 100
+        scale = self._font_scale * settings.font_scale_percent / 100
+        if Metrics.fontscale != scale:                        # kivy announces it to every widget, changed or not
+            Metrics.fontscale = scale
         if translator.language != settings.language:
             translator.use(settings.language)
         if self.shell is not None and len(set(sizes)) > 1:

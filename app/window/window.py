@@ -23,6 +23,7 @@ from app.process import log_file
 from app.process.data_directory import DataDirectory
 from app.process.host import host
 from app.process.lock import AlreadyRunning, InstanceLock
+from app.services.catalogue.stored import problem_in
 from app.window.display import display_size
 from app.window.garbage import Garbage
 
@@ -40,9 +41,13 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
     """
     log_file.start(directory.logs, stderr=False)
     configure(kiosk)
+    has_begun = False
     with contextlib.ExitStack() as stack:
         def begin() -> Container:
-            return stack.enter_context(host(directory, demo=demo_robots, with_window=True))
+            nonlocal has_begun
+            container = stack.enter_context(host(directory, demo=demo_robots, with_window=True))
+            has_begun = True
+            return container
 
         try:
             container = begin()
@@ -51,7 +56,7 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
                 raise
             _open_window()
             _run(_rescue_app(directory, problem.__cause__, begin))
-            if not directory_is_sound(directory):
+            if not has_begun:
                 raise
             return 0
         _open_window()
@@ -165,14 +170,8 @@ def restore_backup(directory: DataDirectory, backup: Path) -> None:
     except AlreadyRunning as error:
         raise BadInput(str(error)) from None
     try:
-        backups.restore(backup, directory.database, SystemClock().now())
+        backups.restore(backup, directory.database, SystemClock().now(), problem_in)
     except DatabaseError as error:
         raise BadInput(error.text) from error
     finally:
         lock.release()
-
-
-def directory_is_sound(directory: DataDirectory) -> bool:
-    """Whether the database can be read again."""
-    from app.database import files
-    return directory.database.exists() and not files.is_marked_damaged(directory.database)

@@ -210,8 +210,8 @@ def robot_dialog_new_robot(context: PageContext):
 
 @dialog("robot-dialog-certificate")
 def robot_dialog_certificate(context: PageContext):
-    return ConfirmDialog(title=_("Trust this certificate?"), text=certificate_question("3fa1c2" * 10 + "90ab", "77de01" * 10 + "1234"),
-                         confirm=_("Trust it"), decline=_("Cancel"))
+    question = certificate_question("https://10.40.12.29", "3fa1c2" * 10 + "90ab", "77de01" * 10 + "1234")
+    return ConfirmDialog(title=_("Trust this certificate?"), text=question, confirm=_("Trust it"), decline=_("Cancel"))
 
 
 @dialog("robot-dialog-problems")

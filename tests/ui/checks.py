@@ -41,6 +41,14 @@ def shown(root: Widget) -> Iterator[tuple[Widget, tuple[Widget, ...]]]:
     yield from walk(root, ())
 
 
+def parents(widget: Widget) -> tuple[Widget, ...]:
+    """From the outermost in."""
+    found: list[Widget] = []
+    while (widget := widget.parent) is not None and widget is not Window:
+        found.insert(0, widget)
+    return tuple(found)
+
+
 def area(widget: Widget) -> tuple[float, float, float, float]:
     """left, bottom, right, top in the window."""
     x, y = widget.to_window(*widget.pos)

@@ -70,11 +70,12 @@ class Driver:
 
     def wait(self, condition: Callable[[], object], seconds: float = 60.) -> None:
         """Run frames until ``condition()`` holds that another thread brings about; AssertionError after ``seconds`` of wall time."""
-        end = time.monotonic() + seconds
+        end, pause = time.monotonic() + seconds, .002
         while not condition():
             assert time.monotonic() < end, f"still not after {seconds} s: {condition}"
             self.advance()
-            time.sleep(.002)
+            time.sleep(pause)
+            pause = min(pause * 1.05, .02)   # what takes long needs no more frames than it takes to see it soon
 
     # ------------------------------------------------------------------ the stage
     def show(self, widget: Widget, size: tuple[float, float] | None = None) -> Widget:

@@ -6,15 +6,21 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from kivy.core.window import Window
 
+from app.database.backups import BACKUPS
 from app.domain.models import Mission, Robot, Schedule, Settings
+from app.i18n import SOURCE_LANGUAGE, translator
 from app.screens.settings.page import SettingsPage
 from app.screens.settings.robot_dialog import RobotDialog
 from app.widgets.buttons import CommandButton
-from app.widgets.frame import NavItem
+from app.widgets.dialogs import Overlay
+from app.widgets.frame import AlarmBanner, NavItem
+from app.widgets.keyboard import BoardKey, DockedKeyboard
 from app.widgets.rows import SectionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
+from app.widgets.tokens import tk
 from app.window.application import SchedulerApp
 from tests.ui.driver import Driver
 from tests.ui.whole_app import Plant, plant
@@ -29,6 +35,59 @@ def tablet(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plant]:
     with plant(directory / "data", robots=2) as site:
         site.documents = documents
         yield site
+
+
+def begin_anew(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
+    """Show ``screen`` as a first start would, whatever the test before has entered, saved and left open."""
+    app.shell.dialogs.close_all()
+    app.shell.snackbars.clear()
+    app.shell.navigator.close()              # screens are built again: nothing that was typed, chosen or scrolled is left
+    Window.release_all_keyboards()
+    ui.advance()
+    ui.wait(lambda: app.shell.background.idle)
+    forget_all(site, ui)
+    app.shell.go(screen)
+    ui.wait(lambda: app.shell.background.idle)
+    ui.wait(lambda: not [widget for kind in (Overlay, Snackbar, AlarmBanner, DockedKeyboard) for widget in ui.find_all(kind)])
+    assert (tk.theme, tk.gloves, translator.language) == (site.first_settings.theme, False, SOURCE_LANGUAGE)
+
+
+def forget_all(site: Plant, ui: Driver) -> None:
+    """Remove everything that was saved, but acknowledged alarms, which stay for good."""
+    for robot in site.fleet.robots:
+        robot.control({"fault": None})
+    for file in (*site.documents.iterdir(), *(site.container.db.path.parent / BACKUPS).glob("*")):
+        file.unlink()
+    site.container.access.remove()
+    site.container.holds.release()
+    _forget_catalogue(site)
+    history = site.container.repositories.executions
+    site.container.db.write(lambda c: history.drop_oldest(c, history.surplus(c, 0)))
+    assert (robots(site), missions(site), schedules(site), settings(site)) == ([], [], [], site.first_settings)
+    ui.wait(lambda: _is_calm(site))          # a worker may just have noted something about a robot that is gone now
+
+
+def _forget_catalogue(site: Plant) -> None:
+    catalogue, first, now = site.container.catalogue, site.first_settings, settings(site)
+    for schedule in schedules(site):
+        catalogue.remove_schedule(schedule.id)
+    for robot in robots(site):
+        catalogue.remove_robot(robot.id)
+    for mission in missions(site):
+        catalogue.remove_mission(mission.id)
+    if days := catalogue.day_exceptions():
+        catalogue.remove_days(*(entry.id for entry in days))
+    if now != first:
+        catalogue.change_settings(**{name: value for name, value in vars(first).items() if value != getattr(now, name)})
+
+
+def _is_calm(site: Plant) -> bool:
+    """Nothing is wrong and nothing is held; alarms are acknowledged, as an operator would."""
+    alarms = site.container.alarms
+    for alarm in alarms.open():
+        alarms.clear(alarm.code, alarm.key)
+        alarms.acknowledge(alarm.id)
+    return not alarms.open() and site.container.holds.active() is None
 
 
 def go(ui: Driver, section: str) -> None:
@@ -60,6 +119,21 @@ def fill_in(ui: Driver, **values: str) -> RobotDialog:
     return dialog
 
 
+def keyboard(ui) -> DockedKeyboard:
+    ui.wait(lambda: ui.find_all(DockedKeyboard))
+    ui.advance(.1)
+    return ui.find(DockedKeyboard)
+
+
+def key(ui, name: str) -> BoardKey:
+    return ui.find(BoardKey, keyboard(ui), key=name)
+
+
+def tap_keys(ui, *names: str) -> None:
+    for name in names:
+        ui.tap(key(ui, name))
+
+
 def says(ui: Driver, text: str) -> bool:
     return any(text in found for found in ui.texts())
 
@@ -83,3 +157,8 @@ def schedules(site: Plant) -> list[Schedule]:
 
 def settings(site: Plant) -> Settings:
     return site.container.settings()
+
+
+def is_saved(site: Plant, app: SchedulerApp) -> bool:
+    """Settings shows what is saved; before, it may still overwrite what is typed next."""
+    return page(app).context.facts.settings == settings(site)

@@ -6,9 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import date
 
+from kivy.core.window import Window
+from kivy.uix.scrollview import ScrollView
+
 from app.container import Container
 from app.domain.models import Schedule
 from app.screens.scheduler.cards import FormCard
+from app.screens.scheduler.facts import HOURS
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, MenuRow
 from app.widgets.fields import PickField, SearchField
@@ -33,11 +37,20 @@ def opened(container: Container, ui: Driver) -> Iterator[object]:
 
 
 def show_anew(app, ui) -> None:
-    """An empty form, nothing open above it: what a test has entered must not be there for the next one that uses the same app."""
+    """The screen as when it was opened: what one test has entered or scrolled must not be there for the next one of the same app."""
     app.shell.dialogs.close_all()
     app.shell.snackbars.clear()
+    app.shell.go("scheduler")
+    app.plan.choose_mode("hours")
     app.plan.form.begin()
+    app.plan.to_now()
+    while app.plan.timeline.hours != HOURS:
+        app.plan.zoom(app.plan.timeline.hours < HOURS)
     settle(app, ui)
+    for scrolled in ui.find_all(ScrollView):
+        scrolled.scroll_y = 1
+    ui.advance()
+    assert Window.children == [app.root]
 
 
 def settle(app, ui) -> None:

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import timedelta
 
 import pytest
 
@@ -15,26 +14,50 @@ from app.widgets.dialogs import MenuRow
 from app.widgets.fields import FormField
 from app.widgets.frame import AlarmBanner, NavItem, TopBar
 from app.widgets.surfaces import Tap
-from app.widgets.tokens import apply_theme
+from app.widgets.tokens import tk
+from tests.support import month
+from tests.support.stored import Stored
 from tests.ui import checks
-from tests.ui.whole_app import plant, shown
+from tests.ui.whole_app import begin_anew, shown
 
 
-@pytest.fixture
-def site(tmp_path):
-    with plant(tmp_path) as site:
-        yield site
+@pytest.fixture(scope="module")
+def ui(shared_ui):
+    return shared_ui
 
 
-@pytest.fixture
-def alarms(site):
-    return site.container.alarms
+@pytest.fixture(scope="module")
+def container(tmp_path_factory):
+    """Of a new tablet; nothing runs there."""
+    container = month.plant(tmp_path_factory.mktemp("data"), furnished=False)
+    yield container
+    container.close()
 
 
-@pytest.fixture
-def app(site, ui):
-    with shown(site.container, ui) as app:
+@pytest.fixture(scope="module")
+def shared_app(container, ui):
+    with shown(container, ui) as app:
+        app.stored = Stored(container)
         yield app
+
+
+@pytest.fixture
+def app(shared_app, container, ui):
+    """Without any alarm, now or in the past."""
+    def put_back() -> None:
+        container.alarms.database_works()
+        container.clock.step((month.NOW - container.clock.now()).total_seconds())
+        shared_app.stored.put_back()
+
+    begin_anew(shared_app, ui, put_back)
+    assert not ui.find_all(AlarmBanner)
+    assert ui.find(TopBar).bell_count == ""
+    return shared_app
+
+
+@pytest.fixture
+def alarms(app, container):
+    return container.alarms
 
 
 def open_list(ui) -> AlarmsDialog:
@@ -109,17 +132,17 @@ def test_recovery_is_shown_until_it_is_acknowledged(app, alarms, ui):
     ui.wait(lambda: not ui.find_all(AlarmBanner))
 
 
-def test_a_robot_that_is_renamed_carries_its_new_name_in_banner_and_list_at_once(site, app, alarms, ui):
-    robot, = site.add_robots()
-    site.fleet.robots[0].control({"emergency_stop": True})
+def test_a_robot_that_is_renamed_carries_its_new_name_in_banner_and_list_at_once(container, app, alarms, ui):
+    robot = container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u"), password="p")
+    alarms.raise_("emergency_stop", f"robot:{robot.id}", robot="Aino")
     ui.wait(lambda: ui.find_all(AlarmBanner))
     open_list(ui)
-    site.container.catalogue.save_robot(replace(site.container.catalogue.robot(robot.id), name="Alma"))
+    container.catalogue.save_robot(replace(container.catalogue.robot(robot.id), name="Alma"))
     ui.wait(lambda: ui.find(AlarmBanner).text.startswith("Alma") and row(ui, "emergency stop").text.startswith("Alma"))
 
 
 # ---------------------------------------------------------------------- shelving
-def test_a_shelved_alarm_leaves_the_banner_and_can_be_unshelved(site, app, alarms, ui):
+def test_a_shelved_alarm_leaves_the_banner_and_can_be_unshelved(app, alarms, ui):
     alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
     alarms.raise_("clock_stepped", "clock", seconds=40)
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).text == "Aino doesn't answer")
@@ -139,19 +162,15 @@ def test_a_shelved_alarm_leaves_the_banner_and_can_be_unshelved(site, app, alarm
     ui.wait(lambda: ui.find(AlarmBanner).text == "Aino doesn't answer")
 
 
-def test_a_shelved_alarm_comes_back_by_itself(site, app, alarms, ui):
+def test_a_shelved_alarm_comes_back_by_itself(container, app, alarms, ui):
     alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
     alarms.shelve(alarms.open()[0].id, 1)
     ui.wait(lambda: ui.find(TopBar).bell_icon == "bell-sleep-outline")
     assert not ui.find_all(AlarmBanner)
-    clock, now = site.container.clock, site.container.clock.now
-    clock.now = lambda: now() + timedelta(hours=1, seconds=1)
-    try:
-        ui.advance(1.1)                                       # the frame looks once a second
-        assert ui.find(AlarmBanner).text == "Aino doesn't answer"
-        assert ui.find(TopBar).bell_icon == "bell-ring-outline"
-    finally:
-        del clock.now
+    container.clock.advance(3601)
+    ui.advance(1.1)                                       # the frame looks once a second
+    assert ui.find(AlarmBanner).text == "Aino doesn't answer"
+    assert ui.find(TopBar).bell_icon == "bell-ring-outline"
 
 
 # ---------------------------------------------------------------------- the past
@@ -176,32 +195,30 @@ def test_the_past_is_shown_page_by_page_with_its_count(app, alarms, ui, monkeypa
 
 
 # ---------------------------------------------------------------------- holds, and the way to where it is solved
-def test_a_hold_is_in_the_list_and_is_released_there(site, app, ui):
-    site.container.holds.hold("Fire drill")
+def test_a_hold_is_in_the_list_and_is_released_there(container, app, ui):
+    container.holds.hold("Fire drill")
     ui.wait(lambda: ui.find(TopBar).bell_count == "1")
     open_list(ui)
     ui.tap(ui.find(CommandButton, row(ui, "Nothing is sent"), text="Release"))
     wait_for_rows(ui, 0)
-    assert not site.container.holds.active()
+    assert not container.holds.active()
 
 
 @pytest.mark.parametrize(("code", "key", "screen"), [
     ("unauthorized", "robot:{robot}", "settings"), ("unreachable", "robot:{robot}", "home"), ("executions_missed", "plan", "logs"),
     ("execution_failed", "schedule:1", "logs"), ("unknown_outcome", "execution:1", "logs"), ("backup_failed", "backup", "settings")])
-def test_the_banner_leads_to_where_it_is_solved(site, ui, code, key, screen):
-    robot = site.container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u", enabled=False), password="p")
-    site.container.runner.stop()
-    with shown(site.container, ui) as app:
-        ui.tap(ui.find(NavItem, name="scheduler"))
-        site.container.alarms.raise_(code, key.format(robot=robot.id), robot="Aino", mission="Home", reason="x", problem="x", count=2)
-        ui.wait(lambda: ui.find_all(AlarmBanner))
-        ui.advance(.3)                                        # it stands where it is tapped
-        ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text=ui.find(AlarmBanner).action))
-        ui.wait(lambda: app.shell.navigator.current == screen)
-        assert site.container.alarms.open()               # going there acknowledges nothing
+def test_the_banner_leads_to_where_it_is_solved(container, app, alarms, ui, code, key, screen):
+    robot = container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u", enabled=False), password="p")
+    ui.tap(ui.find(NavItem, name="scheduler"))
+    alarms.raise_(code, key.format(robot=robot.id), robot="Aino", mission="Home", reason="x", problem="x", count=2)
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    ui.advance(.3)                                            # it stands where it is tapped
+    ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text=ui.find(AlarmBanner).action))
+    ui.wait(lambda: app.shell.navigator.current == screen)
+    assert alarms.open()                                      # going there acknowledges nothing
 
 
-def test_the_menu_leads_there_too_and_closes_the_list(site, app, alarms, ui):
+def test_the_menu_leads_there_too_and_closes_the_list(app, alarms, ui):
     alarms.raise_("executions_missed", "plan", count=4)
     ui.wait(lambda: ui.find(TopBar).bell_count == "1")
     open_list(ui)
@@ -211,8 +228,7 @@ def test_the_menu_leads_there_too_and_closes_the_list(site, app, alarms, ui):
     ui.wait(lambda: ui.find(AlarmBanner).action == "Acknowledge")      # where one is already
 
 
-def test_when_nothing_can_be_written_the_alarm_says_where_to_look(site, app, alarms, ui):
-    site.container.runner.stop()                              # it would find that the disk is well
+def test_when_nothing_can_be_written_the_alarm_says_where_to_look(app, alarms, ui):
     alarms.database_fails("disk full")
     ui.wait(lambda: ui.find(TopBar).bell_count == "1")
     open_list(ui)
@@ -223,8 +239,9 @@ def test_when_nothing_can_be_written_the_alarm_says_where_to_look(site, app, ala
 
 # ---------------------------------------------------------------------- looks
 @pytest.mark.parametrize("gloves", [False, True])
-def test_nothing_is_clipped_or_too_small(site, app, alarms, ui, gloves):
-    apply_theme(app.theme_cls, "light", gloves=gloves)
+def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
+    container.catalogue.change_settings(gloves=gloves)
+    ui.wait(lambda: tk.gloves is gloves)
     alarms.raise_("emergency_stop", "robot:77", robot="A robot with a very long name in the hall of the presses")
     alarms.raise_("executions_missed", "plan", count=4)
     ui.wait(lambda: ui.find(TopBar).bell_count == "2")

@@ -1,4 +1,4 @@
-"""The window as a whole: polls, survives, follows settings, starts late only when allowed, restores a damaged database, ends cleanly."""
+"""The window as a whole: polls, starts late only when allowed, restores a damaged database, ends cleanly."""
 from __future__ import annotations
 
 import gc
@@ -11,7 +11,6 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
-from kivy.clock import Clock
 
 from app.container import Container
 from app.database.backups import back_up
@@ -25,8 +24,7 @@ from app.screens.common.problems import words_of
 from app.screens.rescue import Damage
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
-from app.widgets.frame import AlarmBanner, NavItem, TopBar
-from app.widgets.tokens import tk
+from app.widgets.frame import TopBar
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
 from tests.ui.whole_app import plant, shown
@@ -64,37 +62,7 @@ def ask_for_cycles(site, ui, asked: list[bool]) -> None:
     assert len(asked) == 6                                    # closed: nobody asks any more
 
 
-def test_results_of_a_cycle_come_back_to_the_screen(site, ui):
-    robot, = site.add_robots()
-    with shown(site.container, ui):
-        ui.wait(lambda: "Ready" in ui.texts())
-        site.container.snapshots.update(robot.id, queue=())
-        site.fleet.robots[0].control({"battery": 41.0})
-        ui.wait(lambda: "41 %" in ui.texts())
-
-
-def test_the_robot_on_screen_is_watched(site, ui):
-    robot, = site.add_robots()
-    with shown(site.container, ui):
-        ui.wait(lambda: site.container.engine._watched == robot.id)
-
-
 # ---------------------------------------------------------------------- survival
-def test_a_handler_that_fails_is_logged_reported_and_survived(site, ui, caplog):
-    with shown(site.container, ui) as app:
-        ui.wait(lambda: "Add your first robot" in ui.texts())
-
-        def broken(_dt):
-            raise RuntimeError("a bug")
-
-        Clock.schedule_once(broken, 0)
-        ui.wait(lambda: app.shell.snackbars.texts)
-        assert app.shell.snackbars.texts == ["Something unexpected went wrong; the log file has the details"]
-        assert "a bug" in caplog.text
-        ui.tap(ui.find(NavItem, name="logs"))
-        assert app.shell.navigator.current == "logs"
-
-
 def test_a_flood_of_failures_is_reported_once_a_second_even_if_reporting_fails():
     told = []
     survivor = UiExceptionHandler(told.append)
@@ -111,59 +79,6 @@ def test_a_flood_of_failures_is_reported_once_a_second_even_if_reporting_fails()
 def test_ctrl_c_still_ends_the_app():
     from kivy.base import ExceptionManager
     assert UiExceptionHandler(print).handle_exception(KeyboardInterrupt()) == ExceptionManager.RAISE
-
-
-# ---------------------------------------------------------------------- settings
-def test_theme_and_language_follow_the_settings_live(site, ui):
-    with shown(site.container, ui):
-        assert tk.theme == "light"
-        site.container.catalogue.change_settings(theme="dark")
-        ui.wait(lambda: tk.theme == "dark")
-        site.container.catalogue.change_settings(language="fi")
-        ui.wait(lambda: translator.language == "fi")
-        site.container.catalogue.change_settings(language="en", theme="contrast")
-        ui.wait(lambda: translator.language == "en" and tk.theme == "contrast")
-
-
-def test_navigation_goes_everywhere_and_builds_each_screen_once(site, ui):
-    with shown(site.container, ui) as app:
-        ui.wait(lambda: "Add your first robot" in ui.texts())
-        for name in ("scheduler", "logs", "settings", "home", "scheduler"):
-            ui.tap(ui.find(NavItem, name=name))
-            assert app.shell.navigator.current == name
-            assert ui.find(TopBar).title == ui.find(NavItem, name=name).text
-        assert app.shell.navigator.built == ["home", "scheduler", "logs", "settings"]
-
-
-# ---------------------------------------------------------------------- alarms
-def test_an_alarm_stays_until_it_is_acknowledged_and_over(site, ui):
-    robot, = site.add_robots()
-    with shown(site.container, ui):
-        ui.wait(lambda: "Ready" in ui.texts())
-        site.fleet.robots[0].control({"emergency_stop": True})
-        ui.wait(lambda: ui.find_all(AlarmBanner, action="Acknowledge"))
-        site.fleet.robots[0].control({"emergency_stop": False})
-        ui.wait(lambda: ui.find(AlarmBanner).note.startswith("Over since"))
-        ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
-        ui.wait(lambda: not ui.find_all(AlarmBanner))
-        assert not site.container.alarms.open()
-    assert robot.name == "Aino"
-
-
-def test_the_list_of_alarms_acknowledges_each(site, ui):
-    site.container.alarms.raise_("clock_stepped", "clock", seconds=40)
-    site.container.alarms.raise_("app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00")
-    with shown(site.container, ui) as app:
-        ui.wait(lambda: ui.find_all(AlarmBanner))
-        assert ui.find(AlarmBanner).others == "+1 more"
-        ui.tap_text("+1 more")
-        dialog = app.shell.dialogs.top
-        assert len(dialog.rows) == 2
-        while dialog.rows:
-            before = len(dialog.rows)
-            ui.tap(ui.find(CommandButton, dialog, text="Acknowledge"))
-            ui.wait(lambda before=before: len(dialog.rows) < before)
-        assert "No alarms. Everything is as it should be." in ui.texts(dialog)
 
 
 # ---------------------------------------------------------------------- late starts
@@ -233,7 +148,6 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
         ui.tap(ui.find(CommandButton, text="Restore"))
         ui.wait(lambda: app.container is not None)
         ui.wait(lambda: ui.find(TopBar).robot == "Aino")
-        assert window.directory_is_sound(directory)
     finally:
         app.dispatch("on_stop")
         ui.advance()

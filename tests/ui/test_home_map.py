@@ -10,8 +10,8 @@ from app.screens.home.cards import RobotMessage, RobotPlace
 from app.widgets.robot_map import RobotMap
 from app.widgets.rows import RobotChip
 from mir_sim import world
-from tests.ui.test_home import api, run
-from tests.ui.whole_app import plant, shown
+from tests.ui.test_home import run
+from tests.ui.whole_app import api, plant, shown
 
 MAP = f"/maps/{world.MAP_GUID}"
 

@@ -57,6 +57,22 @@ def test_a_queue_that_moves_under_the_finger_cancels_nothing_else(ui):
     assert (2, "cancel") not in calls
 
 
+def test_a_long_queue_is_only_the_rows_in_sight_also_when_all_of_it_changes(ui):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(200))), (400, 300))
+    calls = actions_of(rows)
+    before = set(ui.find_all(QueueRow))
+    lift = ui.press(ui.find(IconButton, root=ui.find(QueueRow, key=0)))
+    rows.data = queue(*range(1000, 1200))
+    ui.advance()
+    assert set(ui.find_all(QueueRow)) == before
+    assert sorted(row.key for row in before) == [1000 + n for n in range(len(before))]
+    lift()
+    assert calls == []                   # what was pressed is not there any more
+    ui.tap(ui.find(IconButton, root=ui.find(QueueRow, key=1001)))
+    assert calls == [(1001, "cancel")]
+    assert len(before) < 8
+
+
 def test_rows_are_updated_not_rebuilt(ui):
     rows = Rows(viewclass="QueueRow", orientation="vertical", data=queue(1, 2))
     ui.show(rows, (400, 300))
@@ -98,16 +114,16 @@ def test_a_strip_shares_its_width_or_turns_pages(ui):
     assert not strip.paged
     assert ui.find(RobotChip).width == pytest.approx((600 - 16) / 3)
     calls = actions_of(strip)
-    strip.data = robots(50)
+    strip.data = robots(20)
     ui.advance()
     assert strip.paged
     ui.tap(ui.find(IconButton, icon="chevron-right"))
     ui.advance(.5)
     assert strip.ids.scroll.scroll_x > 0
-    strip.show(40)
+    strip.show(15)
     ui.advance(.5)
-    ui.tap(ui.find(RobotChip, key=40))
-    assert calls == [(40, "choose")]
+    ui.tap(ui.find(RobotChip, key=15))
+    assert calls == [(15, "choose")]
 
 
 def drawn(strip) -> set[int]:
@@ -124,14 +140,14 @@ def seen(strip) -> set[int]:
 
 
 def test_of_a_strip_only_what_is_seen_is_drawn(ui):
-    chips = robots(50)
+    chips = robots(20)
     strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=chips), (600, 64))
     assert 0 in seen(strip)
     assert drawn(strip) == seen(strip)
     assert len(drawn(strip)) <= 5
-    strip.show(40)
+    strip.show(15)
     ui.advance(.5)
-    assert 40 in seen(strip)
+    assert 15 in seen(strip)
     assert drawn(strip) == seen(strip)
     for data in (chips[::-1], chips[:2], chips):                  # moved, removed, come again
         strip.data = data
@@ -196,7 +212,7 @@ def calls_of(monkeypatch, kind: type, name: str) -> list:
 
 def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatch):
     laid_out, written = calls_of(monkeypatch, BoxLayout, "do_layout"), calls_of(monkeypatch, Txt, "texture_update")
-    rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 600))
+    rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 250))
     rows.show(100)
     ui.advance(.5)
     assert laid_out
@@ -216,7 +232,7 @@ def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     data[1] = replace(data[1], reason="The robot stood still for four minutes before a pallet that nobody had announced. " * 3)
     data[3] = replace(data[3], opened=True, steps=(PLANNED,), message="Robot: blocked")
     rows = LongList(viewclass="LogRow", data=data)
-    ui.show(rows, (700, 700))
+    ui.show(rows, (700, 450))
     views = {view.key: view for view in rows.views}
     bottoms = {key: place(view) for key, view in views.items()}
     assert views[1].height > views[0].height
@@ -230,7 +246,7 @@ def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
 def test_a_row_opens_and_the_others_make_room(ui):
     data = runs(50)
     rows = LongList(viewclass="LogRow", data=data)
-    ui.show(rows, (700, 600))
+    ui.show(rows, (700, 250))
     calls = actions_of(rows)
     ui.tap(ui.find(Txt, text="Mission 1"))
     assert calls == [(1, "open")]
@@ -243,7 +259,7 @@ def test_a_row_opens_and_the_others_make_room(ui):
 
 def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
     rows = LongList(viewclass="LogRow", data=runs(300))
-    ui.show(rows, (700, 600))
+    ui.show(rows, (700, 250))
     rows.show(100)
     ui.advance(.5)
     top = ui.find(LogRow, key=100)
@@ -256,7 +272,7 @@ def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
 
 def test_at_the_top_the_newest_is_seen(ui):
     rows = LongList(viewclass="LogRow", data=runs(300))
-    ui.show(rows, (700, 600))
+    ui.show(rows, (700, 250))
     rows.data = [run("new", "Brand new"), *runs(300)]
     ui.advance(.1)
     assert "Brand new" in ui.texts()
@@ -266,7 +282,7 @@ def test_the_end_of_a_long_list_asks_for_more(ui):
     rows = LongList(viewclass="LogRow", data=runs(60))
     asked: list[int] = []
     rows.bind(on_end=lambda _rows: asked.append(1))
-    ui.show(rows, (700, 600))
+    ui.show(rows, (700, 250))
     assert not asked
     rows.scroll_y = 0
     ui.advance(.5)

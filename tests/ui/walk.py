@@ -63,7 +63,7 @@ def covering_ways(number: int, name: str) -> list[Way]:
 
 
 class Walk:
-    """In the window of the tests. ``close`` leaves it as it was."""
+    """In the window of the tests, which every look leaves as it was."""
 
     def __init__(self) -> None:
         self._size = Window.size
@@ -88,7 +88,8 @@ class Walk:
         except Exception as problem:
             yield ways[0], f"can't be built: {type(problem).__name__}: {problem}"
         finally:
-            gc.collect()
+            gc.collect()                     # widgets of the picture would be recoloured and laid out again
+            self._look(Way("en", self._size, "light", 1.0))
 
     def over(self, picture: Picture, ways: Iterable[Way]) -> Iterator[tuple[Way, str]]:
         """What is wrong with ``picture``, way by way."""
@@ -113,7 +114,6 @@ class Walk:
                         yield way, problem
         finally:
             self._studio.clear()
-            self._look(Way("en", self._size, "light", 1.0))
 
     def _restless(self) -> Iterator[str]:
         """Layouts that move each other for ever keep the processor busy, and once they grow, nothing stays in its place."""
@@ -127,13 +127,13 @@ class Walk:
             translator.use(way.language)
         if tuple(Window.size) != tuple(way.size):
             Window.size = way.size
-        Metrics.fontscale = way.font_scale
+        if Metrics.fontscale != way.font_scale:
+            Metrics.fontscale = way.font_scale
         if self._studio.theme != way.theme:
             self._studio.use(way.theme)
 
     def close(self) -> None:
         Logger.removeHandler(self._unsettled)
-        self._look(Way("en", self._size, "light", 1.0))
 
 
 class _Unsettled(logging.Handler):

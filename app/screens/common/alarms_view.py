@@ -102,12 +102,14 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "unauthorized": lambda: _("enter user name and password again"),
     "not_a_robot": lambda: _("correct its address"),
     "wrong_robot": lambda: _("correct its address, or accept the new robot"),
-    "certificate_changed": lambda: _("correct its address, or accept the new certificate"),
+    "serial_hidden": lambda: _("check at the robot that it is the same one"),
+    "certificate_changed": lambda: _("compare it with the robot's own, then trust it in Settings"),
+    "needs_password": lambda: _("enter it in Settings"),
     "clock_implausible": lambda: _("set the tablet's clock, or say that it is right"),
     "database": lambda: _("check the tablet's disk"),
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
-    "pin_guessed": lambda: _("who knows the PIN ends this by entering it"),
+    "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
 _LOUD: Mapping[str, Callable[[], str]] = {
@@ -167,7 +169,7 @@ def alarm_icon(alarm: Alarm) -> str:
 
 
 # ---------------------------------------------------------------------- what can be done
-_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "certificate_changed")
+_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed", "needs_password")
 _OF_THE_TABLET = ("app_was_off", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
 _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed", "late_cancelled",

@@ -28,7 +28,7 @@ class Appearance:
 def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appearance:
     """What the robot does; of one that has not answered lately only that."""
     if not robot.enabled or snapshot.connection is Connection.DISABLED:
-        return Appearance(_("Switched off"), "power-plug-off-outline", "offline")
+        return off_appearance(robot)
     if snapshot.status is None:
         if snapshot.connection is Connection.UNKNOWN:
             return Appearance(_("Connecting"), "timer-sand", "offline")
@@ -36,6 +36,18 @@ def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appe
     if stale or snapshot.connection not in (*ANSWERS, Connection.UNKNOWN):
         return Appearance(_("No connection"), "wifi-off", "attention")
     return _appearance_of(snapshot.status)
+
+
+def off_appearance(robot: Robot) -> Appearance:
+    """Of one that is switched off, by a person or because its password is missing."""
+    if robot.needs_password:
+        return Appearance(_("Needs its password"), "account-lock-outline", "attention")
+    return Appearance(_("Switched off"), "power-plug-off-outline", "offline")
+
+
+def off_word(robot: Robot) -> str:
+    """Why nothing is sent to one that is switched off, in small print."""
+    return _("needs its password") if robot.needs_password else _("switched off")
 
 
 def _appearance_of(status: RobotStatus) -> Appearance:
@@ -62,7 +74,7 @@ def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settin
     """How the robot answers, with the age of what is known: "Connected · 2 s ago"; of one that doesn't, since when."""
     connection = snapshot.connection
     if not robot.enabled or connection is Connection.DISABLED:
-        return Appearance(_("Switched off"), "power-plug-off-outline", "offline")
+        return off_appearance(robot)
     if connection in ANSWERS and snapshot.read_at is not None:
         age = formats.ago(max(0.0, (now - snapshot.read_at).total_seconds()))
         if is_stale(snapshot.read_at, now, settings):
@@ -74,6 +86,7 @@ def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settin
         Connection.UNREACHABLE: (_("No answer"), "wifi-off"),
         Connection.UNAUTHORIZED: (_("Wrong password"), "account-lock-outline"),
         Connection.WRONG_ROBOT: (_("Another robot"), "robot-confused-outline"),
+        Connection.OTHER_CERTIFICATE: (_("Another certificate"), "certificate-outline"),
         Connection.NOT_A_ROBOT: (_("Not a MiR robot"), "robot-off-outline"),
     }.get(connection, (_("Connecting"), "timer-sand"))
     if connection is Connection.UNKNOWN or snapshot.since is None:

@@ -1,24 +1,26 @@
 """The parts of Home, as kv/home/screen.kv and kv/home/cards.kv lay them out. Each finds the view model in ``vm``."""
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.graphics.texture import Texture
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.metrics import dp, sp
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.gridlayout import GridLayout
 from kivy.uix.widget import Widget
 
-from app.screens.home.view import HomeView, PromptView
+from app.screens.home.view import HomeView
 from app.services.robots.map_picture import MapPicture
 from app.widgets import flow  # noqa: F401  (registers kivy classess classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
-from app.widgets.lists import CalmScroll, Row
+from app.widgets.pages import LowPage
 from app.widgets.rows import DoneRow, PlanRow
 from app.widgets.surfaces import Surface, Tap, TonedSurface
+from app.widgets.text import line_width
 
 NOTHING = HomeView()
 
@@ -36,6 +38,7 @@ class HomeState(EventDispatcher):
     queue_note = StringProperty()
     queue_empty = StringProperty()
     planned = ListProperty()
+    planned_empty = StringProperty()
     finished = ListProperty()
     run = ObjectProperty(NOTHING.run, rebind=True)
     busy = ListProperty()
@@ -63,8 +66,12 @@ class HomeWide(Part):
     """Landscape."""
 
 
-class HomeTall(OfHome, CalmScroll):
-    """Portrait: one column of bands, at least as high as the window has room for."""
+class HomeTall(OfHome, LowPage):
+    """Portrait, and windows too small for three columns: one column of bands, at least as high as the window has room for."""
+
+
+class HomeColumn(OfHome, LowPage):
+    """A narrow window: one card below the other."""
 
 
 class HomeEmpty(Part):
@@ -97,26 +104,54 @@ class RobotMessage(OfHome, Surface):
     roomy = BooleanProperty(False)
 
 
-@dataclass(frozen=True)
-class Answer:
-    """One possible answer to the robot's question; ``busy`` while one is sent."""
-    key: str
-    text: str
-    busy: bool
-
-
 class PromptPanel(OfHome, Surface):
     """The robot asks a person."""
-
-    def answers(self, prompt: PromptView, busy: Sequence[Hashable]) -> list[Answer]:
-        return [Answer(option, option, "answer" in busy) for option in prompt.options]
+    LARGE_UP_TO = 100                    # characters of the question
 
 
-class PromptOption(Row, CommandButton):
-    """One possible answer."""
+class PromptOption(CommandButton):
+    """One possible answer; a long one wraps."""
 
-    def on_release(self) -> None:
-        self.act("choose")
+
+class Answers(GridLayout):
+    """``options`` in one row where they fit, else in columns as wide as the longest, and at worst below each other. A tap fires
+    ``on_answer(option)``, unless it is ``busy``: an answer is being sent."""
+    options = ListProperty()
+    busy = BooleanProperty(False)
+
+    __events__ = ("on_answer",)
+
+    def __init__(self, **kwargs: Any) -> None:
+        self._arrange = Clock.create_trigger(self._choose_columns, -1)
+        super().__init__(cols=1, **kwargs)
+        self.fbind("options", self._build)
+        self.fbind("busy", self._mark)
+        self.fbind("width", self._arrange)
+        self._build()
+
+    def on_answer(self, option: str) -> None:
+        """It was tapped."""
+
+    def _build(self, *_: Any) -> None:
+        self.clear_widgets()
+        for option in self.options:
+            button = PromptOption(text=option)
+            button.bind(on_release=lambda _button, option=option: self.dispatch("on_answer", option))
+            self.add_widget(button)
+        self._mark()
+        self._arrange()
+
+    def _mark(self, *_: Any) -> None:
+        for button in self.children:
+            button.busy = self.busy
+
+    def _choose_columns(self, _dt: float) -> None:
+        widths = [line_width(option, "RobotoMedium", sp(16)) + dp(34) for option in self.options]
+        gap = self.spacing[0]
+        is_row = sum(widths) + gap * (len(widths) - 1) <= self.width
+        self.cols = max(1, len(widths) if is_row else int((self.width + gap) // (max(widths) + gap)))
+        for button, width in zip(reversed(self.children), widths, strict=True):
+            button.size_hint_min_x = width if is_row else None
 
 
 class RobotPlace(Part):
@@ -188,11 +223,13 @@ class BelowTiles(Slot):
 
 
 class RobotCard(Card):
-    """The selected robot in landscape, a narrow card."""
+    """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls."""
+    needed = NumericProperty(0)
 
 
 class RobotCardWide(Card):
-    """The same in portrait, a wide card."""
+    """The same, a wide card, never lower than ``needed``."""
+    needed = NumericProperty(0)
 
 
 class QueueCard(Card):

@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import cached_property
 
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Mission, Robot, RobotSnapshot, Settings
@@ -19,6 +20,7 @@ from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
 
 NEXT_PLANNED = LAST_FINISHED = 5
+LONGEST_QUEUE = 200                      # items of a robot's queue that are shown; the others are counted
 
 
 @dataclass(frozen=True)
@@ -62,11 +64,16 @@ class HomeFacts:
         robot = self.robot
         return RobotSnapshot(0) if robot is None else self.snapshots.get(robot.id) or RobotSnapshot(robot.id)
 
-    @property
+    @cached_property
     def open_here(self) -> tuple[Execution, ...]:
         """Ours on the selected robot."""
         robot = self.robot
         return tuple(e for e in self.open if robot is not None and e.robot_id == robot.id)
+
+    @property
+    def queue(self) -> tuple[QueueItem, ...]:
+        """What is shown of the selected robot's queue, what it executes first."""
+        return self.snapshot.queue[:LONGEST_QUEUE]
 
     @property
     def running(self) -> QueueItem | None:
@@ -78,15 +85,25 @@ class HomeFacts:
         """Of the map that the selected robot is on."""
         return self.snapshot.status.map_id if self.snapshot.status else None
 
-    def execution_of(self, item: QueueItem) -> Execution | None:
-        """Ours behind an item of the selected robot's queue: by its id or, before that is stored, by the token it carries."""
-        return next((e for e in self.open_here if e.queue_id == item.id or (e.queue_id is None and e.token == item.description)), None)
+    @cached_property
+    def _ours(self) -> Mapping[int | str, Execution]:
+        """On the selected robot, by queue id or, before that is stored, by the token that the item carries."""
+        return {e.token if e.queue_id is None else e.queue_id: e for e in reversed(self.open_here)}
 
-    @property
+    def execution_of(self, item: QueueItem) -> Execution | None:
+        """Ours behind an item of the selected robot's queue."""
+        return self._ours.get(item.id) or self._ours.get(item.description)
+
+    @cached_property
     def not_in_queue(self) -> tuple[Execution, ...]:
         """Ours that the queue, as it was last read, doesn't hold: waiting here, just sent, or about to be seen as ended."""
         found = {ours.id for item in self.snapshot.queue if (ours := self.execution_of(item))}
         return tuple(e for e in self.open_here if e.id not in found)
+
+    def guid_of(self, item: QueueItem) -> str:
+        """Of its mission, "" where the robot gives none."""
+        ours = self.execution_of(item)
+        return ours.mission_guid if ours else item.mission_id or ""
 
     def running_since(self, item: QueueItem) -> datetime | None:
         """Of ours as the history has it, of others since this tablet saw it run."""
@@ -101,10 +118,15 @@ class HomeFacts:
         """Whether only the robot knows what it is called."""
         return item.mission_id is not None and self._known_name(item) is None
 
+    @cached_property
+    def _mission_names(self) -> Mapping[str, str]:
+        return {mission.guid: mission.name for mission in reversed(self.missions)}
+
     def _known_name(self, item: QueueItem) -> str | None:
         if ours := self.execution_of(item):
             return ours.mission
-        return next((m.name for m in self.missions if m.guid == item.mission_id), self.names.get(item.mission_id or ""))
+        guid = item.mission_id or ""
+        return self._mission_names.get(guid) or self.names.get(guid)
 
 
 def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
@@ -117,10 +139,11 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
     robot = facts.robot
     if robot is None:
         return facts
-    guids = {item.mission_id for item in facts.snapshot.queue if item.mission_id} | {e.mission_guid for e in facts.open_here}
+    running = facts.running
+    expected = services.history.expected(robot.id, facts.guid_of(running)) if running else None
     return replace(facts, map=services.maps.known(robot.id, facts.map_id) if facts.map_id else None,
                    names=services.robot_missions.names(robot.id),
-                   expected={guid: found for guid in guids if (found := services.history.expected(robot.id, guid)) is not None})
+                   expected={facts.guid_of(running): expected} if running and expected else {})
 
 
 def _read_plan(services: HomeServices) -> HomeFacts:

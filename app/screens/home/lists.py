@@ -30,10 +30,11 @@ class RobotSummary:
 
 @dataclass(frozen=True)
 class QueueEntry:
-    """``key``: ("execution", id) of ours, else ("item", id of the queue item). Either a number or an icon says where it is."""
+    """``key``: ("execution", id) of ours, ("item", id of the queue item) of others', ("more", 0) for those that are only counted. Either a
+    number or an icon says where it is."""
     key: tuple[str, int]
     mission: str
-    origin: str
+    origin: str = ""
     number: str = ""
     icon: str = ""
     tone: str = "neutral"
@@ -80,14 +81,23 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
     entries = []
     held, old = _is_held(facts), is_old(facts.snapshot, now, facts.settings)
     number = 0
-    for item in facts.snapshot.queue:
+    seen: set[int] = set()                   # ours; a copy of one is an item of its own
+    for item in facts.queue:
         ours = facts.execution_of(item)
+        if ours and ours.id in seen:
+            ours = None
+        elif ours:
+            seen.add(ours.id)
         if item.state is QueueState.EXECUTING:
             entry = _running(facts, item, ours, held, old)
         else:
             number += 1
             entry = QueueEntry(_key(item, ours), facts.name_of(item), _pending_origin(facts, item, ours), str(number))
         entries.append(_cancelling(entry) if item.id in facts.cancelling or (ours and ours.cancel_code) else entry)
+    if more := len(facts.snapshot.queue) - len(facts.queue):
+        number += more
+        entries.append(QueueEntry(("more", 0), ngettext("and {n} more", "and {n} more", more).format(n=more), icon="dots-horizontal",
+                                  cancellable=False))
     for e in facts.not_in_queue:
         if e.state in (State.WAITING, State.SUBMITTING):
             entry = _waiting(facts, e, now)
@@ -195,6 +205,15 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
     zone = facts.settings.timezone
     return [PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
                          f"{run.robot.name} · {_how_soon(run.at, now, zone)}") for run in facts.planned]
+
+
+def planned_empty(facts: HomeFacts) -> str:
+    """Why nothing is planned."""
+    if names := [robot.name for robot in facts.robots if robot.needs_password]:
+        return ngettext("Nothing starts on {robots} before its password is entered in Settings.",
+                        "Nothing starts on {robots} before their passwords are entered in Settings.", len(names)).format(
+                            robots=", ".join(names))
+    return _("Nothing is planned. A schedule says when a mission runs; the Scheduler makes one.")
 
 
 def _how_soon(at: datetime, now: datetime, zone: str) -> str:

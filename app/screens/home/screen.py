@@ -8,6 +8,8 @@ from datetime import datetime
 from typing import Any, TypeVar
 
 from kivy.clock import Clock
+from kivy.core.window import Window
+from kivy.metrics import dp, sp
 from kivy.properties import StringProperty
 
 from app.domain.models import Execution
@@ -19,11 +21,12 @@ from app.screens.common.options import Option
 from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
-from app.screens.home.cards import HomeEmpty, HomeState, HomeTall, HomeWide
+from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, HomeWide
 from app.screens.home.facts import HomeFacts, HomeServices, read
 from app.screens.home.view import present
 from app.services.live.changes import Topic
 from app.widgets import load_kv
+from app.widgets.tokens import tk
 
 DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on Run is the same press
 GONE = (404, 410)                        # what a robot answers about an item that it no longer has
@@ -107,7 +110,7 @@ class HomeViewModel(HomeState, ViewModel):
     def _learn_names(self) -> None:
         """Others run missions that nobody entered here; the robot knows their names."""
         robot, facts = self.facts.robot, self.facts
-        if robot is not None and any(facts.needs_name(item) for item in facts.snapshot.queue):
+        if robot is not None and any(facts.needs_name(item) for item in facts.queue):
             self._shell.background.run(lambda: self._services.robot_missions.learn_names(robot.id),
                                        lambda is_new: self._reader.request() if is_new else None, lambda _problem: None,
                                        key=("home", "names"))
@@ -287,23 +290,34 @@ class HomeViewModel(HomeState, ViewModel):
 
 
 class HomeScreen(ScreenBase):
-    """Three columns in landscape, bands in portrait, and an invitation while there is no robot."""
+    """Three columns in landscape; bands in portrait, and in a window too small for the columns; one column in a narrow one; and an
+    invitation while there is no robot."""
     Services = HomeServices
     layout = StringProperty()
 
     def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "home/cards", "home/screen")
+        load_kv("widgets/flow", "widgets/slots", "home/cards", "home/screen")
         super().__init__(vm=HomeViewModel(services, shell), **kwargs)
         for name in ("loaded", "has_robots"):
             self.vm.fbind(name, self._choose_layout)
-        self.fbind("portrait", self._choose_layout)
+        for name in ("portrait", "size"):
+            self.fbind(name, self._choose_layout)
         self._choose_layout()
 
     def _choose_layout(self, *_: Any) -> None:
         if not self.vm.loaded:
             return
-        layout = "empty" if not self.vm.has_robots else "tall" if self.portrait else "wide"
+        layout = self._fitting() if self.vm.has_robots else "empty"
         if layout != self.layout:
             self.layout = layout
             self.clear_widgets()
-            self.add_widget({"empty": HomeEmpty, "tall": HomeTall, "wide": HomeWide}[layout](vm=self.vm))
+            self.add_widget({"empty": HomeEmpty, "column": HomeColumn, "tall": HomeTall, "wide": HomeWide}[layout](vm=self.vm))
+
+    def _fitting(self) -> str:
+        """By the window's height, not by that of the screen, which changes with every alarm: a field in use would be built anew."""
+        if self.width < dp(660):
+            return "column"
+        around = dp(64 + 64 + 32) + dp(97)                    # bars, margins, and a banner of two lines
+        fixed = 2 * tk.h_action + dp(56) + sp(14)             # the robots' strip and the controls
+        is_small = self.width < dp(850) or Window.height - around - fixed < sp(110)
+        return "tall" if self.portrait or is_small else "wide"

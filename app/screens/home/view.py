@@ -28,6 +28,7 @@ from app.screens.home.lists import (
     QueueEntry,
     RobotSummary,
     finished_runs,
+    planned_empty,
     planned_starts,
     queue_empty,
     queue_entries,
@@ -37,6 +38,7 @@ from app.screens.home.lists import (
 from app.screens.home.map import NO_MAP, MapView, map_view
 
 CHIPS = 4                                # missions offered by one tap where none is marked as a favourite
+LONGEST_QUESTION = 240                   # characters of a robot's question, so that the answers are in sight
 LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is marked
 
 
@@ -122,6 +124,7 @@ class HomeView:
     queue_note: str = ""
     queue_empty: str = ""
     planned: tuple[PlannedStart, ...] = ()
+    planned_empty: str = ""
     finished: tuple[FinishedRun, ...] = ()
     run: RunView = field(default_factory=RunView)
 
@@ -136,7 +139,8 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
         has_robots=True, robots=tuple(robot_summaries(facts, now)),
         card=shown, controls=controls(facts, robot), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
         queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now), queue_empty=queue_empty(facts, robot),
-        planned=tuple(planned_starts(facts, now)), finished=tuple(finished_runs(facts, now)), run=run_now(facts, robot, chosen_mission))
+        planned=tuple(planned_starts(facts, now)), planned_empty=planned_empty(facts), finished=tuple(finished_runs(facts, now)),
+        run=run_now(facts, robot, chosen_mission))
 
 
 # ---------------------------------------------------------------------- the robot
@@ -159,7 +163,8 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
     snapshot = facts.snapshot
     status = snapshot.status
     if not robot.enabled:
-        return MissionView(_("Mission"), _("Not polled"), _("The robot is switched off in Settings"))
+        return MissionView(_("Mission"), _("Not polled"), _("Its password has to be entered in Settings") if robot.needs_password else
+                           _("The robot is switched off in Settings"))
     if old or status is None:
         return _last_known(facts, snapshot, now)
     if status.state is RobotState.EMERGENCY_STOP:
@@ -195,7 +200,7 @@ def _last_known(facts: HomeFacts, snapshot: RobotSnapshot, now: datetime) -> Mis
 def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
     ours, since = facts.execution_of(item), facts.running_since(item)
     elapsed = max(0.0, (now - since).total_seconds()) if since else None
-    usual = facts.expected.get(ours.mission_guid if ours else item.mission_id or "")
+    usual = facts.expected.get(facts.guid_of(item))
     is_paused = facts.snapshot.status is not None and facts.snapshot.status.state is RobotState.PAUSE
     view = MissionView(_("Mission, held by the pause") if is_paused else _("Mission"), facts.name_of(item),
                        elapsed=formats.duration(elapsed))
@@ -228,6 +233,8 @@ def prompt(snapshot: RobotSnapshot, old: bool) -> PromptView:
     if asked is None:
         return PromptView()
     question, more = asked.question, asked.more_options
+    if len(question) > LONGEST_QUESTION:
+        question = _("{question} … read all of it at the robot").format(question=question[:LONGEST_QUESTION].rsplit(" ", 1)[0])
     if more:
         question += " " + ngettext("({n} more answer can be given at the robot)", "({n} more answers can be given at the robot)",
                                    more).format(n=more)
@@ -269,7 +276,8 @@ def run_now(facts: HomeFacts, robot: Robot, chosen: int | None) -> RunView:
     if not missions:
         text, off = _("No missions yet"), True
     elif not robot.enabled:
-        text, off = _("{robot} is switched off").format(robot=robot.name), True
+        word = _("{robot} needs its password") if robot.needs_password else _("{robot} is switched off")
+        text, off = word.format(robot=robot.name), True
     elif status is not None and status.state in STOPPED:
         text, off = _("{robot} is stopped").format(robot=robot.name), True
     elif mission is None:

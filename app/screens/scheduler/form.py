@@ -206,6 +206,12 @@ class FormModel(EventDispatcher):
         self.show()                                           # at once what needs no service
         self._forecast_soon()
 
+    def leave(self) -> None:
+        """Ask at once what would be asked in a moment: there may be no moment after the screen is closed."""
+        if self._forecast_soon.is_triggered:
+            self._forecast_soon.cancel()
+            self.forecast()
+
     def forecast(self) -> None:
         """Ask for the draft's next starts and warnings; of several questions only the newest is answered."""
         draft = self._draft

@@ -12,6 +12,7 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
+from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.view import rule_sentence
@@ -237,7 +238,7 @@ def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Option]
 
 
 def robot_options(facts: SchedulerFacts) -> list[Option]:
-    notes = (" · ".join(filter(None, (robot.model, "" if robot.enabled else _("switched off")))) for robot in facts.robots)
+    notes = (" · ".join(filter(None, (robot.model, "" if robot.enabled else off_word(robot)))) for robot in facts.robots)
     return [Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True)]
 
 

@@ -80,6 +80,7 @@ class SchedulerViewModel(ViewModel):
         self._refresher.read()
 
     def closed(self) -> None:
+        self.form.leave()
         self._refresher.stop()
 
     def _changed(self, event: Changed) -> None:

@@ -11,6 +11,7 @@ from zoneinfo import ZoneInfo
 from app.domain.models import Execution, Robot, State
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler.facts import HOURS, MARGIN, SchedulerFacts, Window, full_hour
 from app.screens.scheduler.view import day_begins
 from app.services.planning.overlaps import ASSUMED_S
@@ -135,7 +136,7 @@ def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, read: _Range, thin
     bars = [_past_bar(facts, execution, now, read) for execution in facts.past if execution.robot_id == robot.id]
     bars += [_planned_bar(facts, run, read) for run in facts.planned if run.robot.id == robot.id]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
-    return Lane(robot.name, robot.model or "" if robot.enabled else _("switched off"), tuple(_merged(bars, thin)))
+    return Lane(robot.name, robot.model or "" if robot.enabled else off_word(robot), tuple(_merged(bars, thin)))
 
 
 def _merged(bars: list[Bar], thin: float) -> Iterable[Bar]:

@@ -145,7 +145,7 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
     if schedule.next_at is None:
         return _("no start left")
     if robot is not None and not robot.enabled:
-        return _("the robot is switched off")
+        return _("the robot needs its password") if robot.needs_password else _("the robot is switched off")
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(time=moment(schedule.paused_until, facts.settings.timezone, now))
     return held_note(facts, schedule, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)

@@ -9,7 +9,7 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 
 from app.domain.message import Message
-from app.i18n import _, ngettext
+from app.i18n import _
 from app.screens.common.options import Option
 from app.screens.settings.page import FileModel, SettingsPage
 from app.screens.settings.view import NoticeView, backup_options, backups_phrase, done, import_result, went_wrong
@@ -81,11 +81,11 @@ class DataPage(SettingsPage):
 
     def _configuration_read(self, found: Sequence[Message] | DeletesRuns) -> None:
         if isinstance(found, DeletesRuns):
-            self.context.shell.dialogs.confirm(
-                ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", found.count).format(n=found.count),
+            self.ask_to_delete(
+                found.count,
                 _("The file lowers the number of runs that are kept to {limit}. The oldest ones beyond that are deleted for ever.").format(
                     limit=found.limit),
-                _("Import and delete"), lambda: self.import_configuration(may_delete=True), danger=True)
+                _("Import and delete"), lambda: self.import_configuration(may_delete=True))
             return
         self.vm.configuration_outcome = import_result(found)
         self.context.refresh()
@@ -120,8 +120,8 @@ class DataPage(SettingsPage):
         when = next((option.text for option in self._backup_options() if option.key == path), path)
         self.context.shell.dialogs.confirm(
             _("Restore the backup of {when}?").format(when=when),
-            _("Robots, missions, schedules and history return to that state. The present database is kept as a file, but no longer shown. "
-              "The app restarts."),
+            _("Robots, missions, schedules and history return to that state, and so do the robots' passwords and the PIN for Settings. "
+              "The present database is kept as a file, but no longer shown. The app restarts."),
             _("Restore"), lambda: self._check(Path(path)), danger=True)
 
     def _check(self, path: Path) -> None:

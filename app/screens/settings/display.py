@@ -13,7 +13,7 @@ from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import keyboard_words, language_name, theme_names
-from app.services.live.access import ADVISED, LONGEST, SHORTEST
+from app.services.live.access import ADVISED, LONGEST, SHORTEST, is_easy_to_guess
 
 
 class DisplayModel(EventDispatcher):
@@ -59,7 +59,7 @@ class DisplayPage(SettingsPage):
         def entered(_dialog: PinDialog, pin: str) -> None:
             if not chosen:
                 chosen.append(pin)
-                dialog.ask_again(text=_("Enter it again"))
+                dialog.ask_again(_("Easy to guess: one of the first that people try") if is_easy_to_guess(pin) else "", _("Enter it again"))
             elif chosen.pop() != pin:
                 dialog.ask_again(_("The PINs don't match"), first)
             else:

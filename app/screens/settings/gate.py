@@ -115,6 +115,9 @@ class Gate:
             self._is_open = False
 
     def _every_second(self, _dt: float) -> None:
+        if self._dialog is not None and not self._access.is_set():        # removed by command
+            self._dialog.dismiss()
+            self._proceed()
         self._show_wait()
         is_alone = self._clock.monotonic() - self._used_at >= LEFT_ALONE_S
         if is_alone and self._shell.navigator.current == BEHIND and self._access.is_set():

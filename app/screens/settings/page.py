@@ -14,7 +14,7 @@ from kivy.uix.widget import Widget
 
 from app.database.errors import DatabaseError
 from app.domain.models import InvalidInput
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.mir.errors import RobotError
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
@@ -90,6 +90,12 @@ class SettingsPage(BoxLayout):
 
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
+
+    def ask_to_delete(self, runs: int, why: str, action: str, done: Callable[[], object]) -> None:
+        """Confirm that so many runs of the history are deleted; ``action`` is the word on the button. Else the facts are shown again."""
+        self.context.shell.dialogs.confirm(
+            ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", runs).format(n=runs), why, action, done,
+            danger=True, declined=self.show)
 
     def show_one(self, wanted: Widget, of: Sequence[Widget]) -> None:
         """Show ``wanted`` and hide the others of ``of``, below the widgets that are always shown."""

@@ -1,6 +1,6 @@
 """The dialog that adds or edits a robot. It tests the connection before it saves, and never shows a saved password.
 
-Where another machine answers, or one with an unknown certificate, it asks; nothing is sent before the answer.
+Where another machine answers, or one without its serial number or with an unknown certificate, it asks; nothing is sent before the answer.
 """
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from app.domain import names
 from app.domain.models import InvalidInput, Robot
 from app.domain.robot import Identity
 from app.i18n import _
-from app.mir.errors import AnotherRobot, Unauthorized
+from app.mir.credentials import Token
+from app.mir.errors import AnotherRobot, SerialNumberHidden, Unauthorized
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import (
@@ -24,6 +25,8 @@ from app.screens.settings.view import (
     certificate_question,
     connection_found,
     has_unknown_certificate,
+    hidden_number_question,
+    known_already,
     new_robot_question,
     plain_address,
     went_wrong,
@@ -61,6 +64,11 @@ class RobotForm(EventDispatcher):
     is_https = AliasProperty(_is_https, None, bind=("address", "fingerprint_problem"))
 
     @property
+    def endpoint(self) -> tuple[str, ...]:
+        """What a stored password belongs to."""
+        return self.address.strip(), self.username.strip(), self.fingerprint.strip()
+
+    @property
     def connection(self) -> tuple[str, ...]:
         """Everything that a test depends on."""
         return self.address, self.username, self.password, self.fingerprint
@@ -78,15 +86,17 @@ class RobotDialog(FormDialog):
         self._tested: tuple[str, ...] | None = None      # the connection whose test is over, passed or failed
         self._found: Identity | None = None
         self._new_serial: str | None = None              # of the machine that was accepted as the new robot
+        self._by_address = False                         # it was agreed that only the address identifies it
         self._may_be_open = robot is None or not robot.address.startswith("https:")
         form = RobotForm(save_word=_("Save robot"), title=_("Add robot"))
         if robot is not None:
             form.title, form.can_remove = _("Edit {robot}").format(robot=robot.name), True
             form.name, form.address, form.username = robot.name, plain_address(robot.address), robot.username
             form.fingerprint, form.enabled = robot.certificate_sha256 or "", robot.enabled
-            form.password_hint = _("needed to switch it on") if robot.needs_password else _("unchanged")
+            form.password_hint = self._password_hint(robot, True)
             form.enabled = robot.enabled or robot.needs_password
         self._as_saved = form.connection if robot is not None and not robot.needs_password else None        # needs no test
+        self._saved_endpoint = form.endpoint if self._as_saved else None
         super().__init__(vm=form, **kwargs)
         for name in FIELDS:
             form.fbind(name, self._edited, name)
@@ -102,12 +112,23 @@ class RobotDialog(FormDialog):
     def _edited(self, name: str, *_args: Any) -> None:
         """A field that is being corrected is no longer red, and an earlier test doesn't apply to new values."""
         setattr(self.vm, f"{name}_problem", "")
-        if name != "name" and self._tested is not None:
+        if name == "name":
+            return
+        self.vm.username_problem = self.vm.password_problem = ""         # they are about the connection as a whole
+        if self._robot is not None:
+            self.vm.password_hint = self._password_hint(self._robot, self.vm.endpoint == self._saved_endpoint)
+        if self._tested is not None:
             self._tested, self._found = None, None
             self.vm.outcome = NoticeView()
             self.vm.save_word = _("Save robot")
         if name == "address":
-            self.vm.fingerprint_problem, self._new_serial = "", None
+            self.vm.fingerprint_problem, self._new_serial, self._by_address = "", None, False
+
+    @staticmethod
+    def _password_hint(robot: Robot, is_as_saved: bool) -> str:
+        if robot.needs_password:
+            return _("needed to switch it on")
+        return _("unchanged") if is_as_saved else _("of what is entered now")
 
     # ------------------------------------------------------------------ what is pressed
     def test(self) -> None:
@@ -142,7 +163,7 @@ class RobotDialog(FormDialog):
             self._may_be_open = True
             then()
         self._context.shell.dialogs.confirm(
-            _("Without encryption?"),
+            _("Connect without encryption?"),
             _("So far this robot is reached over https. Over http, anybody on the network can read its password."),
             _("Use http"), agreed, danger=True)
 
@@ -150,6 +171,7 @@ class RobotDialog(FormDialog):
     def _has_password(self) -> bool:
         """A stored password belongs to the stored user. Without one only a robot that is switched off can be saved."""
         form, stored = self.vm, self._robot
+        form.username_problem = form.password_problem = ""               # of an earlier press
         is_known = stored is not None and not stored.needs_password and stored.username == form.username.strip()
         if not form.username.strip():
             form.username_problem = _("Enter the robot's user name")
@@ -162,12 +184,12 @@ class RobotDialog(FormDialog):
         self._ask(self._save_after_test)
 
     def _ask(self, then: Callable[[], object]) -> None:
-        form, robot, password = self.vm, self._entered(), self.vm.password or None
+        form, robot, password, by_address = self.vm, self._entered(), self.vm.password or None, self._by_address
         asked = form.connection
         form.testing = True
-        form.outcome = asking_robot()
+        form.outcome, form.save_word = asking_robot(), _("Save robot")
         self._context.run(
-            lambda: self._context.services.operator.test_connection(robot, password),
+            lambda: self._context.services.operator.test_connection(robot, password, by_address=by_address),
             lambda identity: self._passed(asked, identity, then), lambda problem: self._failed(asked, problem))
 
     def _passed(self, asked: tuple[str, ...], identity: Identity, then: Callable[[], object]) -> None:
@@ -178,10 +200,18 @@ class RobotDialog(FormDialog):
             form.outcome = NoticeView()
             return
         self._tested, self._found = asked, identity
-        form.outcome = connection_found(identity)
+        form.outcome = connection_found(identity, Token.derive(form.username.strip(), form.password).is_published_default)
         if not form.name.strip() and identity.name:
             form.name = names.cleaned(identity.name)
-        then()
+        if (other := self._known_by(identity.serial_number)) is not None:
+            form.saving, form.outcome, form.save_word = False, known_already(other), _("Save anyway")
+        else:
+            then()
+
+    def _known_by(self, serial_number: str | None) -> Robot | None:
+        """The other configured robot with that serial number."""
+        others = (robot for robot in self._context.facts.robots if self._robot is None or robot.id != self._robot.id)
+        return next((robot for robot in others if serial_number and robot.serial_number == serial_number), None)
 
     def _failed(self, asked: tuple[str, ...], problem: BaseException) -> None:
         form = self.vm
@@ -199,6 +229,8 @@ class RobotDialog(FormDialog):
             form.save_word = _("Save anyway")
             if isinstance(problem, AnotherRobot) and self._robot is not None:
                 self._ask_about_robot(self._robot, problem)
+            elif isinstance(problem, SerialNumberHidden) and self._robot is not None:
+                self._ask_about_address(self._robot, problem)
             elif has_unknown_certificate(problem):
                 self._ask_about_certificate(asked)
 
@@ -211,14 +243,24 @@ class RobotDialog(FormDialog):
         def accepted() -> None:
             self._new_serial, self._as_saved = problem.params["found"], None
             self._test_again()
+        if (other := self._known_by(problem.params["found"])) is not None:
+            self.vm.outcome = known_already(other)
+            return
         self._context.shell.dialogs.confirm(_("Is this the new {robot}?").format(robot=robot.name), new_robot_question(problem),
                                             _("This is the new {robot}").format(robot=robot.name), accepted)
+
+    def _ask_about_address(self, robot: Robot, problem: SerialNumberHidden) -> None:
+        def accepted() -> None:
+            self._by_address = True
+            self.test()
+        self._context.shell.dialogs.confirm(_("Send the password all the same?"), hidden_number_question(robot, problem),
+                                            _("Send the password"), accepted, danger=True)
 
     def _ask_about_certificate(self, asked: tuple[str, ...]) -> None:
         """Show the fingerprint of what answers, for a person to compare."""
         def shown(found: str) -> None:
             if asked == self.vm.connection:
-                self._context.shell.dialogs.confirm(_("Trust this certificate?"), certificate_question(found, asked[3]),
+                self._context.shell.dialogs.confirm(_("Trust this certificate?"), certificate_question(asked[0].strip(), found, asked[3]),
                                                     _("Trust it"), lambda: accepted(found))
 
         def accepted(found: str) -> None:
@@ -239,9 +281,13 @@ class RobotDialog(FormDialog):
     def _save(self) -> None:
         form = self.vm
         form.saving = True
-        robot = self._entered()
-        password = form.password or None
-        self._context.run(lambda: self._context.services.catalogue.save_robot(robot, password=password), self._saved, self._refused)
+        robot, password, is_tested = self._entered(), form.password or None, self._has_answered()
+        self._context.run(lambda: self._context.services.catalogue.save_robot(robot, password, is_tested=is_tested),
+                          self._saved, self._refused)
+
+    def _has_answered(self) -> bool:
+        """Whether the connection as it is entered was tested with success."""
+        return self._found is not None and self._tested == self.vm.connection
 
     def _entered(self) -> Robot:
         form = self.vm
@@ -250,7 +296,7 @@ class RobotDialog(FormDialog):
         entered = replace(robot, name=form.name.strip(), address=form.address.strip(), username=form.username.strip(), enabled=form.enabled,
                           certificate_sha256=pin, serial_number=self._new_serial or robot.serial_number)
         found = self._found
-        if found is not None and self._tested == form.connection:
+        if found is not None and self._has_answered():
             entered = replace(entered, serial_number=found.serial_number or entered.serial_number, model=found.model,
                               software=found.software, identified_by=found.identified_by)
         return entered

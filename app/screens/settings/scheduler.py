@@ -53,7 +53,22 @@ class SchedulerPage(SettingsPage):
         self.context.save(lambda problem: self._show_problem(name, sentence_of(problem)), **{name: value})
 
     def keep_all(self, wanted: bool) -> None:
-        self.set("history_limit", None if wanted else int(self.vm.history_limit))
+        if wanted:
+            self.set("history_limit", None)
+        else:
+            self.keep(int(self.vm.history_limit))
+
+    def keep(self, runs: int) -> None:
+        """Limit the history; what that would delete is asked first."""
+        self.vm.history_limit = runs
+
+        def counted(surplus: int) -> None:
+            if surplus:
+                self.ask_to_delete(surplus, _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=runs),
+                                   _("Delete"), lambda: self.set("history_limit", runs))
+            else:
+                self.set("history_limit", runs)
+        self.context.run(lambda: self.context.services.catalogue.runs_beyond(runs), counted, key="history_limit")
 
     def pick_timezone(self) -> None:
         self.context.shell.dialogs.choose(_("Time zone"), zone_options(zone_names(), self.context.now()),

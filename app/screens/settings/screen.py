@@ -91,8 +91,8 @@ class SettingsViewModel(ViewModel):
         """Read which missions the robots have, so that missing ones can be flagged; from each robot once a minute at most."""
         for robot in facts.robots:
             if answers(facts, robot):
-                self._shell.background.run(partial(self._services.robot_missions.learn_names, robot.id), self._learnt,
-                                           lambda _problem: None, key=("settings", "missions", robot.id))
+                ask = partial(self._services.robot_missions.learn_names, robot.id)
+                self._shell.background.run(ask, self._learnt, lambda _problem: None)
 
     def _learnt(self, is_new: bool) -> None:
         if is_new:

@@ -15,12 +15,13 @@ from app.domain.models import WEEKDAYS, Connection, Robot, Settings
 from app.domain.robot import IdentifiedBy, Identity
 from app.i18n import _, ngettext
 from app.mir.credentials import Token
-from app.mir.errors import AnotherRobot, CertificateProblem
+from app.mir.errors import AnotherRobot, CertificateProblem, SerialNumberHidden
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
 from app.screens.settings.facts import SettingsFacts
+from app.services.catalogue.configuration.importing import stops_a_robot
 
 # key, icon (empty: the robot glyph); the names are in section_names
 SECTIONS = (
@@ -205,11 +206,11 @@ def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
 
 def _identified_by(robot: Robot) -> str:
     """What makes the machine that answers the robot."""
-    return {None: "–", IdentifiedBy.SERIAL_NUMBER: _("serial number"), IdentifiedBy.CERTIFICATE: _("certificate"),
-            IdentifiedBy.ADDRESS: _("address only")}[robot.identified_by]
+    return {None: "–", IdentifiedBy.SERIAL_NUMBER: _("its serial number"), IdentifiedBy.CERTIFICATE: _("its certificate"),
+            IdentifiedBy.ADDRESS: _("its address only")}[robot.identified_by]
 
 
-def connection_found(identity: Identity) -> NoticeView:
+def connection_found(identity: Identity, has_default_password: bool = False) -> NoticeView:
     """Which robot answered."""
     facts = " · ".join(filter(None, (
         identity.model,
@@ -217,17 +218,26 @@ def connection_found(identity: Identity) -> NoticeView:
         identity.software and _("software {version}").format(version=identity.software))))
     name = identity.name or identity.model or _("The robot")
     answer = _("{robot} answers in {n} ms").format(robot=name, n=max(1, round(identity.status.elapsed_s * 1000)))
+    if has_default_password:
+        facts = "\n".join(filter(None, (facts, _("Default password of MiR: change it on the robot"))))
     return done(answer, facts)
 
 
+def known_already(other: Robot) -> NoticeView:
+    return NoticeView(_("This is {robot}, which is configured already").format(robot=other.name), _("Correct the address"), "attention",
+                      "robot-confused-outline")
+
+
 def went_wrong(problem: BaseException) -> NoticeView:
-    tone, icon = ("attention", "robot-confused-outline") if isinstance(problem, AnotherRobot) else ("fault", "alert-circle")
+    is_unknown = isinstance(problem, (AnotherRobot, SerialNumberHidden))
+    tone, icon = ("attention", "robot-confused-outline") if is_unknown else ("fault", "alert-circle")
     return NoticeView(sentence_of(problem), "", tone, icon)
 
 
 def failed_test(problem: BaseException) -> NoticeView:
     """On a panel: what can be accepted as new is accepted in the dialog."""
     note = _("If it is the new one, accept it in Edit") if isinstance(problem, AnotherRobot) else \
+        _("If it is the same one, accept it in Edit") if isinstance(problem, SerialNumberHidden) else \
         _("Its fingerprint can be compared in Edit") if has_unknown_certificate(problem) else ""
     return replace(went_wrong(problem), note=note)
 
@@ -242,12 +252,18 @@ def new_robot_question(problem: AnotherRobot) -> str:
              "entered again.").format(expected=problem.params["expected"], found=problem.params["found"])
 
 
-def certificate_question(found: str, pinned: str) -> str:
-    """``found`` and ``pinned`` are fingerprints; ``pinned`` may be empty."""
-    lines = [_("Compare this SHA-256 fingerprint with the one that the robot's own web page or its administrator gives:"),
-             grouped(found)]
-    if pinned:
-        lines += [_("Pinned so far:"), grouped(pinned)]
+def hidden_number_question(robot: Robot, problem: SerialNumberHidden) -> str:
+    return _("{robot} no longer shows its serial number, {serial}. Only its address would identify it.\n\n"
+             "Check at the robot that it is the same one. Nothing has been sent to it."
+             ).format(robot=robot.name, serial=problem.params["expected"])
+
+
+def certificate_question(address: str, found: str, trusted: str) -> str:
+    """``found`` and ``trusted`` are fingerprints; ``trusted`` may be empty."""
+    lines = [_("{address} shows this SHA-256 fingerprint. Compare it with the one that you read at the robot itself, or that its "
+               "administrator gives:").format(address=address), grouped(found)]
+    if trusted:
+        lines += [_("Trusted so far:"), grouped(trusted)]
     return "\n\n".join([*lines, _("Nothing has been sent to it.")])
 
 
@@ -291,16 +307,18 @@ def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
         return _("There is no backup yet")
     count = ngettext("{n} backup", "{n} backups", len(facts.backups)).format(n=len(facts.backups))
     newest = formats.day_and_time(facts.backups[0].made_at, facts.settings.timezone, now)
-    return _("{backups}, the newest of {when}. Each holds the robots' passwords of its time; manual ones stay until somebody deletes their "
-             "files.").format(backups=count, when=newest)
+    return _("{backups}, the newest of {when}. Each gives access to the robots as it was then; manual ones stay until somebody deletes "
+             "their files.").format(backups=count, when=newest)
 
 
 def import_result(lines: Sequence[Message], most: int = 12) -> NoticeView:
-    """What an import changed; a long list ends with the number of further changes."""
+    """What an import changed, robots that it stopped first; a long list ends with the number of further changes."""
     if not lines:
         return done(_("The file contains nothing new"))
+    lines = sorted(lines, key=lambda line: not stops_a_robot(line))
     shown = [words_of(line) for line in lines[:most]]
     if len(lines) > most:
         shown.append(ngettext("and {n} more", "and {n} more", len(lines) - most).format(n=len(lines) - most))
     text = ngettext("{n} change imported", "{n} changes imported", len(lines)).format(n=len(lines))
-    return done(text, "\n".join(shown))
+    notice = done(text, "\n".join(shown))
+    return replace(notice, tone="attention", icon="alert") if stops_a_robot(lines[0]) else notice

@@ -206,13 +206,13 @@ def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, tmp_path, m
 
 
 def test_an_export_that_cannot_be_written_says_why_in_one_sentence(screen, ui, tmp_path, monkeypatch):
-    monkeypatch.setattr("app.services.files.exports.tempfile.mkstemp", no_room)
+    monkeypatch.setattr("app.services.files.exports.draft_of", no_room)
     tap(screen, ui, ui.find(CommandButton, text="Export CSV"))
     assert "No space left on device" in ui.find(Snackbar).text
     assert not ui.find(CommandButton, text="Export CSV").busy
 
 
-def no_room(**_where):
+def no_room(*_where, **_how):
     raise OSError(28, "No space left on device")
 
 

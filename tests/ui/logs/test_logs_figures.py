@@ -110,10 +110,10 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
 
 
 def test_a_report_that_cannot_be_written_says_why_in_one_sentence(screen, ui, monkeypatch):
-    def no_room(**_where):
+    def no_room(*_where, **_how):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.services.files.exports.tempfile.mkstemp", no_room)
+    monkeypatch.setattr("app.services.files.exports.draft_of", no_room)
     tap(screen, ui, ui.find(CommandButton, text="Report"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Today"))
     assert "No space left on device" in ui.find(Snackbar).text

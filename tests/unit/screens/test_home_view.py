@@ -207,6 +207,15 @@ def test_a_robot_that_is_switched_off_can_do_nothing():
     assert shown.run.text == "Aino is switched off"
 
 
+def test_a_robot_that_needs_its_password_says_so_everywhere():
+    waiting = replace(AINO, enabled=False, needs_password=True, token=None)
+    shown = view(replace(FACTS, robots=(waiting, VEIKKO), planned=()))
+    assert (shown.card.state, shown.card.link, shown.card.tone) == ("Needs its password", "Needs its password", "attention")
+    assert shown.card.mission.note == "Its password has to be entered in Settings"
+    assert shown.run.text == "Aino needs its password"
+    assert shown.planned_empty == "Nothing starts on Aino before its password is entered in Settings."
+
+
 def test_a_question_of_the_robot_can_be_answered():
     shown = view(with_aino(ASKING))
     assert shown.prompt.question == "Is the pallet loaded at Dock 3?"

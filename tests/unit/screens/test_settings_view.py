@@ -130,8 +130,8 @@ def test_another_machine_or_certificate_leads_to_where_it_can_be_accepted():
     assert view.failed_test(CertificateProblem()).note == ""
 
 
-@pytest.mark.parametrize(("by", "words"), [(None, "–"), (IdentifiedBy.SERIAL_NUMBER, "serial number"),
-                                           (IdentifiedBy.CERTIFICATE, "certificate"), (IdentifiedBy.ADDRESS, "address only")])
+@pytest.mark.parametrize(("by", "words"), [(None, "–"), (IdentifiedBy.SERIAL_NUMBER, "its serial number"),
+                                           (IdentifiedBy.CERTIFICATE, "its certificate"), (IdentifiedBy.ADDRESS, "its address only")])
 def test_a_panel_says_what_makes_the_machine_the_robot(by, words):
     [panel] = view.robot_panels(facts(robots=(replace(AINO, identified_by=by),)), NOW)
     assert panel.identified_by == words
@@ -144,10 +144,10 @@ def test_a_password_that_is_printed_in_manuals_is_flagged(user, is_published):
 
 
 def test_fingerprints_are_shown_as_people_compare_them():
-    question = view.certificate_question("0123456789abcdef" * 4, "ff" * 32)
+    question = view.certificate_question("https://r1", "0123456789abcdef" * 4, "ff" * 32)
     assert "\n".join(["01:23:45:67:89:AB:CD:EF"] * 4) in question
-    assert "Pinned so far:\n\nFF:FF" in question
-    assert "Pinned" not in view.certificate_question("ab" * 32, "")
+    assert "Trusted so far:\n\nFF:FF" in question
+    assert "Trusted" not in view.certificate_question("https://r1", "ab" * 32, "")
 
 
 @pytest.mark.parametrize(("problem", "sentence"), [
@@ -273,7 +273,7 @@ def test_backups_are_offered_newest_first_with_their_time():
     options = view.backup_options(given, NOW)
     assert [(option.text, option.note) for option in options] == [
         ("02:00", "daily-2026-11-20.db, 512 kB"), ("Thu 19 Nov 02:00", "daily-2026-11-19.db, 1 kB")]
-    assert view.backups_phrase(given, NOW).startswith("2 backups, the newest of 02:00. Each holds the robots' passwords")
+    assert view.backups_phrase(given, NOW).startswith("2 backups, the newest of 02:00. Each gives access to the robots")
     assert view.backups_phrase(facts(), NOW) == "There is no backup yet"
 
 
@@ -281,6 +281,9 @@ def test_an_import_lists_its_changes_and_cuts_a_long_list():
     assert view.import_result([]).text == "The file contains nothing new"
     assert view.import_result(["robot R1 added"]) == view.NoticeView("1 change imported", "robot R1 added", "done", "check-circle")
     assert view.import_result([message("robot {name} added", name="R1")]).note == "Robot R1 added"
+    stopped = message("robot {name} changed: {what}; it is switched off and needs a password", name="R1", what="address")
+    notice = view.import_result(["mission 1 added", stopped])
+    assert (notice.tone, notice.note.splitlines()[0]) == ("attention", "Robot R1 changed: address; it is switched off and needs a password")
     long = view.import_result([f"mission {n} added" for n in range(40)])
     assert long.text == "40 changes imported"
     assert long.note.splitlines()[-1] == "and 28 more"

@@ -3,8 +3,6 @@ from __future__ import annotations
 
 from datetime import UTC, date, datetime, timedelta
 
-import pytest
-
 from app.domain.models import DayException, State
 from app.screens.scheduler.hold import HoldDialog
 from app.services.files import ics
@@ -21,15 +19,9 @@ from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
 from tests.support.planner import insert_due
-from tests.ui.planner import KITS, choose, menu, named, opened, pick_day, press, save, settle
+from tests.ui.planner import KITS, choose, menu, named, pick_day, press, save, settle
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
-
-
-@pytest.fixture
-def screen(container, ui, silent_robots):
-    with opened(container, ui) as app:
-        yield app
 
 
 def chip(app, ui, word: str) -> None:

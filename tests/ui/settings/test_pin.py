@@ -1,9 +1,12 @@
 """The PIN before Settings by taps: set, asked, wrong, waited for, forgotten on leaving; and nothing else behind it."""
 from __future__ import annotations
 
+from datetime import timedelta
+
 import pytest
 from kivy.core.window import Window
 
+from app.domain.clock import SystemClock
 from app.domain.models import Robot
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.settings.gate import LEFT_ALONE_S
@@ -12,7 +15,7 @@ from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.frame import AlarmBanner, NavItem
 from app.widgets.number_pad import PadKey
 from app.widgets.rows import SectionRow
-from app.widgets.tokens import apply_theme
+from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.integrator import go, says
 
@@ -20,12 +23,18 @@ F1 = 282
 
 
 @pytest.fixture
-def clock(site):
-    """The monotonic clock, which the test moves on."""
-    real, ahead = site.container.clock.monotonic, [0.0]
-    site.container.clock.monotonic = lambda: real() + ahead[0]
-    yield ahead
-    del site.container.clock.monotonic
+def first_screen() -> str:
+    return "home"
+
+
+@pytest.fixture(scope="module")
+def clock(shared_site) -> list[float]:
+    """Seconds by which the tests of this file have moved the clock on. It never goes back, and all of them together stay below the ten
+    minutes from which robots would say that it is wrong."""
+    real, ahead = SystemClock(), [0.0]
+    shared_site.container.clock.now = lambda: real.now() + timedelta(seconds=ahead[0])
+    shared_site.container.clock.monotonic = lambda: real.monotonic() + ahead[0]
+    return ahead
 
 
 def press(ui, digits: str) -> PinDialog:
@@ -137,6 +146,16 @@ def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, cloc
     unlock(ui, app)
 
 
+def test_nobody_is_asked_for_a_pin_that_was_removed(site, app, ui):
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    assert ui.find_all(PinDialog)
+    site.container.access.remove()
+    ui.skip(1)
+    ui.wait(lambda: app.shell.navigator.current == "settings")
+    ui.wait(lambda: not ui.find_all(PinDialog))
+
+
 # ---------------------------------------------------------------------- how long it stays open
 def test_it_is_asked_again_after_another_tab(site, app, ui):
     site.container.access.set_pin("4711")
@@ -166,7 +185,7 @@ def test_settings_closes_when_nobody_is_there_for_two_minutes(site, app, ui, clo
 
 def test_without_a_pin_settings_stays_open(site, app, ui, clock):
     to_settings(ui)
-    clock[0] += 10 * LEFT_ALONE_S
+    clock[0] += 2 * LEFT_ALONE_S
     ui.advance(1.1)
     assert current(app) == "settings"
 
@@ -206,7 +225,8 @@ def test_everything_of_the_operators_stays_free(site, app, ui):
 # ---------------------------------------------------------------------- looks
 @pytest.mark.parametrize("gloves", [False, True])
 def test_keys_are_for_gloves(site, app, ui, gloves):
-    apply_theme(app.theme_cls, "light", gloves=gloves)
+    site.container.catalogue.change_settings(gloves=gloves)
+    ui.wait(lambda: tk.gloves == gloves)
     site.container.access.set_pin("4711")
     to_settings(ui)
     press(ui, "0000")

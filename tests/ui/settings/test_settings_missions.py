@@ -3,8 +3,6 @@ from __future__ import annotations
 
 from datetime import datetime
 
-import pytest
-
 from app.domain.models import Mission, Schedule
 from app.screens.settings.missions import MissionDialog, MissionRow
 from app.screens.settings.robots import RobotPanel
@@ -16,11 +14,6 @@ from app.widgets.rows import OptionRow, SectionRow
 from app.widgets.surfaces import Tap
 from tests.ui.integrator import enter, go, missions, page, press, says, undo
 from tests.ui.whole_app import GUIDS
-
-
-@pytest.fixture
-def first_screen() -> str:
-    return "settings"
 
 
 def fetch(ui, robot: str) -> ChoiceDialog:

@@ -1,6 +1,7 @@
 """The exception calendar as an integrator keeps it: by hand, by country, from a file; closed days in the Scheduler."""
 from __future__ import annotations
 
+from collections.abc import Iterator
 from datetime import date, datetime
 
 import pytest
@@ -17,27 +18,29 @@ from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
-from tests.ui.integrator import enter, go, page, press, says, settings, tablet, undo
-from tests.ui.whole_app import shown
+from tests.ui.integrator import enter, go, page, press, says, settings, undo
 
 TODAY = date(2026, 11, 20)               # a Friday
 
 
-@pytest.fixture
-def site(tmp_path, monkeypatch):
-    monkeypatch.setattr(SystemClock, "now", lambda _clock: datetime.fromisoformat("2026-11-20T12:38:00+00:00"))
-    with tablet(tmp_path, monkeypatch) as site:
-        site.container.catalogue.change_settings(timezone="UTC")
-        yield site
+@pytest.fixture(scope="module")
+def first_settings():
+    return {"timezone": "UTC"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def today() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(SystemClock, "now", lambda _clock: datetime.fromisoformat("2026-11-20T12:38:00+00:00"))
+        yield
 
 
 @pytest.fixture
-def app(site, ui):
-    """The app on an empty database, the calendar in sight."""
-    with shown(site.container, ui, "settings") as app:
-        go(ui, "constraints")
-        ui.wait(lambda: ui.find_all(MonthDay, text="20", today=True))
-        yield app
+def app(app, ui):
+    """With the calendar in sight."""
+    go(ui, "constraints")
+    ui.wait(lambda: ui.find_all(MonthDay, text="20", today=True))
+    return app
 
 
 def reveal(ui, widget) -> None:

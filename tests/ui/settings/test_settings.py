@@ -16,7 +16,7 @@ from app.screens.settings.idle import IdlePanel
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
-from app.widgets.buttons import IconButton, Segment, Toggle
+from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, StepField
 from app.widgets.frame import NavItem
@@ -24,13 +24,8 @@ from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import OptionRow, SectionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
-from tests.ui.integrator import enter, go, page, press, robots, says, settings
+from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
 from tests.ui.whole_app import PASSWORD, POLL, USER
-
-
-@pytest.fixture
-def first_screen() -> str:
-    return "settings"
 
 
 # ---------------------------------------------------------------------- constraints
@@ -128,6 +123,7 @@ def test_numbers_of_the_scheduler_are_saved_when_the_field_is_left(site, app, ui
             enter(ui, field, typed)
             field.focus = False
             ui.wait(lambda name=name, typed=typed: getattr(settings(site), name) == int(typed))
+            ui.wait(lambda: is_saved(site, app))
 
 
 def test_a_number_outside_its_range_stays_red_and_is_not_saved(site, app, ui):
@@ -217,28 +213,6 @@ def test_what_is_being_typed_is_not_overwritten(site, app, ui):
     assert field.text == "1"
     field.focus = False
     ui.wait(lambda: settings(site).retry_limit == 1)
-
-
-def test_in_portrait_list_and_section_take_turns(site, ui):
-    from app.screens.common.shell import Shell, pick
-    from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
-    from app.screens.settings.screen import SettingsScreen
-    bus = UiBus()
-    background = Background(bus)
-    shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, background)
-    screen = SettingsScreen(pick(SettingsScreen.Services, site.container), shell)
-    ui.show(screen, size=(752, 790))
-    screen.shown()
-    ui.wait(lambda: ui.find_all(SectionRow))
-    assert not ui.find_all(StepField)
-    ui.tap(ui.find(SectionRow, key="scheduler"))
-    ui.wait(lambda: ui.find_all(StepField))
-    assert not ui.find_all(SectionRow)
-    ui.tap(ui.find(IconButton, icon="arrow-left"))
-    assert ui.find_all(SectionRow)
-    assert not ui.find_all(SectionRow, selected=True)
-    screen.hidden()
-    background.close()
 
 
 def test_fifty_robots_are_all_there_but_only_the_visible_ones_exist(site, app, ui):

@@ -3,8 +3,6 @@ from __future__ import annotations
 
 from datetime import date, datetime, time
 
-import pytest
-
 from app.domain.models import Between, Overlap
 from app.domain.robot import MissionParameter
 from app.screens.scheduler.cards import FormCard
@@ -22,7 +20,6 @@ from tests.ui.planner import (
     field,
     kind,
     named,
-    opened,
     pick_day,
     pick_time,
     press,
@@ -31,35 +28,7 @@ from tests.ui.planner import (
     save_button,
     schedules,
     settle,
-    show_anew,
 )
-
-
-@pytest.fixture(scope="module")
-def ui(shared_ui):
-    return shared_ui
-
-
-@pytest.fixture(scope="module")
-def container(shared_container):
-    return shared_container
-
-
-@pytest.fixture(scope="module")
-def scheduler(container, ui, silent_robots):
-    with opened(container, ui) as app:
-        yield app
-
-
-@pytest.fixture
-def screen(scheduler, container, ui):
-    """With an empty form; what a test has planned is removed after it."""
-    before = {schedule.id for schedule in schedules(container)}
-    show_anew(scheduler, ui)
-    yield scheduler
-    for schedule in schedules(container):
-        if schedule.id not in before:
-            container.catalogue.remove_schedule(schedule.id)
 
 
 # ---------------------------------------------------------------------- planning

@@ -23,7 +23,6 @@ from tests.ui.planner import (
     kind,
     menu,
     named,
-    opened,
     pick_time,
     press,
     save,
@@ -32,13 +31,6 @@ from tests.ui.planner import (
     settle,
     tap_bar,
 )
-from tests.ui.whole_app import shown
-
-
-@pytest.fixture
-def screen(container, ui, silent_robots):
-    with opened(container, ui) as app:
-        yield app
 
 
 # ---------------------------------------------------------------------- schedules that are there
@@ -150,15 +142,12 @@ def test_what_changes_elsewhere_shows_at_once(screen, container, ui):
     assert schedule.id not in [data.key for data in screen.plan.schedules]
 
 
-def test_without_a_robot_the_screen_leads_to_settings(tmp_path, ui):
-    container = month.plant(tmp_path, furnished=False)
-    try:
-        with shown(container, ui, "scheduler") as app:
-            settle(app, ui)
-            press(app, ui, "Add your first robot")
-            assert app.shell.navigator.current == "settings"
-    finally:
-        container.close()
+def test_without_a_robot_the_screen_leads_to_settings(screen, container, ui):
+    for robot in container.catalogue.robots():
+        container.catalogue.remove_robot(robot.id)
+    settle(screen, ui)
+    press(screen, ui, "Add your first robot")
+    assert screen.shell.navigator.current == "settings"
 
 
 def test_nothing_overlaps_or_is_too_small(screen, ui):
@@ -167,11 +156,18 @@ def test_nothing_overlaps_or_is_too_small(screen, ui):
     assert checks.problems(screen.shell.navigator.screen("scheduler")) == []
 
 
-def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_taps(screen, container, ui):
+@pytest.fixture
+def low(screen, container, ui):
+    """The same screen in a low window."""
     screen.shell.go("home")
     low = ui.show(SchedulerScreen(pick(SchedulerScreen.Services, container), screen.shell), (976, 440))
     low.shown()
-    screen.plan = low.vm
+    yield low
+    low.hidden()
+    ui.show(screen.root)
+
+
+def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_taps(low, screen, container, ui):
     settle(screen, ui)
     page = low.ids.page
     assert page.do_scroll_y
@@ -189,7 +185,6 @@ def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_ta
     ui.advance(.5)
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
-    low.hidden()
 
 
 # ---------------------------------------------------------------------- the timeline's window

@@ -1,0 +1,81 @@
+"""The robot dialog when something was entered wrongly, and where a machine answers that is another robot of the plan."""
+from __future__ import annotations
+
+import pytest
+
+from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robots import RobotPanel
+from app.widgets.dialogs import ConfirmDialog
+from tests.ui.integrator import enter, fill_in, go, press, robots, says
+from tests.ui.whole_app import PASSWORD, USER
+
+
+@pytest.fixture
+def refused(site, app, ui) -> RobotDialog:
+    """The user name was typed wrongly, and the robot has refused it."""
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username="distributr", password=PASSWORD)
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: dialog.vm.outcome.tone == "fault")
+    return dialog
+
+
+@pytest.mark.parametrize("button", ["Test connection", "Save anyway"])
+def test_a_corrected_user_name_alone_is_tested_again(site, ui, refused, button):
+    enter(ui, refused.ids.username_field, USER)
+    assert (refused.vm.username_problem, refused.vm.password_problem) == ("", "")
+    press(ui, button.replace(" anyway", " robot"), refused)
+    ui.wait(lambda: refused.vm.outcome.tone == "done" or robots(site))
+
+
+def test_a_second_press_tests_again_as_it_is(ui, refused):
+    press(ui, "Test connection", refused)
+    ui.wait(lambda: not refused.vm.testing)
+    assert refused.vm.outcome.tone == "fault"
+    assert says(ui, "Check user name and password")
+
+
+def aino_at_veikkos_address(site, ui) -> RobotDialog:
+    go(ui, "robots")
+    ui.wait(lambda: all(panel.badge.startswith("Connected") for panel in ui.find_all(RobotPanel)) and ui.find_all(RobotPanel))
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    dialog = ui.find(RobotDialog)
+    assert dialog.vm.password_hint == "unchanged"
+    enter(ui, dialog.ids.address_field, site.fleet.robots[1].url)
+    assert dialog.vm.password_hint == "of what is entered now"
+    return dialog
+
+
+def test_a_robot_of_the_plan_is_not_accepted_as_another_one(site, app, ui):
+    site.add_robots()
+    dialog = aino_at_veikkos_address(site, ui)
+    enter(ui, dialog.ids.password_field, PASSWORD)
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: says(ui, "This is Veikko, which is configured already"))
+    assert not ui.find_all(ConfirmDialog)
+    enter(ui, dialog.ids.address_field, site.fleet.robots[0].url)     # set back: nothing is asked for
+    enter(ui, dialog.ids.password_field, "")
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+
+
+def test_a_robot_of_the_plan_is_not_added_a_second_time_without_a_word(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: [robot.serial_number for robot in robots(site) if robot.serial_number][1:])
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Third", address=site.fleet.robots[1].url, username=USER, password=PASSWORD)
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: says(ui, "This is Veikko, which is configured already"))
+    assert len(robots(site)) == 2
+    assert (dialog.vm.save_word, dialog.vm.saving) == ("Save anyway", False)
+
+
+def test_a_default_password_is_said_while_it_is_entered(site, app, ui):
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+    assert "Default password of MiR: change it on the robot" in dialog.vm.outcome.note

@@ -1,0 +1,104 @@
+"""Settings, Robots: a robot that no longer shows its serial number gets its password only after an integrator has said so."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from app.domain.models import Connection, Robot
+from app.domain.robot import IdentifiedBy
+from app.mir.credentials import Token
+from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robots import RobotPanel
+from app.widgets.dialogs import ConfirmDialog
+from tests.hostile.capture import Capture, capture
+from tests.ui.integrator import enter, go, press, robots
+from tests.ui.whole_app import PASSWORD, USER
+
+QUESTION = "Send the password all the same?"
+
+
+@pytest.fixture(params=[{"status_is_open": False}, {"serial": None}], ids=["no status", "no serial number"])
+def machine(request, site) -> Iterator[Capture]:
+    """In the place of Aino, whose serial number is known."""
+    with capture() as machine:
+        site.container.catalogue.save_robot(Robot("Aino", machine.url, USER), PASSWORD)
+        machine.hides = request.param
+        yield machine
+
+
+def replaced(site, ui, machine: Capture) -> None:
+    """The robot has shown its serial number, and now something answers that doesn't."""
+    ui.wait(lambda: robots(site)[0].identified_by)
+    machine.pretend(machine.hides)
+    ui.wait(lambda: site.container.snapshots.get(robots(site)[0].id).connection is Connection.WRONG_ROBOT)
+    machine.seen.clear()
+
+
+def dialog_of_aino(ui) -> RobotDialog:
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    return ui.find(RobotDialog)
+
+
+def question(ui) -> ConfirmDialog:
+    ui.wait(lambda: ui.find_all(ConfirmDialog))
+    return ui.find(ConfirmDialog)
+
+
+@pytest.mark.parametrize("password", ["", PASSWORD], ids=["stored", "entered anew"])
+def test_no_leaves_the_robot_as_it_was(site, app, ui, machine, password):
+    replaced(site, ui, machine)
+    dialog = dialog_of_aino(ui)
+    enter(ui, dialog.ids.password_field, password)
+    press(ui, "Test connection", dialog)
+    asked = question(ui)
+    assert asked.title == QUESTION
+    assert "Aino no longer shows its serial number, A-1." in asked.text
+    press(ui, "Cancel", asked)
+    assert dialog.vm.outcome.tone == "attention"
+    assert "check at the robot" in dialog.vm.outcome.text
+    press(ui, "Save anyway", dialog)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: len(machine.seen) > 3)
+    assert robots(site)[0].identified_by is IdentifiedBy.SERIAL_NUMBER
+    assert machine.credentials == []
+
+
+def test_yes_sends_the_stored_password_and_saving_keeps_the_answer(site, app, ui, machine):
+    replaced(site, ui, machine)
+    dialog = dialog_of_aino(ui)
+    press(ui, "Test connection", dialog)
+    assert machine.credentials == []
+    press(ui, "Send the password", question(ui))
+    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+    assert set(machine.credentials) == {Token.derive(USER, PASSWORD).header}
+    assert robots(site)[0].identified_by is IdentifiedBy.SERIAL_NUMBER           # nothing is saved yet
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    assert robots(site)[0].identified_by is IdentifiedBy.ADDRESS
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Connected"))
+
+
+def test_the_answer_holds_for_the_address_it_was_given_for(site, app, ui, machine):
+    replaced(site, ui, machine)
+    with capture(**machine.hides) as thief:
+        dialog = dialog_of_aino(ui)
+        press(ui, "Test connection", dialog)
+        press(ui, "Send the password", question(ui))
+        ui.wait(lambda: dialog.vm.outcome.tone == "done")
+        enter(ui, dialog.ids.address_field, thief.url)
+        enter(ui, dialog.ids.password_field, PASSWORD)
+        press(ui, "Test connection", dialog)
+        assert question(ui).title == QUESTION
+        assert thief.credentials == []
+
+
+def test_the_panel_says_where_it_can_be_accepted(site, app, ui, machine):
+    replaced(site, ui, machine)
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    press(ui, "Test connection", ui.find(RobotPanel, name="Aino"))
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").result.note == "If it is the same one, accept it in Edit")
+    assert machine.credentials == []

@@ -1,0 +1,93 @@
+"""Settings alone in the window, without the rest of the app: upright, and where the window can put a backup in place and go on."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.screens.common.shell import Shell, pick
+from app.screens.common.threads import forward
+from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
+from app.screens.settings.page import FileRow
+from app.screens.settings.screen import SettingsScreen
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.dialogs import ConfirmDialog
+from app.widgets.fields import StepField
+from app.widgets.rows import OptionRow, SectionRow
+from tests.ui.integrator import forget_all, press, says
+
+
+@pytest.fixture
+def site(shared_site, ui):
+    forget_all(shared_site, ui)
+    return shared_site
+
+
+@pytest.fixture
+def asked() -> list[Path]:
+    """What the window was asked to restore."""
+    return []
+
+
+@pytest.fixture
+def screen(site, ui, asked):
+    bus = UiBus()
+    shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, Background(bus), asked.append)
+    unsubscribe = forward(site.container.changes, bus)
+    screen = SettingsScreen(pick(SettingsScreen.Services, site.container), shell)
+    yield screen
+    screen.hidden()
+    unsubscribe()
+    shell.dialogs.close_all()
+    shell.snackbars.clear()
+    shell.background.close()
+
+
+@pytest.fixture
+def restored(screen, ui, asked):
+    """In Settings, Data."""
+    ui.show(screen)
+    screen.shown(section="data")
+    ui.wait(lambda: ui.find_all(FileRow))
+    return asked
+
+
+def test_in_portrait_list_and_section_take_turns(screen, ui):
+    ui.show(screen, size=(752, 790))
+    screen.shown()
+    ui.wait(lambda: ui.find_all(SectionRow))
+    assert not ui.find_all(StepField)
+    ui.tap(ui.find(SectionRow, key="scheduler"))
+    ui.wait(lambda: ui.find_all(StepField))
+    assert not ui.find_all(SectionRow)
+    ui.tap(ui.find(IconButton, icon="arrow-left"))
+    assert ui.find_all(SectionRow)
+    assert not ui.find_all(SectionRow, selected=True)
+
+
+def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
+    assert ui.find(CommandButton, text="Restore …").disabled          # there is none yet
+    press(ui, "Back up now")
+    ui.wait(lambda: not ui.find(CommandButton, text="Restore …").disabled)
+    press(ui, "Restore …")
+    ui.tap(ui.find(OptionRow))
+    press(ui, "Cancel", ui.find(ConfirmDialog))
+    assert restored == []
+    press(ui, "Restore …")
+    ui.tap(ui.find(OptionRow))
+    press(ui, "Restore", ui.find(ConfirmDialog))
+    ui.wait(lambda: restored)
+    assert restored[0].parent == site.container.db.path.parent / "backups"
+
+
+def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
+    backups = site.container.db.path.parent / "backups"
+    backups.mkdir(exist_ok=True)
+    (backups / "daily-2026-01-01.db").write_bytes(b"no database")
+    site.container.catalogue.change_settings(retry_limit=4)            # anything: Settings reads again
+    ui.wait(lambda: not ui.find(CommandButton, text="Restore …").disabled)
+    press(ui, "Restore …")
+    ui.tap(ui.find(OptionRow))
+    press(ui, "Restore", ui.find(ConfirmDialog))
+    ui.wait(lambda: says(ui, "can't be restored"))
+    assert restored == []

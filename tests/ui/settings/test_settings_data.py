@@ -1,0 +1,93 @@
+"""Settings, Data: every file says where it is, and no bad file changes anything."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from app.screens.settings.page import FileRow
+from app.widgets.fields import FormField
+from tests.ui.integrator import enter, go, missions, page, press, settings
+from tests.ui.whole_app import GUIDS
+
+
+def file_row(ui, label: str, number: int = 0) -> FileRow:
+    return ui.find_all(FileRow, label=label)[number]
+
+
+def outcome(app, name: str):
+    return getattr(page(app).vm, f"{name}_outcome")
+
+
+def test_the_configuration_goes_out_without_secrets_and_says_where(site, app, ui):
+    site.add_robots()
+    go(ui, "data")
+    row = file_row(ui, "Export to")
+    ui.wait(lambda: row.model.path.startswith(str(site.documents)))
+    press(ui, "Export", row)
+    ui.wait(lambda: outcome(app, "configuration").text == "Configuration written, without passwords")
+    written = json.loads(Path(outcome(app, "configuration").note).read_text(encoding="utf-8"))
+    assert [robot["name"] for robot in written["robots"]] == ["Aino", "Veikko"]
+    assert "password" not in written["robots"][0]
+    first = outcome(app, "configuration").note
+    ui.wait(lambda: row.model.path != first)                  # the next suggestion is free again
+    enter(ui, ui.find(FormField, root=row), first)
+    press(ui, "Export", row)
+    ui.wait(lambda: row.model.problem.endswith("exists already; choose another name"))
+
+
+def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):
+    file = site.documents / "plant.json"
+    file.write_text(json.dumps({"format": "amr-scheduler/1", "settings": {"retry_limit": 3},
+                                "missions": [{"name": "Deliver", "guid": GUIDS["Deliver"]}]}), encoding="utf-8")
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    ui.wait(lambda: row.model.path == str(file))              # the newest configuration there is suggested
+    press(ui, "Import", row)
+    ui.wait(lambda: outcome(app, "configuration").text == "2 changes imported")
+    assert settings(site).retry_limit == 3
+    assert [mission.name for mission in missions(site)] == ["Deliver"]
+    press(ui, "Import", row)
+    ui.wait(lambda: outcome(app, "configuration").text == "The file contains nothing new")
+
+
+def test_an_unusable_configuration_is_one_sentence_and_changes_nothing(site, app, ui):
+    file = site.documents / "broken.json"
+    file.touch()
+    before = settings(site)
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    ui.wait(lambda: row.model.path == str(file))
+    problems = set()
+    for content in ("{", "[]", '{"format": "amr-scheduler/2"}', '{"format": "amr-scheduler/1", "robotz": []}',
+                    '{"format": "amr-scheduler/1", "settings": {"retry_limit": 99}}'):
+        file.write_text(content, encoding="utf-8")
+        press(ui, "Import", row)
+        ui.wait(lambda: row.model.problem and row.model.problem not in problems and app.shell.background.idle)
+        problems.add(row.model.problem)
+        assert settings(site) == before
+        assert "Traceback" not in row.model.problem
+        assert outcome(app, "configuration").text == ""
+
+
+def test_a_file_that_is_not_there(site, app, ui):
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    enter(ui, ui.find(FormField, root=row), "/nowhere/plant.json")
+    press(ui, "Import", row)
+    ui.wait(lambda: row.model.problem == "There is no file /nowhere/plant.json")
+    enter(ui, ui.find(FormField, root=file_row(ui, "Export to")), "/nowhere/plant.json")
+    press(ui, "Export", file_row(ui, "Export to"))
+    ui.wait(lambda: file_row(ui, "Export to").model.problem == "There is no directory /nowhere")
+
+
+def test_log_and_backup_say_where_they_are(site, app, ui):
+    go(ui, "data")
+    row = file_row(ui, "Export to", 1)
+    ui.wait(lambda: row.model.path)
+    press(ui, "Export", row)
+    ui.wait(lambda: outcome(app, "log").text == "Log written")
+    assert Path(outcome(app, "log").note).read_text(encoding="utf-8").startswith("id,trigger,schedule")
+    page(app).back_up()
+    ui.wait(lambda: outcome(app, "backup").text == "Backup made")
+    assert outcome(app, "backup").note.startswith(str(site.container.db.path.parent))
+    ui.wait(lambda: page(app).vm.backups.startswith("1 backup"))

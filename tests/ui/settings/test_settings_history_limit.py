@@ -1,0 +1,75 @@
+"""The length of the history, in Settings: what a lower limit would delete is asked first, also when a file brings it."""
+from __future__ import annotations
+
+from app.domain.models import Execution, State, Trigger
+from app.screens.settings.page import FileRow, SwitchRow
+from app.widgets.buttons import Toggle
+from app.widgets.dialogs import ConfirmDialog
+from app.widgets.fields import StepField
+from tests.ui.integrator import enter, go, is_saved, page, press, says, settings
+
+
+def add_runs(site, count: int) -> None:
+    now, repository = site.container.clock.now(), site.container.repositories.executions
+    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC", token=str(n),
+                      planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED, ended_at=now) for n in range(count)]
+    site.container.db.write(lambda c: repository.add_many(c, rows))
+
+
+def keep_the_last(ui, runs: int) -> StepField:
+    field = ui.find(StepField, heading="Otherwise keep the last (runs)")
+    enter(ui, field, str(runs))
+    field.focus = False
+    return field
+
+
+def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
+    add_runs(site, 3)
+    go(ui, "scheduler")
+    field = keep_the_last(ui, 2)
+    ui.wait(lambda: says(ui, "Delete 1 run of the history?"))
+    assert says(ui, "The oldest ones beyond the last 2 are deleted for ever.")
+    press(ui, "Cancel", ui.find(ConfirmDialog))
+    ui.wait(lambda: field.value == 100_000)                   # what is kept is shown again
+    assert settings(site).history_limit == 100_000
+    keep_the_last(ui, 3)                                      # deletes nothing
+    ui.wait(lambda: settings(site).history_limit == 3)
+    ui.wait(lambda: is_saved(site, app))
+    keep_the_last(ui, 1)
+    ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
+    press(ui, "Delete", ui.find(ConfirmDialog))
+    ui.wait(lambda: settings(site).history_limit == 1)
+
+
+def test_an_end_of_keeping_all_asks_too(site, app, ui):
+    site.container.catalogue.change_settings(history_limit=1)
+    go(ui, "scheduler")
+    ui.wait(lambda: ui.find(StepField, heading="Otherwise keep the last (runs)").value == 1)
+    site.container.catalogue.change_settings(history_limit=None)
+    add_runs(site, 2)
+    switch = ui.find(SwitchRow, text="Keep the whole history")
+    ui.wait(lambda: switch.active)
+    ui.tap(ui.find(Toggle, root=switch))
+    ui.wait(lambda: says(ui, "Delete 1 run of the history?"))
+    press(ui, "Cancel", ui.find(ConfirmDialog))
+    ui.wait(lambda: app.shell.background.idle)
+    assert settings(site).history_limit is None
+    assert switch.active
+
+
+def test_a_configuration_that_deletes_runs_asks_first(site, app, ui):
+    add_runs(site, 3)
+    file = site.documents / "plant.json"
+    file.write_text('{"format": "amr-scheduler/1", "settings": {"history_limit": 1}}', encoding="utf-8")
+    go(ui, "data")
+    row = ui.find(FileRow, label="Import from")
+    ui.wait(lambda: row.model.path == str(file))
+    press(ui, "Import", row)
+    ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
+    press(ui, "Cancel", ui.find(ConfirmDialog))
+    assert settings(site).history_limit == 100_000
+    press(ui, "Import", row)
+    ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
+    press(ui, "Import and delete", ui.find(ConfirmDialog))
+    ui.wait(lambda: page(app).vm.configuration_outcome.text == "1 change imported")
+    assert settings(site).history_limit == 1

@@ -1,0 +1,130 @@
+"""The keyboard on the screen, in Settings by taps: a word into a text field, digits into a number field, and when it comes and goes."""
+from __future__ import annotations
+
+import pytest
+
+from app.screens.settings.robot_dialog import RobotDialog
+from app.widgets.buttons import CommandButton, Segment
+from app.widgets.dock import dock
+from app.widgets.fields import FieldInput, StepField
+from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard
+from app.window import application
+from tests.ui.integrator import go, key, keyboard, press, settings, tap_keys
+
+POWER_BUTTON = """I: Bus=0019 Vendor=0000 Product=0001 Version=0000
+N: Name="Power Button"
+H: Handlers=kbd event0
+B: EV=3
+B: KEY=10000000000000 0
+"""
+KEYBOARD = """I: Bus=0003 Vendor=046d Product=c31c Version=0110
+N: Name="Logitech USB Keyboard"
+H: Handlers=sysrq kbd event3 leds
+B: EV=120013
+"""
+
+
+@pytest.fixture(scope="module")
+def first_settings():
+    return {"keyboard": "on"}
+
+
+def robot_dialog(ui) -> RobotDialog:
+    go(ui, "robots")
+    press(ui, "Add robot")
+    ui.advance(.5)
+    return ui.find(RobotDialog)
+
+
+# ---------------------------------------------------------------------- typing
+def test_a_word_is_typed_on_it_and_the_field_has_it(app, ui):
+    dialog = robot_dialog(ui)
+    field = dialog.ids.name_field
+    ui.tap(ui.find(FieldInput, field))
+    tap_keys(ui, "shift", *"äij", "backspace", *"ni", "space", "signs", "2", "letters", "å")
+    assert field.text == "Äini 2å"
+    assert field.focus
+    tap_keys(ui, "done")
+    assert not field.focus
+    ui.wait(lambda: not ui.find_all(DockedKeyboard))
+    assert dialog.vm.name == "Äini 2å"
+
+
+def test_number_fields_get_a_number_pad_and_commit_when_done(site, app, ui):
+    go(ui, "scheduler")
+    field = ui.find(StepField, heading="Retries when a robot can't be reached")
+    ui.tap(ui.find(FieldInput, field))
+    assert not ui.find_all(BoardKey, keyboard(ui), key="q")
+    tap_keys(ui, "backspace", "backspace", "7")
+    assert field.text == "7"
+    tap_keys(ui, "-", "done")
+    ui.wait(lambda: settings(site).retry_limit == 7)
+    ui.wait(lambda: not ui.find_all(DockedKeyboard))
+
+
+def test_a_held_backspace_goes_on(app, ui):
+    dialog = robot_dialog(ui)
+    field = dialog.ids.name_field
+    ui.type(field, "Veikko the second")
+    ui.tap(key(ui, "backspace"), hold=3)
+    assert field.text == ""
+
+
+def test_from_field_to_field_of_the_robot_dialog_it_stays(app, ui):
+    dialog = robot_dialog(ui)
+    names = ("name", "address", "username", "password")
+    for name in names:
+        ui.tap(ui.find(FieldInput, dialog.ids[f"{name}_field"]))
+        tap_keys(ui, name[0])
+        assert dialog.ids[f"{name}_field"].text == name[0]
+    assert [dialog.ids[f"{name}_field"].text for name in names] == ["n", "a", "u", "p"]
+
+
+# ---------------------------------------------------------------------- gone again
+def test_it_goes_with_the_dialog_of_its_field(app, ui):
+    dialog = robot_dialog(ui)
+    ui.tap(ui.find(FieldInput, dialog.ids.name_field))
+    keyboard(ui)
+    ui.key(27)
+    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(DockedKeyboard))
+    assert dock.field is None
+
+
+def test_it_goes_with_a_tap_elsewhere(app, ui):
+    dialog = robot_dialog(ui)
+    ui.tap(ui.find(FieldInput, dialog.ids.name_field))
+    keyboard(ui)
+    ui.tap_at(*dialog.to_window(dialog.center_x, dialog.top - 30))
+    ui.wait(lambda: not ui.find_all(DockedKeyboard))
+
+
+# ---------------------------------------------------------------------- when
+def test_it_is_chosen_in_settings(site, app, ui):
+    go(ui, "display")
+    ui.tap(ui.find(Segment, text="Never"))
+    ui.wait(lambda: settings(site).keyboard == "off")
+    dialog = robot_dialog(ui)
+    ui.tap(ui.find(FieldInput, dialog.ids.name_field))
+    ui.advance(.5)
+    assert not ui.find_all(DockedKeyboard)
+    ui.tap(ui.find(CommandButton, dialog, text="Cancel"))
+
+
+@pytest.mark.parametrize(("devices", "comes"), [(POWER_BUTTON, True), (POWER_BUTTON + "\n" + KEYBOARD, False), (None, False)])
+def test_by_itself_it_comes_where_there_is_no_keyboard(site, app, ui, tmp_path, monkeypatch, devices, comes):
+    path = tmp_path / "devices"
+    if devices is not None:
+        path.write_text(devices)
+    monkeypatch.setattr(application, "INPUT_DEVICES", path)
+    site.container.catalogue.change_settings(keyboard="auto")
+    dialog = robot_dialog(ui)
+    ui.tap(ui.find(FieldInput, dialog.ids.name_field))
+    ui.advance(.5)
+    assert bool(ui.find_all(DockedKeyboard)) is comes
+
+
+def test_a_keyboard_is_known_by_its_repeat_and_its_lights():
+    assert has_keyboard(KEYBOARD)
+    assert not has_keyboard(POWER_BUTTON)
+    assert not has_keyboard("")

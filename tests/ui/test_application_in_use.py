@@ -1,0 +1,128 @@
+"""The app as it is used: results come back, errors are survived, settings and alarms show at once, every screen is reached."""
+from __future__ import annotations
+
+import pytest
+from kivy.clock import Clock
+
+from app.i18n import translator
+from app.widgets.buttons import CommandButton
+from app.widgets.frame import AlarmBanner, NavItem, TopBar
+from app.widgets.tokens import tk
+from tests.support.stored import Stored
+from tests.ui.whole_app import begin_anew, plant, shown
+
+
+@pytest.fixture(scope="module")
+def ui(shared_ui):
+    return shared_ui
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """One robot that answers."""
+    with plant(tmp_path_factory.mktemp("plant")) as site:
+        site.add_robots()
+        yield site
+
+
+@pytest.fixture(scope="module")
+def shared_app(site, ui):
+    with shown(site.container, ui) as app:
+        ui.wait(lambda: "Ready" in ui.texts())
+        app.stored = Stored(site.container)
+        yield app
+
+
+@pytest.fixture
+def app(shared_app, site, ui):
+    """On Home, with its robot at rest."""
+    def put_back() -> None:
+        site.calm_down(ui)
+        shared_app.stored.put_back()
+
+    begin_anew(shared_app, ui, put_back)
+    ui.wait(lambda: "Ready" in ui.texts() and not ui.find_all(AlarmBanner))
+    assert (tk.theme, translator.language, ui.find(TopBar).robot) == ("light", "en", "Aino")
+    return shared_app
+
+
+# ---------------------------------------------------------------------- polling
+def test_results_of_a_cycle_come_back_to_the_screen(app, site, ui):
+    robot, = site.container.catalogue.robots()
+    site.container.snapshots.update(robot.id, queue=())
+    site.fleet.robots[0].control({"battery": 41.0})
+    ui.wait(lambda: "41 %" in ui.texts())
+
+
+def test_the_robot_on_screen_is_watched(app, site, ui):
+    robot, = site.container.catalogue.robots()
+    ui.wait(lambda: site.container.engine._watched == robot.id)
+
+
+# ---------------------------------------------------------------------- survival
+def test_a_handler_that_fails_is_logged_reported_and_survived(app, site, ui, caplog):
+    def broken(_dt):
+        raise RuntimeError("a bug")
+
+    Clock.schedule_once(broken, 0)
+    ui.wait(lambda: app.shell.snackbars.texts)
+    assert app.shell.snackbars.texts == ["Something unexpected went wrong; the log file has the details"]
+    assert "a bug" in caplog.text
+    ui.tap(ui.find(NavItem, name="logs"))
+    assert app.shell.navigator.current == "logs"
+
+
+# ---------------------------------------------------------------------- settings and screens
+def test_theme_and_language_follow_the_settings_live(app, site, ui):
+    assert tk.theme == "light"
+    site.container.catalogue.change_settings(theme="dark")
+    ui.wait(lambda: tk.theme == "dark")
+    site.container.catalogue.change_settings(language="fi")
+    ui.wait(lambda: translator.language == "fi")
+    site.container.catalogue.change_settings(language="en", theme="contrast")
+    ui.wait(lambda: translator.language == "en" and tk.theme == "contrast")
+
+
+def test_navigation_goes_everywhere_and_builds_each_screen_once(app, site, ui):
+    app.shell.navigator.rebuild()                             # as after a start: without those that other tests have shown
+    for name in ("scheduler", "logs", "settings", "home", "scheduler"):
+        ui.tap(ui.find(NavItem, name=name))
+        assert app.shell.navigator.current == name
+        assert ui.find(TopBar).title == ui.find(NavItem, name=name).text
+    assert app.shell.navigator.built == ["home", "scheduler", "logs", "settings"]
+
+
+# ---------------------------------------------------------------------- alarms
+def test_an_alarm_stays_until_it_is_acknowledged_and_over(app, site, ui):
+    site.fleet.robots[0].control({"emergency_stop": True})
+    ui.wait(lambda: ui.find_all(AlarmBanner, action="Acknowledge"))
+    site.fleet.robots[0].control({"emergency_stop": False})
+    ui.wait(lambda: ui.find(AlarmBanner).note.startswith("Over since"))
+    ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
+    ui.wait(lambda: not ui.find_all(AlarmBanner))
+    assert not site.container.alarms.open()
+
+
+def test_the_list_of_alarms_acknowledges_each(app, site, ui):
+    site.container.alarms.raise_("clock_stepped", "clock", seconds=40)
+    site.container.alarms.raise_("app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00")
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    assert ui.find(AlarmBanner).others == "+1 more"
+    ui.tap_text("+1 more")
+    dialog = app.shell.dialogs.top
+    assert len(dialog.rows) == 2
+    while dialog.rows:
+        before = len(dialog.rows)
+        ui.tap(ui.find(CommandButton, dialog, text="Acknowledge"))
+        ui.wait(lambda before=before: len(dialog.rows) < before)
+    assert "No alarms. Everything is as it should be." in ui.texts(dialog)
+
+
+# ---------------------------------------------------------------------- no robot
+def test_without_a_robot_home_invites_to_add_the_first(app, site, ui):
+    robot, = site.container.catalogue.robots()
+    site.container.catalogue.remove_robot(robot.id)
+    ui.wait(lambda: "Add your first robot" in ui.texts())
+    assert ui.find(TopBar).robot == "No robot"
+    ui.tap(ui.find(CommandButton, text="Add robot"))
+    assert app.shell.navigator.current == "settings"

@@ -1,0 +1,130 @@
+"""The keyboard on the screen leaves the field in use in sight: in every dialog with fields, in small windows, and from field to field."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from kivy.core.window import Window
+
+from app.screens.common.options import Option
+from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
+from app.widgets.fields import FieldInput, FormField
+from app.widgets.keyboard import DockedKeyboard
+from tests.ui import checks
+from tests.ui.walk import Walk
+
+TAB = 9
+SIZES = ((800, 480), (600, 480), (1280, 800))
+DIALOGS = ("robot-dialog-new", "robot-dialog-problems", "mission-dialog", "settings-calendar-days", "scheduler-hold", "alarms-note")
+
+
+@pytest.fixture(params=SIZES, ids="{0[0]}x{0[1]}".format)
+def keys(ui, request) -> Iterator[DockedKeyboard]:
+    before = Window.size
+    Window.size = request.param
+    keys = DockedKeyboard(lambda: True)
+    keys.start()
+    yield keys
+    keys.stop()
+    Window.size = before
+
+
+def long_form() -> FormDialog:
+    dialog = FormDialog(title="A form")
+    for n in range(8):
+        dialog.add_content(FormField(label=f"Field {n}", help="What to enter here"))
+    return dialog
+
+
+def choice() -> ChoiceDialog:
+    return ChoiceDialog(title="Mission", options=[Option(n, f"Mission {n}") for n in range(30)])
+
+
+def assert_in_sight(keys: DockedKeyboard, field: FieldInput) -> None:
+    whole, seen = checks.area(field), checks.visible_area(field, checks.parents(field))
+    assert seen == pytest.approx(whole, abs=2), f"{checks.name_of(field)} is cut off"
+    assert keys.top <= whole[1]
+    assert whole[3] <= Window.height
+
+
+def fields_of(ui, dialog: Dialog) -> list[FieldInput]:
+    return [field for field in ui.find_all(FieldInput, dialog) if not field.disabled and field.width > 1]
+
+
+@pytest.fixture(scope="module")
+def walk(stage) -> Iterator[Walk]:
+    walk = Walk()
+    yield walk
+    walk.close()
+
+
+@pytest.mark.parametrize("name", DIALOGS)
+def test_every_field_of_the_apps_dialogs_is_above_the_keyboard(ui, walk, name):
+    picture = next(picture for picture in walk.pictures if picture.name == name)
+    keys, before = DockedKeyboard(lambda: True), Window.size
+    try:
+        picture.build(walk._studio)
+        ui.advance(.3)
+        keys.start()
+        for Window.size in SIZES:
+            ui.advance(.3)
+            fields = fields_of(ui, walk._studio.dialogs.top)
+            assert fields
+            for field in (*fields, fields[0]):
+                field.focus = True
+                ui.advance(.4)
+                assert_in_sight(keys, field)
+            field.focus = False
+            ui.advance(.4)
+    finally:
+        keys.stop()
+        walk._studio.clear()
+        Window.size = before
+
+
+@pytest.mark.parametrize("make", [long_form, choice])
+def test_the_focused_field_is_above_the_keyboard(ui, keys, make):
+    dialog = make()
+    dialog.open(animation=False)
+    ui.advance(.3)
+    fields = fields_of(ui, dialog)
+    assert fields
+    high = dialog.height
+    for field in (*fields, fields[0]):
+        field.focus = True
+        ui.advance(.4)
+        assert_in_sight(keys, field)
+    field.focus = False
+    ui.advance(.4)
+    assert dialog.height == high
+    assert dialog.center_y == pytest.approx(Window.height / 2, abs=1)
+
+
+def test_tab_leads_through_a_form_in_sight(ui, keys):
+    dialog = long_form()
+    dialog.open(animation=False)
+    ui.advance(.3)
+    first, *_others = fields = fields_of(ui, dialog)
+    first.focus = True
+    ui.advance(.4)
+    for field in fields[1:]:
+        ui.key(TAB)
+        ui.advance(.4)
+        assert field.focus
+        assert_in_sight(keys, field)
+
+
+def test_a_form_can_be_scrolled_to_its_last_field_while_the_keyboard_is_there(ui, keys):
+    dialog = long_form()
+    dialog.open(animation=False)
+    ui.advance(.3)
+    first, *_others, last = fields_of(ui, dialog)
+    first.focus = True
+    ui.advance(.4)
+    dialog.ids.page.scroll_y = 0
+    ui.advance(.2)
+    assert_in_sight(keys, last)
+    ui.tap(last)
+    assert last.focus
+    ui.advance(.4)
+    assert_in_sight(keys, last)

@@ -1,0 +1,169 @@
+"""Home in small windows, with an alarm and a question of a robot that talks too much: nothing overlaps, and what matters is reached."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import pytest
+from kivy.core.window import Window
+from kivy.metrics import Metrics
+from kivy.uix.label import Label
+from kivy.uix.scrollview import ScrollView
+from kivy.uix.widget import Widget
+
+from app.domain.models import Alarm, Priority
+from app.domain.problems import in_words
+from app.domain.robot import RobotProblem, UserPrompt
+from app.i18n import _, translator
+from app.screens.frame.facts import OpenIssues
+from app.screens.home.cards import Answers, PromptOption, QueueCard
+from app.screens.home.screen import HomeScreen
+from app.widgets import load_kv
+from app.widgets.buttons import CommandButton
+from app.widgets.frame import AlarmBanner, Frame
+from app.widgets.tokens import tk
+from tests.screenshots.home import home
+from tests.support import home_facts as sample
+from tests.ui import checks
+
+WAYS = (*product(((800, 480), (600, 480)), ("plain", "gloves", "large")),
+        ((1024, 600), "gloves"), ((600, 1024), "large"), ((1280, 800), "plain"))
+LOUD = tuple(RobotProblem(n, f"{n} wheel motor {'x' * 100} needs service at once") for n in range(900))
+ALARM = OpenIssues((
+    Alarm("robot_error", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino", "problem": in_words(LOUD)}, id=1),
+    *(Alarm("unreachable", f"robot:{n}", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko"}, id=n) for n in range(2, 12))))
+ASKING = replace(sample.ASKING, user_prompt=UserPrompt("p1", "Is the aisle between the warehouse and production line 2 free? " * 50, tuple(
+    f"Door {n} with a rather long name for a door of a plant, on the {side} side" for n, side in enumerate(("left", "right", "far")))))
+
+
+class Rig:
+    """What tests/screenshots/home.py asks of a studio."""
+
+    def __init__(self, ui) -> None:
+        self.dialogs, self._ui = None, ui
+
+    def show(self, widget: Widget) -> None:
+        self._ui.show(widget)
+
+
+@pytest.fixture(params=[pytest.param(way, id="{0[0]}x{0[1]}-{1}".format(*way)) for way in WAYS])
+def small(ui, request) -> Iterator[Rig]:
+    """A window of one of these sizes, some with gloves, some with large texts."""
+    size, mode = request.param
+    before = Window.size
+    Window.size = size
+    Metrics.fontscale = 1.3 if mode == "large" else 1.0
+    tk.use("light", gloves=mode == "gloves")
+    translator.use("fi" if mode == "large" else "en")          # Finnish words are the longer ones
+    yield Rig(ui)
+    Metrics.fontscale = 1.0
+    Window.size = before
+
+
+def loud_home(ui, rig: Rig, status=ASKING) -> HomeScreen:
+    screen = home(rig, sample.with_aino(status), issues=ALARM)
+    ui.advance(.5)
+    return screen
+
+
+def reach(ui, widget: Widget) -> None:
+    """Scroll what is around ``widget``; all of it must then be seen, in the window's part for screens."""
+    for view in checks.parents(widget):
+        if isinstance(view, ScrollView) and view.do_scroll_y:
+            view.scroll_to(widget, padding=0, animate=False)
+            ui.advance()
+    whole, seen = checks.area(widget), checks.visible_area(widget, checks.parents(widget))
+    left, bottom, right, top = checks.area(ui.find(Frame).ids.body)
+    assert seen == pytest.approx(whole, abs=2), f"{checks.name_of(widget)} can't be reached"
+    assert left - 2 <= whole[0] <= whole[2] <= right + 2
+    assert bottom - 2 <= whole[1] <= whole[3] <= top + 2
+
+
+def test_nothing_overlaps(ui, small):
+    loud_home(ui, small)
+    assert "\n".join(checks.problems(ui.find(Frame))) == ""
+    banner = ui.find(AlarmBanner)
+    lines = sum(label.lines for label in (banner.ids.banner_text, banner.ids.banner_note) if label.height > 1)
+    assert lines <= (2 if Window.height < 640 else 3)
+    assert banner.ids.banner_text.texture_size[0] > 200
+    assert banner.height <= Window.height / 3
+
+
+def test_the_state_and_all_controls_can_be_reached(ui, small):
+    loud_home(ui, small, replace(sample.FAILED, errors=LOUD))
+    view = ui.find(HomeScreen).vm
+    reach(ui, next(label for label in ui.find_all(Label) if label.text == view.card.state))
+    for word in (view.controls.pause, _("Reset errors"), _("Clear queue")):
+        reach(ui, ui.find(CommandButton, text=word))
+    reach(ui, ui.find(CommandButton, text=view.run.text))
+
+
+def test_a_question_and_each_answer_can_be_reached(ui, small):
+    view = loud_home(ui, small).vm
+    answers = ui.find_all(PromptOption)
+    assert len(answers) == 3
+    for answer in answers:
+        reach(ui, answer)
+        label = next(widget for widget in answer.walk() if isinstance(widget, Label) and widget.text == answer.text)
+        assert label.height <= answer.height
+    reach(ui, next(label for label in ui.find_all(Label) if label.text == view.prompt.question))
+
+
+@pytest.mark.parametrize("size", [(800, 480), (600, 480)])
+def test_a_drag_over_a_list_that_fits_scrolls_the_page(ui, size):
+    before = Window.size
+    Window.size = size
+    try:
+        home(Rig(ui), replace(sample.with_aino(sample.READY, ()), open=()), issues=ALARM)
+        ui.advance(.5)
+        words = ui.find(text=ui.find(HomeScreen).vm.queue_empty, root=ui.find(QueueCard))
+        reach(ui, words)
+        page = next(parent for parent in checks.parents(words) if isinstance(parent, ScrollView))
+        at = page.scroll_y
+        ui.drag(words, 0, 150 if at > .5 else -150)
+        assert page.scroll_y != pytest.approx(at)
+    finally:
+        Window.size = before
+
+
+def test_a_tap_on_the_text_of_the_banner_leads_to_the_list(ui):
+    frame = Frame(alarm="Aino is stopped", alarm_note="Since 14:36")
+    ui.show(frame)
+    asked = []
+    frame.bind(on_list_alarms=lambda *_args: asked.append("list"))
+    ui.tap_text("Aino is stopped")
+    assert asked == ["list"]
+
+
+# ---------------------------------------------------------------------- answers
+def rows_of_answers(ui, width: float, *options: str) -> list[list[str]]:
+    """By the row they are in."""
+    load_kv("home/cards")
+    answers = ui.show(Answers(options=list(options), spacing=8), (width, 400))
+    rows: dict[float, list[str]] = {}
+    for button in reversed(answers.children):
+        rows.setdefault(button.top, []).append(button.text)
+    return list(rows.values())
+
+
+@pytest.mark.parametrize(("width", "options", "rows"), [
+    (360, ("Yes", "No", "Skip this stop"), [["Yes", "No", "Skip this stop"]]),
+    (360, ("Door 1, left", "Door 1, right", "Door 2, left", "Door 2, right"),
+     [["Door 1, left", "Door 1, right"], ["Door 2, left", "Door 2, right"]]),
+    (360, ("Yes", "A long answer for which one line is too short"), [["Yes"], ["A long answer for which one line is too short"]]),
+    (360, ("Yes", "Yes"), [["Yes", "Yes"]]),
+])
+def test_answers_share_a_row_where_they_fit(ui, width, options, rows):
+    assert rows_of_answers(ui, width, *options) == rows
+
+
+def test_an_answer_is_sent_once(ui):
+    load_kv("home/cards")
+    answers = ui.show(Answers(options=["Yes", "No"], spacing=8), (360, 100))
+    sent = []
+    answers.bind(on_answer=lambda _answers, option: sent.append(option))
+    ui.tap(ui.find(PromptOption, text="No"))
+    answers.busy = True
+    ui.tap(ui.find(PromptOption, text="Yes"))
+    assert sent == ["No"]

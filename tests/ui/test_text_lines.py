@@ -1,0 +1,60 @@
+"""Where texts break, and where they end: at most so many lines, and words only where there is no better place."""
+from __future__ import annotations
+
+import pytest
+from kivy.factory import Factory
+
+from app.widgets.text import Txt
+
+
+def shown_lines(ui, text: str, width: float, **values) -> list[str]:
+    """The lines of a body text that wide."""
+    label: Txt = Factory.Body(text=text, **values)
+    ui.show(label, (width, 20))
+    assert label.text == text                                 # what is searched, copied and compared stays whole
+    lines = ["".join(word.text for word in line.words) for line in label._label._cached_lines]
+    assert label.lines == len(lines)
+    assert label.texture_size[0] <= width
+    return lines
+
+
+@pytest.mark.parametrize(("text", "width", "lines"), [
+    ("https://127.0.0.1:18443", 160, ["https://127.0.0.1", ":18443"]),
+    ("https://127.0.0.1:18443", 400, ["https://127.0.0.1:18443"]),
+    ("see https://127.0.0.1:18443 now", 160, ["see https://127.0.0.1", ":18443 now"]),
+    ("robot-7.line-2.factory.example.com:8443", 160, ["robot-7.line-2.factory.", "example.com:8443"]),
+    ("/home/tablet/.local/share/backups", 160, ["/home/tablet/.local/", "share/backups"]),
+    ("two words", 160, ["two words"]),
+])
+def test_an_address_or_a_path_breaks_at_its_seams(ui, text, width, lines):
+    assert shown_lines(ui, text, width) == lines
+
+
+def test_a_word_without_seams_breaks_anywhere(ui):
+    lines = shown_lines(ui, "x" * 60, 160)
+    assert "".join(lines) == "x" * 60
+    assert len(lines) > 2
+
+
+def test_too_many_lines_end_with_dots(ui):
+    text = "The wheel motor of the robot needs service at once, and so does the other one. " * 20
+    lines = shown_lines(ui, text, 300, most_lines=2)
+    assert len(lines) == 2
+    assert lines[0].startswith("The wheel motor")
+    assert lines[1].endswith("…")
+    assert text.startswith(" ".join(line.strip() for line in lines)[:-1])
+
+
+def test_a_text_that_fits_has_no_dots(ui):
+    assert shown_lines(ui, "Short", 300, most_lines=2) == ["Short"]
+
+
+def test_the_limit_can_change(ui):
+    label = Factory.Body(text="word " * 100, most_lines=2)
+    ui.show(label, (300, 20))
+    label.most_lines = 3
+    ui.advance()
+    assert label.lines == 3
+    label.text = "word"
+    ui.advance()
+    assert (label.lines, label.height) == (1, label.texture_size[1])
