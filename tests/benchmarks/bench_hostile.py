@@ -2,13 +2,15 @@
 
     SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_hostile [seconds]
 
-The window shows Home with a robot of many errors, and then the Logs; ten healthy robots get 10 missions a second between them; each of
-``hostile_robots`` is polled every 2 s; a second after each import of a file the next one begins, which is as quick as commands are.
+The window shows Home with each of the hostile robots in turn, and then the Logs; ten healthy robots get 10 missions a second between
+them; each of ``hostile_robots`` is polled every 2 s; a second after each import of a file the next one begins, which is as quick as
+commands are.
 Printed, first without the hostile ones and then with them: how late missions came, what frames took, how much memory grew; and at the
 end whether what was in the log and in the alarm list before is still there.
 """
 from __future__ import annotations
 
+import gc
 import json
 import logging
 import resource
@@ -25,7 +27,9 @@ from typing import Any
 
 from tests.benchmarks.bench_dispatch import Scenario, stub
 from tests.benchmarks.bench_frames import Frames
+from tests.benchmarks.hostile_robots import CERTIFICATE
 from tests.benchmarks.stub import MISSION_GUID, address
+from tests.hostile.capture import pin_of
 from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
 
@@ -34,14 +38,15 @@ A_SECOND = 10                            # missions
 EVIDENCE = "what happened before the attack"
 
 
-def hostile() -> tuple[subprocess.Popen[str], list[int]]:
-    """The process, and its ports."""
+def hostile() -> tuple[subprocess.Popen[str], dict[str, str]]:
+    """The process, and its addresses by fate."""
     process = subprocess.Popen([sys.executable, "-m", "tests.benchmarks.hostile_robots"], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
-    ports = []
-    while (line := process.stdout.readline()) != "ready\n":
-        ports.append(int(line.split()[0]))
-    return process, ports
+    addresses = {}
+    while (line := process.stdout.readline()) not in ("ready\n", ""):
+        address_, fate = line.rstrip().split(" ", 1)
+        addresses[fate] = address_
+    return process, addresses
 
 
 def files(directory: Path) -> list[Path]:
@@ -60,6 +65,8 @@ def files(directory: Path) -> list[Path]:
 
 
 def megabytes() -> float:
+    """In memory, without what the app collects every five minutes."""
+    gc.collect()
     with open("/proc/self/status", encoding="ascii") as status:
         return next(int(line.split()[1]) / 1024 for line in status if line.startswith("VmRSS"))
 
@@ -83,7 +90,8 @@ def main() -> None:
     from app.window.garbage import Garbage
 
     compat.apply()
-    attackers, ports = hostile()
+    attackers, addresses = hostile()
+    pin = pin_of(CERTIFICATE)
     planned: dict[str, dict[str, float]] = {"": {}, "attack ": {}}
     with tempfile.TemporaryDirectory() as directory:
         base = Path(directory)
@@ -106,28 +114,35 @@ def main() -> None:
             frames, garbage = Frames(), Garbage(time.monotonic)
             garbage.begin()
 
-            def phase(name: str, title: str, screens: list[str]) -> None:
+            def phase(name: str, title: str, screens: list[str], shown: list[Robot]) -> None:
                 begin, count, turn = time.time() + 5.0, int((seconds - 8.0) * A_SECOND), cycle(robots)
                 due = planned[name] = {f"{name}{n}": begin + n / A_SECOND for n in range(count)}
                 container.db.write(lambda c: [r.schedules.add(c, Schedule(
                     each, next(turn).id, mission.id, far.replace(tzinfo=None), "UTC", "FREQ=YEARLY", respect_working_days=False,
                     changed_at=now, next_at=datetime.fromtimestamp(at, UTC))) for each, at in due.items()])
                 container.runner.wake()
-                before, drawn = megabytes(), []
+                before, drawn, worst = megabytes(), [], dict[str, float]()
                 for screen in screens:
                     app.shell.go(screen)
-                    drawn += frames.run(seconds / len(screens))
+                    turns = shown if screen == "home" else shown[:1]
+                    for selected in turns:
+                        container.catalogue.change_settings(selected_robot_id=selected.id)
+                        found = frames.run(seconds / len(screens) / len(turns))
+                        drawn += found
+                        worst[f"{screen}, {selected.name}"] = max(frame.wall for frame in found)
                 wall = sorted(frame.wall for frame in drawn)
                 print(f"{title:<24} frames p50 {wall[len(wall) // 2]:.1f} p99 {wall[int(.99 * len(wall))]:.1f} max {wall[-1]:.1f} ms; "
                       f"memory {megabytes() - before:+.0f} MiB", flush=True)
+                longest = sorted(worst.items(), key=lambda entry: -entry[1])[:3]
+                print("  longest on " + "; ".join(f"{name}: {ms:.0f} ms" for name, ms in longest), flush=True)
 
             for screen in ("home", "logs", "home"):          # building them is not what is measured
                 app.shell.go(screen)
                 frames.run(4.0)
-            phase("", "ten healthy robots", ["home", "logs"])
-            ill = container.db.write(lambda c: [r.robots.add(c, Robot(f"H{n}", f"http://127.0.0.1:{at}", "distributor", token))
-                                                for n, at in enumerate(ports)])
-            container.catalogue.change_settings(selected_robot_id=ill[0].id)
+            phase("", "ten healthy robots", ["home", "logs"], robots[:1])
+            ill = container.db.write(lambda c: [
+                r.robots.add(c, Robot(fate, at, "distributor", token, certificate_sha256=pin if at.startswith("https:") else None))
+                for fate, at in addresses.items()])
             stopped = threading.Event()
 
             def import_all() -> None:
@@ -142,7 +157,7 @@ def main() -> None:
 
             importing: Any = threading.Thread(target=import_all, daemon=True)
             importing.start()
-            phase("attack ", f"and {len(ports)} hostile ones", ["home", "logs"])
+            phase("attack ", f"and {len(ill)} hostile ones", ["home", "logs"], ill)
             stopped.set()
             time.sleep(2.0)
             alarms = [alarm.code for alarm in container.alarms.open()]

@@ -36,7 +36,7 @@ def components() -> list[dict[str, Any]]:
     return list(json.loads(exported("cyclonedx1.5"))["components"])
 
 
-def is_for_here(component: dict[str, Any]) -> bool:
+def is_for_this_platform(component: dict[str, Any]) -> bool:
     markers = [each["value"] for each in component.get("properties", ()) if each["name"] == "uv:package:marker"]
     return all(Marker(marker).evaluate() for marker in markers)
 
@@ -64,12 +64,12 @@ def sums_of(text: str) -> dict[str, set[str]]:
 
 
 def test_the_bill_of_materials_equals_what_is_installed():
-    listed = {component["name"]: component["version"] for component in components() if is_for_here(component)}
+    listed = {component["name"]: component["version"] for component in components() if is_for_this_platform(component)}
     assert listed == installed([*PROJECT["project"]["dependencies"], *PROJECT["dependency-groups"]["ui"]])
 
 
 def test_about_names_what_is_shipped():
-    assert {canonicalize_name(name) for name, _licence in LICENCES} == {each["name"] for each in components() if is_for_here(each)}
+    assert {canonicalize_name(name) for name, _licence in LICENCES} == {each["name"] for each in components() if is_for_this_platform(each)}
 
 
 def test_every_version_is_pinned():
