@@ -57,6 +57,10 @@ class AlarmRepository:
         until: str | None = row["shelved_until"] if row is not None else None
         return until if until is not None and until > now else None
 
+    def is_asked(self, c: sqlite3.Connection, robot_id: int) -> bool:
+        """Whether there is that robot, and it is switched on: a condition of another one would never be found to be over."""
+        return c.execute("SELECT 1 FROM robots WHERE id = ? AND enabled", (robot_id,)).fetchone() is not None
+
     def clear(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
         """Note that the cause is gone. Returns whether there was something to clear."""
         return c.execute("UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",

@@ -276,7 +276,7 @@ class Engine:
             raise
         except Exception as error:
             log.exception("Robot %r can't be asked", robot.name)
-            self._alarms.raise_("unreachable", f"robot:{robot.id}", robot=robot.name, problem=message_of(error))
+            self._alarms.raise_about_robot("unreachable", robot, problem=message_of(error))
             self._match_again_at = self._clock.monotonic() + AFTER_A_FAILURE
             return
         with self._lock:

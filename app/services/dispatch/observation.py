@@ -56,7 +56,10 @@ class Observation:
 
     @robot.setter
     def robot(self, robot: Robot) -> None:
-        """As it is configured now. With another serial number it is another machine, of which nothing is known yet."""
+        """As it is configured now. With another serial number it is another machine, of which nothing is known yet; switched off or on,
+        it has no alarms until it is asked again (the catalogue has ended them)."""
+        if robot.enabled is not self._robot.enabled:
+            self.failures, self._alarmed, self._evaluated = 0, set(), set()
         if self._robot.serial_number not in (None, robot.serial_number):
             self.highest, self._read_at, self._identified = None, -math.inf, False
         self._robot = robot
@@ -188,13 +191,12 @@ class Observation:
 
     def _set_alarm(self, code: str, on: bool, **details: object) -> None:
         """Raise or clear the alarm of a condition when it changes (and clear, once after a start, what an earlier run left active)."""
-        key = f"robot:{self.robot.id}"
         if on and code not in self._alarmed:
             self._alarmed.add(code)
-            self._s.alarms.raise_(code, key, robot=self.robot.name, **details)
+            self._s.alarms.raise_about_robot(code, self.robot, **details)
         elif not on and (code in self._alarmed or code not in self._evaluated):
             self._alarmed.discard(code)
-            self._s.alarms.clear(code, key)
+            self._s.alarms.clear(code, f"robot:{self.robot.id}")
         self._evaluated.add(code)
 
     def raise_about(self, row: Execution, code: str, **details: object) -> None:

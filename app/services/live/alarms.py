@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from types import MappingProxyType
@@ -13,7 +13,7 @@ from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.domain.clock import Clock
 from app.domain.message import Decimal, Message, is_message, render
-from app.domain.models import Alarm, Priority
+from app.domain.models import Alarm, Priority, Robot
 from app.domain.problems import clipped
 from app.domain.reasons import instants_in_words, stored_sentence
 from app.domain.writing import Translate
@@ -105,8 +105,15 @@ class Alarms:
 
     def raise_(self, code: str, key: str, **details: Any) -> None:
         """Open an alarm, or count up the open one of the same code and key."""
-        alarm = alarm_of(code, key, self._clock.now(), details)
-        if self._db.write(lambda c: self._repository.raise_once(c, alarm)):
+        self._raise(alarm_of(code, key, self._clock.now(), details))
+
+    def raise_about_robot(self, code: str, robot: Robot, **details: Any) -> None:
+        """Open a condition of a robot, unless it was removed or switched off while its answer was under way."""
+        alarm = alarm_of(code, f"robot:{robot.id}", self._clock.now(), {"robot": robot.name, **details})
+        self._raise(alarm, lambda c: self._repository.is_asked(c, robot.id))
+
+    def _raise(self, alarm: Alarm, is_wanted: Callable[[sqlite3.Connection], bool] = lambda c: True) -> None:
+        if self._db.write(lambda c: is_wanted(c) and self._repository.raise_once(c, alarm)):
             log.warning("alarm: %s", alarm_sentence(alarm))
         self._changes.publish(Topic.ALARMS)
 

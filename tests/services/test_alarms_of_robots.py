@@ -1,0 +1,53 @@
+"""Alarms of a robot that is switched off, on and removed: what nobody asks any more has none, what is asked again has its own again."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+
+def active(site):
+    return [alarm.code for alarm in site.container.alarms.open() if alarm.cleared_at is None]
+
+
+def switch(site, robot_id, on):
+    catalogue = site.container.catalogue
+    robot = site.container.repositories.robots.get(site.container.db.read(), robot_id)
+    catalogue.save_robot(replace(robot, enabled=on))
+
+
+@pytest.fixture
+def robot(site):
+    return site.container.repositories.robots.by_name(site.container.db.read(), "R1")
+
+
+def test_a_robot_that_is_still_unreachable_when_it_is_switched_on_again_has_its_alarm_again(site, robot):
+    site.network.down.add("R1")
+    site.run(120)
+    assert active(site) == ["unreachable"]
+    switch(site, robot.id, False)
+    site.run(120)
+    assert active(site) == []
+    switch(site, robot.id, True)
+    site.run(120)
+    assert active(site) == ["unreachable"]
+
+
+@pytest.mark.parametrize("leave", ["removed", "switched off"])
+def test_an_answer_that_comes_after_the_robot_was_given_up_raises_no_alarm(site, robot, leave):
+    """Nothing would ever end it."""
+    def meanwhile(_robot, _planned) -> None:
+        if site.container.snapshots.get(robot.id).problem and not given_up:       # the second failure, which raises the alarm
+            given_up.append(leave)
+            if leave == "removed":
+                site.container.catalogue.remove_robot(robot.id)
+            else:
+                switch(site, robot.id, False)
+
+    given_up: list[str] = []
+    site.run(20)
+    site.network.met = meanwhile
+    site.network.down.add("R1")
+    site.run(300)
+    assert given_up == [leave]
+    assert active(site) == []
