@@ -1,6 +1,6 @@
 """How late do missions arrive at healthy robots, while others are dead? The app beside APScheduler 3.x, ``schedule`` and the thesis's loop.
 
-Run by hand (about 8 minutes; nothing else on the machine):
+Run by hand (about 20 minutes; nothing else on the machine):
 
     uv run --with apscheduler==3.11.3 --with sqlalchemy --with schedule==1.2.2 python -m tests.benchmarks.bench_dispatch
 
