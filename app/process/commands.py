@@ -20,21 +20,18 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from app.container import Container
-from app.database.backups import restore
-from app.database.errors import DatabaseError
 from app.database.executions import ExecutionRepository
-from app.domain.clock import SystemClock
 from app.domain.message import render
 from app.domain.models import InvalidInput, State
 from app.failures import BadInput, Failure
 from app.process import log_file
 from app.process.data_directory import DataDirectory
 from app.process.inbox import HolderGone, NoAnswer, ask
-from app.process.lock import AlreadyRunning, InstanceLock
+from app.process.lock import InstanceLock
 from app.process.opening import open_container, open_for_reading
 from app.process.requests import MORE_THAN_A_WINDOW, find_mission, find_robot, outcome
+from app.process.restoring import restore_backup
 from app.services.catalogue import configuration
-from app.services.catalogue.stored import problem_in
 from app.services.files.history_export import write_history
 from app.services.files.reading import read_file
 from app.services.files.shared_places import draft_of, open_in_place, without_links
@@ -195,17 +192,7 @@ def _move_here(directory: DataDirectory) -> int:
 
 # ------------------------------------------------------------------ restore
 def _restore(directory: DataDirectory, backup: Path) -> int:
-    lock = InstanceLock(directory.path)
-    try:
-        lock.acquire()
-    except AlreadyRunning as error:
-        raise BadInput(str(error)) from None
-    try:
-        kept = restore(backup, directory.database, SystemClock().now(), problem_in)
-    except DatabaseError as error:
-        raise BadInput(error.text) from None
-    finally:
-        lock.release()
+    kept = restore_backup(directory, backup)
     print(f"{backup} restored" + (f"; the former database is kept as {kept}" if kept else ""))
     return 0
 

@@ -15,15 +15,13 @@ import platformdirs
 from app import NAME
 from app.container import Container
 from app.database import backups
-from app.database.errors import DatabaseDamaged, DatabaseError
-from app.domain.clock import SystemClock
+from app.database.errors import DatabaseDamaged
 from app.failures import BadInput, Failure
 from app.i18n import SOURCE_LANGUAGE
 from app.process import log_file
 from app.process.data_directory import DataDirectory
 from app.process.host import host
-from app.process.lock import AlreadyRunning, InstanceLock
-from app.services.catalogue.stored import problem_in
+from app.process.restoring import restore_backup
 from app.window.display import display_size
 from app.window.garbage import Garbage
 
@@ -160,18 +158,3 @@ def _rescue_app(directory: DataDirectory, damage: DatabaseDamaged, begin: Callab
 
     language = backups.settings_in(damage.backup).language if damage.backup else SOURCE_LANGUAGE
     return SchedulerApp(None, damage=Damage(damage.message, damage.backup, restore, language))
-
-
-def restore_backup(directory: DataDirectory, backup: Path) -> None:
-    """Put a backup in the place of the database, which is kept aside. Raises BadInput with one sentence."""
-    lock = InstanceLock(directory.path)
-    try:
-        lock.acquire()
-    except AlreadyRunning as error:
-        raise BadInput(str(error)) from None
-    try:
-        backups.restore(backup, directory.database, SystemClock().now(), problem_in)
-    except DatabaseError as error:
-        raise BadInput(error.text) from error
-    finally:
-        lock.release()

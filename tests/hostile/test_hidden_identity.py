@@ -96,23 +96,11 @@ def test_a_dialog_that_was_opened_before_the_robot_was_known_does_not_make_it_un
 
 
 @hiding
-def test_nor_do_they_go_to_one_at_another_address(tablet: Container, listen: Listen, hides: dict[str, Any]) -> None:
-    machine, thief = listen(), listen(**hides)
-    add(tablet, machine.url)
-    poll(tablet)
-    moved = replace(stored(tablet), address=thief.url)
-    with pytest.raises(SerialNumberHidden):
-        tablet.operator.test_connection(moved, PASSWORD)
-    tablet.catalogue.save_robot(moved, PASSWORD)
-    poll(tablet)
-    assert connection(tablet) is Connection.WRONG_ROBOT
-    assert thief.credentials == []
-
-
-@hiding
-def test_nor_to_one_without_the_certificate_by_which_the_robot_was_known(tablet: Container, listen: Listen, hides: dict[str, Any]) -> None:
-    machine, thief = listen(FIELD), listen(**hides)
-    add(tablet, machine.url, certificate_sha256=pin_of(FIELD))
+@pytest.mark.parametrize("certificate", ["", FIELD], ids=["without a certificate", "known by its certificate"])
+def test_nor_do_they_go_to_one_at_another_address(tablet: Container, listen: Listen, certificate: str,
+                                                  hides: dict[str, Any]) -> None:
+    machine, thief = listen(certificate), listen(**hides)
+    add(tablet, machine.url, **({"certificate_sha256": pin_of(certificate)} if certificate else {}))
     poll(tablet)
     moved = replace(stored(tablet), address=thief.url)
     with pytest.raises(SerialNumberHidden):

@@ -19,6 +19,7 @@ from app.domain.message import render
 from app.domain.models import Robot, Schedule, State
 from app.failures import BadInput
 from app.i18n import translation, translator
+from app.process import restoring
 from app.process.data_directory import DataDirectory
 from app.screens.common.problems import words_of
 from app.screens.rescue import Damage
@@ -135,7 +136,7 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
     opened = []
 
     def restore():
-        window.restore_backup(directory, damage.backup)
+        restoring.restore_backup(directory, damage.backup)
         opened.append(Container.open(tmp_path, with_window=True))
         return opened[0]
 
@@ -201,7 +202,7 @@ def going_back(tmp_path):
         opened[-1].close()
         problem = None
         try:
-            window.restore_backup(DataDirectory(tmp_path), path)
+            restoring.restore_backup(DataDirectory(tmp_path), path)
         except BadInput as error:
             problem = error
         opened.append(Container.open(tmp_path, with_window=True))
