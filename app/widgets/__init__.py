@@ -81,7 +81,10 @@ def load_kv(*names: str) -> None:
 
 
 def load() -> None:
-    """Register all widgets and load their kv; once per process, before the first screen."""
+    """Cure KivyMD, register all widgets and load their kv; once per process, before the app is made."""
+    from app.widgets import kivymd_cures
+
+    kivymd_cures.apply()
     from app.widgets import (  # noqa: F401  (registers the classes in kivy's Factory)
         buttons,
         chart,

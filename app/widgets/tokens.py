@@ -153,27 +153,32 @@ class Tokens(Colours):
 
 tk = Tokens()
 
-# role of KivyMD's theme: token
+# role of KivyMD's theme: token; what is left out keeps its first value
 _ROLES = {
-    "primary": "accent", "onPrimary": "accent_ink", "primaryContainer": "accent_bg", "onPrimaryContainer": "accent_on",
-    "secondaryContainer": "accent_bg", "onSecondaryContainer": "accent_on", "surface": "surface", "background": "bg",
-    "surfaceContainerLowest": "surface", "surfaceContainerLow": "surface", "surfaceContainer": "surface",
-    "surfaceContainerHigh": "surface", "surfaceContainerHighest": "track", "surfaceVariant": "surface2",
-    "onSurface": "ink", "onSurfaceVariant": "ink", "onBackground": "ink", "outline": "outline", "outlineVariant": "line",
-    "error": "fault", "errorContainer": "fault_bg", "onErrorContainer": "fault_on",
+    "background": "bg", "onBackground": "ink",
+    "surface": "surface", "surfaceDim": "bg", "surfaceBright": "surface", "surfaceContainerLowest": "surface",
+    "surfaceContainerLow": "surface", "surfaceContainer": "surface", "surfaceContainerHigh": "surface2",
+    "surfaceContainerHighest": "track", "surfaceVariant": "surface2", "onSurface": "ink", "onSurfaceVariant": "ink2",
+    "inverseSurface": "snack", "inverseOnSurface": "snack_ink", "inversePrimary": "snack_accent",
+    "outline": "outline", "outlineVariant": "line", "shadow": "scrim", "scrim": "scrim", "surfaceTint": "accent",
+    "primary": "accent", "primaryDim": "accent", "onPrimary": "accent_ink",
+    "primaryContainer": "accent_bg", "onPrimaryContainer": "accent_on",
+    "secondary": "accent", "onSecondary": "accent_ink", "secondaryContainer": "accent_bg", "onSecondaryContainer": "accent_on",
+    "tertiary": "action", "onTertiary": "solid_ink", "tertiaryContainer": "action_bg", "onTertiaryContainer": "action_on",
+    "error": "fault", "onError": "solid_ink", "errorContainer": "fault_bg", "onErrorContainer": "fault_on",
+    "disabledText": "disabled",
 }
 
 
+def set_roles(theme_cls) -> None:
+    """Give KivyMD's roles the colours of the tokens. Attention and done have no role there: see ``Toned``."""
+    for role, token in _ROLES.items():
+        setattr(theme_cls, role + "Color", getattr(tk, token))
+
+
 def apply_theme(theme_cls, theme: str, gloves: bool | None = None) -> None:
-    """Switch our tokens and KivyMD's dynamic colours together (``ThemeManager.on_colors`` is the hook)."""
+    """Switch our tokens and KivyMD's roles together."""
     tk.use(theme, gloves)
-
-    def override() -> None:
-        for role, token in _ROLES.items():
-            setattr(theme_cls, role + "Color", getattr(tk, token))
-
     theme_cls.theme_style_switch_animation = False
-    theme_cls.on_colors = override
-    theme_cls.primary_palette = "Teal"
     theme_cls.theme_style = "Dark" if theme == "dark" else "Light"
-    override()
+    set_roles(theme_cls)

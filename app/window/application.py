@@ -36,7 +36,6 @@ from app.screens.settings.gate import Gate
 from app.services.live.changes import Topic
 from app.widgets.keyboard import DockedKeyboard, has_keyboard
 from app.widgets.tokens import apply_theme
-from app.window import compat
 
 log = logging.getLogger(__name__)
 RESULT_SHOWN_FOR = 8.0       # s for the outcome of restoring a backup
@@ -54,6 +53,7 @@ class SchedulerApp(MDApp):
 
     def __init__(self, container: Container | None, damage: Damage | None = None, animate: bool = True,
                  restore: Callable[[Path], tuple[Container, Failure | None]] | None = None, first: str = "home") -> None:
+        app.widgets.load()               # before KivyMD's part of the start, which is cured there
         super().__init__()
         self.container: Container | None = None
         self.shell: Shell | None = None
@@ -71,8 +71,6 @@ class SchedulerApp(MDApp):
 
     # ------------------------------------------------------------------ life
     def build(self) -> Widget:
-        compat.apply()
-        app.widgets.load()
         apply_theme(self.theme_cls, "light")
         self._bus = UiBus()
         self._forget = self._bus.subscribe(Changed, self._changed)

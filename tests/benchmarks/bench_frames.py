@@ -129,12 +129,10 @@ def main() -> None:
     from app.mir.credentials import Token
     from app.widgets.lists import ScrollRows
     from app.widgets.long_list import LongList
-    from app.window import compat
     from app.window.application import SchedulerApp
     from app.window.garbage import Garbage
     from tests.support import month
 
-    compat.apply()
     with tempfile.TemporaryDirectory() as directory, stub(ROBOTS, Path(directory, "posts.csv")) as port:
         container = Container.open(Path(directory, "data"), with_window=True)
         month.furnish(container, container.clock.now())

@@ -85,11 +85,9 @@ def main() -> None:
     from app.mir.credentials import Token
     from app.process import log_file
     from app.services.catalogue import configuration
-    from app.window import compat
     from app.window.application import SchedulerApp
     from app.window.garbage import Garbage
 
-    compat.apply()
     attackers, addresses = hostile()
     pin = pin_of(CERTIFICATE)
     planned: dict[str, dict[str, float]] = {"": {}, "attack ": {}}

@@ -28,13 +28,11 @@ def main() -> None:
     logging.getLogger("kivy").addHandler(logging.NullHandler())      # which clipboards this machine lacks is no news here
     logging.getLogger("kivy").propagate = False
     headless.install()
-    from app.window import compat
     from tests.support import month
     from tests.ui.driver import Driver
     from tests.ui.wear import Wear, kinds, widgets
     from tests.ui.whole_app import shown
 
-    compat.apply()
     with tempfile.TemporaryDirectory() as directory:
         container = month.plant(Path(directory), True)
         with shown(container, Driver()) as app:

@@ -113,14 +113,13 @@ def preview() -> None:
 
 def main() -> None:
     open_window(LANDSCAPE)
-    from app import widgets
-    from app.window import compat
-    from app.window.garbage import Garbage
-    compat.apply()
     from kivymd.app import MDApp
+
+    from app import widgets
+    from app.window.garbage import Garbage
+    widgets.load()
     app = type("Bench", (MDApp,), {})()
     app._run_prepare()
-    widgets.load()
     Garbage(time.monotonic).begin()          # as app/window/window.py does
     frames, now = Frames(), datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
     facts = crowded(now)

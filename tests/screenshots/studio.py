@@ -43,10 +43,8 @@ class Studio:
 
         import app.widgets
         from app.screens.common.overlays import Dialogs
-        from app.window import compat
         from tests.ui.driver import Driver
 
-        compat.apply()
         app.widgets.load()
         self.size = size
         self.theme = "light"

@@ -6,7 +6,6 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
 
 from tests.ui import headless
 
@@ -18,38 +17,17 @@ from kivy.base import EventLoop  # noqa: E402
 from kivy.core.window import Window  # noqa: E402
 from kivy.uix.widget import Widget  # noqa: E402
 from kivymd.app import MDApp  # noqa: E402
-from materialyoucolor.dynamiccolor.dynamic_color import DynamicColor  # noqa: E402
-from materialyoucolor.dynamiccolor.dynamic_scheme import DynamicScheme  # noqa: E402
-from materialyoucolor.hct.cam16 import Cam16  # noqa: E402
-from materialyoucolor.hct.hct_solver import HctSolver  # noqa: E402
 
 import app.widgets  # noqa: E402
 from app.container import Container  # noqa: E402
 from app.i18n import SOURCE_LANGUAGE, translator  # noqa: E402
 from app.services.robots.missions import RobotMissions  # noqa: E402
 from app.widgets.tokens import apply_theme  # noqa: E402
-from app.window import compat  # noqa: E402
 from app.window.application import SchedulerApp  # noqa: E402
 from tests.support import month  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
 from tests.ui.integrator import tablet  # noqa: E402
 from tests.ui.whole_app import Plant, shown  # noqa: E402
-
-# KivyMD computes some thousand colours whenever an app starts, the same ones each time: half the time of a test.
-HctSolver.solve_to_int = staticmethod(cache(HctSolver.solve_to_int))
-Cam16.from_int = staticmethod(cache(Cam16.from_int))
-_compute, _computed = DynamicColor.get_rgba, {}
-
-
-def _rgba(color: DynamicColor, scheme: DynamicScheme) -> list[int]:
-    theme = color.name, scheme.variant, scheme.source_color_hct.to_int(), scheme.is_dark, scheme.contrast_level
-    if theme not in _computed:
-        _computed[theme] = _compute(color, scheme)
-    return list(_computed[theme])
-
-
-DynamicColor.get_rgba = _rgba
-
 
 PENDING = 200.0                          # s of virtual time, longer than any animation and than kivy's caches keep what they drew
 LET_GO_WITHIN = 20.0                     # s, in which threads of the test before end
@@ -68,7 +46,6 @@ class Stage(MDApp):
 
 @pytest.fixture(scope="session")
 def stage() -> MDApp:
-    compat.apply()
     app.widgets.load()
     Driver()                                 # virtual time from the first frame on
     gc.freeze()

@@ -1,0 +1,160 @@
+"""Cures for defects of the pinned KivyMD 2.0.0. With them its components cost what a component may cost here, have smooth corners on every
+GL driver, and are freed. tests/ui/test_kivymd_cures.py says of each that it works, and fails as soon as it is no longer needed.
+
+Figures: processor time and memory of one widget as it comes and cured, drawn in software.
+"""
+import weakref
+
+from kivy.clock import Clock
+from kivy.graphics import Canvas, Color
+from kivy.lang import Builder
+from kivy.properties import ObservableDict
+from kivy.uix.relativelayout import RelativeLayout
+
+from app.widgets.shapes import rounded
+from app.widgets.tokens import set_roles, tk
+
+KIVYMD_VERSION = "2.0.0"
+CLEAR = (0, 0, 0, 0)
+# sp of the sizes large, medium, small; nothing is smaller than 14, and there are two weights
+TYPE_SCALE = {"Display": (45, 40, 36), "Headline": (32, 28, 24), "Title": (20, 16, 14), "Body": (16, 14, 14), "Label": (16, 14, 14)}
+
+
+def apply() -> None:
+    """Install all of them; before the first KivyMD widget is made. A second time changes nothing."""
+    for cure in (ids_in_kv, declared_ids, hover, ripple, shadow, background, state_layer, scheme, type_scale):
+        cure()
+
+
+def _nothing(self, *_args, **_kwargs):
+    """In the place of what is not wanted."""
+
+
+def _drop_rule(name: str) -> None:
+    """Take the kv rule of one of KivyMD's behaviours away."""
+    Builder.rules[:] = [rule for rule in Builder.rules if rule[0].key != name.lower()]
+    Builder._clear_matchcache()
+
+
+def ids_in_kv() -> None:
+    """``x.ids.y.z`` in kv keeps the widget for ever, as kivy holds that dict strongly in its table of bindings: every MDDialog, 3 MB each,
+    and every MDSegmentedButton."""
+    ObservableDict.proxy_ref = property(weakref.proxy)
+
+
+def declared_ids() -> None:
+    """A child with an ``id`` given in Python is kept for ever in one dict of the class."""
+    from kivymd.uix.behaviors.declarative_behavior import DeclarativeBehavior
+
+    DeclarativeBehavior._register_ids = _nothing
+
+
+def hover() -> None:
+    """Every widget, labels too, follows the mouse, and leaves an entry in the window that only a moving mouse removes."""
+    from kivymd.uix.behaviors.hover_behavior import HoverBehavior
+
+    def __init__(self, *args, **kwargs):
+        super(HoverBehavior, self).__init__(*args, **kwargs)
+
+    HoverBehavior.__init__ = __init__
+
+
+def ripple() -> None:
+    """A ripple needs a frame buffer and a shader per widget, raises on a widget without area, begins 33 ms after the touch and costs 100 ms
+    of processor time. The state layer is the answer to a touch."""
+    from kivymd.uix.behaviors.ripple_behavior import M3CommonRipple
+
+    for method in ("init_fbos", "call_ripple_animation_methods", "finish_ripple"):
+        setattr(M3CommonRipple, method, _nothing)
+
+
+def shadow() -> None:
+    """A frame buffer and a shader for each card, button, chip and bar, also at elevation 0. With ``background`` and ``hover``: MDCard
+    1.06 → 0.22 ms, 526 → 40 KB; MDButton 6.4 → 1.3 ms, 757 → 230 KB."""
+    from kivymd.uix.behaviors import elevation  # noqa: F401
+
+    _drop_rule("CommonElevationBehavior")
+
+
+def background() -> None:
+    """Fill and border are jagged where the GL driver doesn't multisample, and are drawn although most widgets have none. Here they are
+    nine-patches, drawn once per frame; between them lies the state layer, under the text."""
+    from kivymd.uix.behaviors.backgroundcolor_behavior import BackgroundColorBehavior as Background
+
+    _drop_rule("BackgroundColorBehavior")
+
+    def __init__(self, **kwargs):
+        super(Background, self).__init__(**kwargs)
+        self._draws_background = False       # what is set as an argument comes before there is a canvas
+        for name in ("_md_bg_color", "line_color", "state_layer_color"):
+            self.fbind(name, self._watch_background)
+        self._watch_background()
+
+    def _watch_background(self, *_args):
+        """Nothing is bound for a widget before it has something to draw."""
+        layer = getattr(self, "state_layer_color", CLEAR)
+        if self._draws_background or not any(color and color[3] for color in (self._md_bg_color, self.line_color, layer)):
+            return
+        self._draws_background = True
+        self._background = Canvas()
+        self.canvas.insert(1 if self.canvas.has_before else 0, self._background)     # outside a RelativeLayout's translation otherwise
+        self._paint_background = Clock.create_trigger(self._draw_background, -1)
+        for name in ("pos", "size", "radius", "_md_bg_color", "line_color", "line_width", "state_layer_color"):
+            self.fbind(name, self._paint_background)
+        self._paint_background()
+
+    def _draw_background(self, _dt):
+        self._background.clear()
+        if self.width < 2 or self.height < 2:
+            return
+        position = (0, 0) if isinstance(self, RelativeLayout) else self.pos
+        box = (*position, *self.size, tuple(self.radius))
+        line = round(self.line_width)
+        with self._background:
+            for color in (self._md_bg_color, getattr(self, "state_layer_color", CLEAR)):
+                if color and color[3]:
+                    Color(*color)
+                    rounded(*box)
+            if line and self.line_color and self.line_color[3]:
+                Color(*self.line_color)
+                rounded(*box, ring=line)
+
+    for method in (__init__, _watch_background, _draw_background):
+        setattr(Background, method.__name__, method)
+
+
+def state_layer() -> None:
+    """KivyMD's stays tinted after a tap where no mouse ever leaves, covers the text, and on Android sets a card back to an old colour. Here
+    it follows the finger."""
+    from kivymd.uix.behaviors.state_layer_behavior import StateLayerBehavior
+    from kivymd.uix.button import MDButton
+    from kivymd.uix.card import MDCard
+
+    _drop_rule("StateLayerBehavior")
+
+    def on_state(self, _widget, state):
+        if not self.disabled:
+            self.state_layer_color = (*tk.ink[:3], .22 if tk.strong else .12) if state == "down" else CLEAR
+
+    StateLayerBehavior.on_state = on_state
+    for method in ("_on_press", "_on_release", "on_enter", "on_leave", "set_properties_widget"):
+        setattr(StateLayerBehavior, method, _nothing)
+    MDButton.set_properties_widget = MDCard.set_properties_widget = _nothing
+
+
+def scheme() -> None:
+    """KivyMD computes a scheme of colours from one, 45–70 ms, three times at the start and at each switch. Here roles are tokens."""
+    from kivymd.theming import ThemeManager
+
+    ThemeManager.set_colors = lambda self, *_args: set_roles(self)
+
+
+def type_scale() -> None:
+    """KivyMD's sizes are numbers computed at its import, so that texts don't follow the font scale, and go down to 11 sp."""
+    from kivymd.font_definitions import theme_font_styles
+
+    for style, sizes in TYPE_SCALE.items():
+        font = "Roboto" if style == "Body" else "RobotoMedium"
+        for role, size in zip(("large", "medium", "small"), sizes, strict=True):
+            theme_font_styles[style][role] |= {"font-size": f"{size}sp", "line-height": 1, "font-name": font}
+    theme_font_styles["Icon"]["large"]["font-size"] = "24dp"

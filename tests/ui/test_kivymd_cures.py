@@ -1,0 +1,250 @@
+"""Each cure of app/widgets/kivymd_cures.py: that it works, and that it is still needed. When the second kind fails, the cure can go."""
+from __future__ import annotations
+
+import gc
+import sys
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+
+import kivymd
+import pytest
+from kivy.core.window import Window
+from kivy.graphics import BorderImage, CanvasBase, Color, Fbo, RoundedRectangle
+from kivy.lang import Builder
+from kivy.metrics import Metrics, sp
+from kivy.properties import ObservableDict
+from kivymd.uix.boxlayout import MDBoxLayout
+from kivymd.uix.button import MDButton, MDButtonText
+from kivymd.uix.card import MDCard
+from kivymd.uix.label import MDLabel
+
+from app.widgets import kivymd_cures
+from app.widgets.tokens import apply_theme, tk
+
+KIVYMD = Path(kivymd.__file__).parent
+UIX = KIVYMD / "uix"
+RED, BLUE = (1, 0, 0, 1), (0, 0, 1, 1)
+
+
+def test_the_cures_are_for_the_installed_version():
+    assert kivymd.__version__ == kivymd_cures.KIVYMD_VERSION
+
+
+def source(path: Path, begin: str = "", end: str = "\n    def ") -> str:
+    """Of the file as KivyMD ships it: from ``begin`` to the next ``end``."""
+    text = path.read_text(encoding="utf-8")
+    if not begin:
+        return text
+    start = text.index(begin)
+    return text[start:text.index(end, start + len(begin)) if end in text[start + len(begin):] else None]
+
+
+def drawn(widget) -> list:
+    """All that ``widget`` and its children draw, from the back to the front."""
+    def within(canvas) -> Iterator:
+        for instruction in canvas.children:
+            if isinstance(instruction, CanvasBase):
+                yield from within(instruction)
+            else:
+                yield instruction
+
+    return list(within(widget.canvas))
+
+
+def colours(widget) -> list[tuple]:
+    return [tuple(round(part, 3) for part in instruction.rgba) for instruction in drawn(widget) if isinstance(instruction, Color)]
+
+
+def card(**values) -> MDCard:
+    return MDCard(size_hint=(None, None), size=(200, 100), theme_bg_color="Custom", **values)
+
+
+# ---------------------------------------------------------------------- leaks
+def test_a_widget_whose_kv_reads_the_ids_of_another_is_freed(ui):
+    widget = Builder.load_string("MDBoxLayout:\n    MDBoxLayout:\n        id: inner\n    MDLabel:\n        width: root.ids.inner.width\n")
+    ui.show(widget)
+    gone = weakref.ref(widget)
+    Window.remove_widget(widget)
+    del widget
+    ui.advance()
+    gc.collect()
+    assert gone() is None
+
+
+def test_ids_in_kv_still_need_the_cure():
+    """Mended when kivy's table of bindings holds ids weakly; KivyMD's dialog and segmented button read theirs."""
+    assert "root.ids." in source(UIX / "dialog" / "dialog.kv")
+    assert "getattr(f, 'proxy_ref', f)" in source(Path(sys.modules["kivy.lang.builder"].__file__))
+    assert "proxy_ref" not in ObservableDict.__mro__[1].__dict__
+
+
+def test_a_child_with_an_id_from_python_is_freed(ui):
+    child = MDLabel(id="told", text="Deliver")
+    ui.show(MDBoxLayout(child))
+    gone = weakref.ref(child)
+    Window.remove_widget(child.parent)
+    del child
+    ui.advance()
+    gc.collect()
+    assert gone() is None
+
+
+def test_declared_ids_still_need_the_cure():
+    assert "self.__ids[widget.id] = widget" in source(UIX / "behaviors" / "declarative_behavior.py")
+
+
+def test_no_widget_follows_the_mouse(ui):
+    before = len(Window.get_property_observers("mouse_pos"))
+    ui.show(MDBoxLayout(MDLabel(text="Deliver"), MDCard()))
+    assert len(Window.get_property_observers("mouse_pos")) == before
+
+
+def test_hover_still_needs_the_cure():
+    assert "Window.bind(mouse_pos=" in source(UIX / "behaviors" / "hover_behavior.py", "\n    def __init__")
+
+
+# ---------------------------------------------------------------------- what is drawn
+@pytest.mark.parametrize("size", [(200, 100), (0, 0)])
+def test_a_card_or_a_button_makes_no_frame_buffer_even_when_pressed(ui, size):
+    button = MDButton(MDButtonText(text="Run"), theme_width="Custom", theme_height="Custom", size_hint=(None, None), size=size)
+    for widget in (MDCard(ripple_behavior=True, style="elevated", size_hint=(None, None), size=size), button):
+        ui.show(widget)
+        widget.dispatch("on_press")
+        ui.advance(.1)
+        assert not [shape for shape in drawn(widget) if isinstance(shape, Fbo) or type(shape).__name__ == "BoxShadow"]
+
+
+def test_the_ripple_still_needs_the_cure():
+    assert "Fbo(size=self.size" in source(UIX / "behaviors" / "ripple_behavior.py", "\n    def init_fbos")
+
+
+def test_the_shadow_still_needs_the_cure():
+    """Mended when it is drawn only above elevation 0."""
+    assert "\n        BoxShadow:\n" in source(UIX / "behaviors" / "elevation.py")
+
+
+def test_corners_are_smooth(ui):
+    box = ui.show(MDBoxLayout(md_bg_color=RED, line_color=BLUE, line_width=2, radius=12))
+    assert colours(box) == [RED, BLUE]
+    assert sum(isinstance(shape, BorderImage) for shape in drawn(box)) == 2
+    assert not any(isinstance(shape, RoundedRectangle) for shape in drawn(box))
+
+
+def test_a_background_follows_its_widget(ui):
+    box = MDBoxLayout(md_bg_color=RED, radius=12)
+    ui.show(box, (200, 100))
+    box.size = 120, 60
+    box.md_bg_color = BLUE
+    ui.advance()
+    patch = next(shape for shape in drawn(box) if isinstance(shape, BorderImage))
+    assert (tuple(patch.size), tuple(patch.pos), colours(box)) == ((120, 60), tuple(box.pos), [BLUE])
+
+
+def test_a_clear_widget_draws_and_binds_nothing_for_its_background(ui):
+    box = ui.show(MDBoxLayout())
+    assert drawn(box) == []
+    bound = len(box.get_property_observers("size"))
+    box.md_bg_color = RED
+    ui.advance()
+    assert colours(box) == [RED]
+    assert len(box.get_property_observers("size")) == bound + 1
+
+
+def test_the_background_of_a_relative_layout_moves_with_it(ui):
+    button = MDButton(MDButtonText(text="Run"), style="filled", pos=(40, 30), size_hint=(None, None), theme_width="Custom")
+    ui.show(MDBoxLayout(button))
+    patch = next(shape for shape in drawn(button) if isinstance(shape, BorderImage))
+    assert tuple(patch.pos) == (0, 0)
+    kinds = [type(instruction).__name__ for instruction in button.canvas.children]
+    assert kinds[:2] == ["CanvasBase", "Canvas"]                 # after what moves the layout's own drawing to its place
+
+
+def test_the_background_still_needs_the_cure():
+    text = source(UIX / "behaviors" / "backgroundcolor_behavior.py")
+    assert "\n        RoundedRectangle:\n        # SmoothRoundedRectangle:\n" in text
+
+
+# ---------------------------------------------------------------------- touch
+@pytest.mark.parametrize(("theme", "depth"), [("light", .12), ("contrast", .22)])
+def test_the_state_layer_follows_the_finger_and_lies_under_the_text(ui, theme, depth):
+    apply_theme(ui.app.theme_cls, theme)
+    pressed = card(md_bg_color=RED)
+    pressed.add_widget(MDLabel(text="Deliver", text_color=BLUE))
+    ui.show(pressed)
+    lift = ui.press(pressed)
+    layer = tuple(round(part, 3) for part in (*tk.ink[:3], depth))
+    assert colours(pressed)[:2] == [RED, layer]
+    lift()
+    ui.advance(1)
+    assert pressed.state_layer_color == [0, 0, 0, 0]
+    assert tuple(pressed.md_bg_color) == RED
+    assert colours(pressed)[0] == RED
+
+
+def test_a_card_without_a_fill_shows_the_touch_too(ui):
+    pressed = ui.show(card(md_bg_color=(0, 0, 0, 0)))
+    lift = ui.press(pressed)
+    assert pressed.state_layer_color[3] > 0
+    assert len(colours(pressed)) == 1
+    lift()
+
+
+def test_what_is_disabled_from_the_start_can_be_made(ui):
+    disabled = ui.show(card(disabled=True, md_bg_color=RED))
+    ui.press(disabled)()
+    assert disabled.state == "normal"
+
+
+def test_the_state_layer_still_needs_the_cure():
+    """Mended when a released widget is not tinted as if a mouse were over it."""
+    assert "self.on_enter()" in source(UIX / "behaviors" / "state_layer_behavior.py", "\n    def _on_release")
+
+
+# ---------------------------------------------------------------------- theme and type
+def test_roles_are_the_tokens(ui):
+    for theme in ("light", "dark", "contrast", "light"):
+        apply_theme(ui.app.theme_cls, theme)
+        theme_cls = ui.app.theme_cls
+        assert theme_cls.theme_style == ("Dark" if theme == "dark" else "Light")
+        assert (theme_cls.primaryColor, theme_cls.surfaceContainerLowColor, theme_cls.inverseSurfaceColor, theme_cls.disabledTextColor) \
+            == (tk.accent, tk.surface, tk.snack, tk.disabled)
+
+
+def test_kivymds_own_switch_of_the_theme_keeps_the_tokens(ui):
+    ui.app.theme_cls.theme_style = "Dark"
+    ui.app.theme_cls.set_colors()
+    assert ui.app.theme_cls.primaryColor == tk.accent
+
+
+def test_the_scheme_still_needs_the_cure():
+    assert "_set_application_scheme()" in source(KIVYMD / "theming.py", "\n    def set_colors")
+
+
+def test_texts_follow_the_font_scale_and_none_is_smaller_than_14_sp(ui):
+    body, small = MDLabel(text="Deliver", adaptive_height=True), MDLabel(text="Deliver", font_style="Label", role="small")
+    ui.show(MDBoxLayout(body, small))
+    assert (body.font_size, small.font_size) == (sp(16), sp(14))
+    usual = Metrics.fontscale
+    try:
+        Metrics.fontscale = usual * 1.3
+        ui.advance()
+        assert (body.font_size, small.font_size) == (sp(16), sp(14))
+        assert body.font_size == pytest.approx(16 * 1.3 * usual * Metrics.density)
+    finally:
+        Metrics.fontscale = usual
+
+
+def test_the_type_scale_still_needs_the_cure():
+    text = source(KIVYMD / "font_definitions.py")
+    assert '"font-size": sp(16)' in text
+    assert '"font-size": sp(11)' in text
+
+
+# ---------------------------------------------------------------------- not cured but not used
+def test_time_pickers_of_kivymd_still_have_twelve_hours():
+    assert "\n# TODO: Implement 24h input.\n" in source(UIX / "pickers" / "timepicker" / "timepicker.py")
+
+
+def test_nothing_pulls_in_cairo(ui):
+    assert "cairo" not in sys.modules
