@@ -28,7 +28,8 @@ Cards and facts (display.py)
     KpiCard(label, value, note, history) · EmptyState(icon, title, text, action, action_icon; on_release) · LegendItem(kind, text)
 
 Buttons (buttons.py; ``on_release`` unless another event is given)
-    CommandButton(style filled|tonal|outlined|plain|danger|onsolid, icon, text, stacked, large, busy, natural_width) · IconButton(icon) ·
+    CommandButton(style filled|tonal|outlined|text, tone, over_solid, icon, text, stacked, large, busy, natural_width) ·
+    IconButton(icon, style standard|filled|tonal|outlined) · what destroys is ``outlined`` with ``tone: "fault"`` ·
     ChoiceChip(text, icon, trailing, selected) · Segments(options [(key, label)], selected; on_choose(key)) · Segment ·
     Toggle(active, controlled; on_switch(wanted))
 

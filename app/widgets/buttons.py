@@ -3,55 +3,55 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.widgets.surfaces import CLEAR, Tap, TonedTap
+from app.widgets.surfaces import CLEAR, Tap, Toned
 from app.widgets.tokens import late_color, tk
 
-STYLES = ("filled", "tonal", "outlined", "plain", "danger", "onsolid")
-
-
-class Styled:
-    """Mixin that sets the colours back, front and edge from ``style`` and ``disabled``. ``onsolid``: on a solid block of its ``tone``."""
-    style = OptionProperty("outlined", options=STYLES)
+PLAIN = ("text", "standard")             # KivyMD's names of the style without fill and border, of a button and of an icon button
+class Styled(Toned):
+    """Mixin that sets the colours back, front and edge from ``style``, ``tone`` (fault: what destroys) and ``disabled``. ``over_solid``: on
+    a solid block of its tone."""
+    over_solid = BooleanProperty(False)
     back = late_color(CLEAR)
     front = late_color((0, 0, 0, 1))
     edge = late_color(CLEAR)
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        for name in ("style", "disabled", "tone"):
-            self.fbind(name, self._restyle)
-        tk.follow(self._restyle)
-        self._restyle()
+        for name in ("style", "disabled", "over_solid"):
+            self.fbind(name, self.retone)
 
-    def _restyle(self, *_):
-        if self.disabled:
-            quiet = self.style in ("outlined", "plain", "danger")
-            self.back = CLEAR if quiet else tk.neutral_bg
-            faint = (*tk.disabled[:3], .45) if tk.strong else tk.line      # a strong line would look as if it could be pressed
-            self.front, self.edge = tk.disabled, CLEAR if self.style == "plain" else faint
-            return
-        self.back, self.front, self.edge = {
-            "filled": (tk.accent, tk.accent_ink, tk.accent),
-            "tonal": (tk.accent_bg, tk.accent_on, tk.accent if tk.strong else tk.accent_bg),
-            "outlined": (tk.surface, tk.ink, tk.outline),
-            "plain": (CLEAR, tk.ink2, CLEAR),
-            "danger": (tk.surface, tk.fault, tk.fault),
-            "onsolid": (tk.surface, tk.ink if tk.theme == "dark" else getattr(tk, self.tone), self._edge_on_solid()),
-        }[self.style]
+    def retone(self, *_):
+        super().retone()
+        self.back, self.front, self.edge = self._off() if self.disabled else self._over_solid() if self.over_solid else self._on()
 
-    def _edge_on_solid(self):
-        """A border with a contrast of 3:1 to the block, where the button's fill has less: white on amber, dark on dark red."""
+    def _off(self):
+        faint = (*tk.disabled[:3], .45) if tk.strong else tk.line      # a strong line would look as if it could be pressed
+        solid = self.over_solid or self.style in ("filled", "tonal")
+        return tk.neutral_bg if solid else CLEAR, tk.disabled, CLEAR if self.style in PLAIN and not solid else faint
+
+    def _over_solid(self):
+        """The border has a contrast of 3:1 to the block, where the button's fill has less: white on amber, dark on dark red."""
         if tk.theme == "dark":
-            return tk.ink
-        return tk.amber_ink if self.tone == "attention" else tk.surface
+            return tk.surface, tk.ink, tk.ink
+        return tk.surface, self.fg, tk.amber_ink if self.tone == "attention" else tk.surface
+
+    def _on(self):
+        if self.style == "filled":
+            return tk.accent, tk.accent_ink, tk.accent
+        if self.style == "tonal":
+            return tk.accent_bg, tk.accent_on, tk.accent if tk.strong else tk.accent_bg
+        if self.style in PLAIN:
+            return CLEAR, tk.ink2, CLEAR
+        return (tk.surface, tk.fault, tk.fault) if self.tone == "fault" else (tk.surface, tk.ink, tk.outline)
 
 
-class CommandButton(Styled, TonedTap):
+class CommandButton(Styled, Tap):
     """A button with text and icon. ``stacked``: icon above the text; ``large``: 20 sp. A text that is too long wraps.
 
     While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon. For a button as wide as its text use
     ``size_hint_x: None`` and ``width: self.natural_width``; ``natural_height`` is what its lines need.
     """
+    style = OptionProperty("outlined", options=("filled", "tonal", "outlined", "text"))
     icon = StringProperty()
     text = StringProperty()
     stacked = BooleanProperty(False)
@@ -81,10 +81,10 @@ class CommandButton(Styled, TonedTap):
         return super().on_touch_down(touch)
 
 
-class IconButton(Styled, TonedTap):
+class IconButton(Styled, Tap):
     """A button with an icon only, where that needs no text (close, back, search, menu)."""
     icon = StringProperty()
-    style = OptionProperty("plain", options=STYLES)
+    style = OptionProperty("standard", options=("standard", "filled", "tonal", "outlined"))
 
 
 class ChoiceChip(Tap):

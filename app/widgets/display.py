@@ -7,11 +7,12 @@ from kivy.properties import (
     StringProperty,
 )
 from kivy.uix.boxlayout import BoxLayout
+from kivymd.uix.card import MDCard
 
-from app.widgets.surfaces import Surface, Toned, TonedSurface
+from app.widgets.surfaces import Passive, Surface, Tap, Toned, TonedSurface
 
 
-class SectionCard(Surface):
+class SectionCard(Passive, MDCard):
     """A card; ``vm`` is its view model."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
@@ -55,7 +56,7 @@ class ValueTile(TonedSurface):
     stale = BooleanProperty(False)
 
 
-class KpiCard(Surface):
+class KpiCard(Tap):
     """A KPI (with markup: the unit is smaller), a note of the number of runs it is calculated from, and its history as a small chart."""
     label = StringProperty()
     value = StringProperty()

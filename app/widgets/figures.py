@@ -5,11 +5,10 @@ from kivy.uix.boxlayout import BoxLayout
 from app.widgets.dialogs import FormDialog
 from app.widgets.display import KpiCard
 from app.widgets.lists import Row
-from app.widgets.surfaces import Tap
 
 
-class FigureCard(Row, Tap, KpiCard):
-    """A KpiCard that can be tapped."""
+class FigureCard(Row, KpiCard):
+    """A KpiCard that explains itself when tapped."""
 
     def on_release(self):
         self.act("explain")

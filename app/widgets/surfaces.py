@@ -1,11 +1,10 @@
 """Surfaces: a box with a background, one that can be pressed, and tones that colour both."""
-from kivy.clock import Clock
-from kivy.graphics import Color
-from kivy.properties import ColorProperty, NumericProperty, OptionProperty, VariableListProperty
-from kivy.uix.behaviors import ButtonBehavior
+from kivy.properties import OptionProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
+from kivymd.uix.boxlayout import MDBoxLayout
+from kivymd.uix.card import MDCard
 
-from app.widgets.shapes import rounded
 from app.widgets.tokens import TONES, late_color, tk
 
 CLEAR = (0, 0, 0, 0)
@@ -52,52 +51,19 @@ class SeenBox(OnlySeen, BoxLayout):
     """A box that takes touches only while it is visible."""
 
 
-class Surface(OnlySeen, BoxLayout):
-    """A box with a filled, bordered, rounded background; ``veil`` is drawn over the fill (the pressed state)."""
-    fill = ColorProperty(CLEAR)
-    veil = ColorProperty(CLEAR)
-    line = ColorProperty(CLEAR)
-    line_w = NumericProperty(0)
-    radius = VariableListProperty([0])
-
-    def __init__(self, **kwargs):
-        self._paint = Clock.create_trigger(self._draw, -1)
-        super().__init__(**kwargs)
-        for name in ("pos", "size", "fill", "veil", "line", "line_w", "radius"):
-            self.fbind(name, self._paint)
-        self._paint()
-
-    def _draw(self, *_):
-        canvas = self.canvas.before
-        canvas.remove_group("surface")
-        if self.width < 2 or self.height < 2:
-            return
-        box = (*self.pos, *self.size, tuple(self.radius))
-        with canvas:
-            for colour in (self.fill, self.veil):
-                if colour[3]:
-                    Color(*colour, group="surface")
-                    rounded(*box).group = "surface"
-            if self.line_w and self.line[3]:
-                Color(*self.line, group="surface")
-                rounded(*box, ring=self.line_w).group = "surface"
+class Surface(OnlySeen, MDBoxLayout):
+    """A box with a filled, bordered, rounded background."""
 
 
-class Tap(ButtonBehavior, Surface):
-    """A surface that can be pressed: ``on_press``, ``on_release``. It shows the press at once, with Material's state layer."""
-    min_state_time = NumericProperty(.12)     # a quick tap stays visible
+class Tap(OnlySeen, MDCard):
+    """A card that can be pressed: ``on_press``, ``on_release``. It shows the press at once, with Material's state layer."""
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("state", self._veil)
-        tk.follow(self._veil)
-        self._veil()
+
+class Passive:
+    """Mixin of cards that only show something: they leave touches to what is in them."""
 
     def on_touch_down(self, touch):
-        return self.is_seen and super().on_touch_down(touch)      # before ButtonBehavior handles it
-
-    def _veil(self, *_):
-        self.veil = (*tk.ink[:3], .22 if tk.strong else .12) if self.state == "down" else CLEAR
+        return Widget.on_touch_down(self, touch)
 
 
 class TonedSurface(Toned, Surface):

@@ -204,10 +204,10 @@ PAGES = """
                     height: tk.h_action
                     spacing: S8
                     CommandButton:
-                        style: "danger"
+                        tone: "fault"
                         text: "Clear"
                     CommandButton:
-                        style: "plain"
+                        style: "text"
                         icon: "delete-outline"
                         text: "Delete"
                     CommandButton:

@@ -23,11 +23,11 @@ def test_a_tap_on_a_button_is_one_release(ui):
 
 def test_a_press_is_visible_in_the_same_frame_and_stays_long_enough_to_be_seen(ui):
     button = ui.show(CommandButton(text="Pause"), (200, 64))
-    assert button.veil[3] == 0
+    assert button.state_layer_color[3] == 0
     lift = ui.press(button)
-    assert button.veil[3] > 0
+    assert button.state_layer_color[3] > 0
     lift(0)
-    assert button.veil[3] == 0
+    assert button.state_layer_color[3] == 0
 
 
 def test_a_disabled_button_says_nothing(ui):

@@ -62,10 +62,10 @@ def test_a_problem_takes_the_place_of_the_help_and_turns_the_frame_red(ui):
     ui.advance()
     assert "Nothing answers there" in ui.texts()
     assert "Its host name or IP" not in ui.texts()
-    assert list(ui.find(FieldFrame).line) == list(tk.fault)
+    assert list(ui.find(FieldFrame).line_color) == list(tk.fault)
     field.problem = ""
     ui.advance()
-    assert list(ui.find(FieldFrame).line) == list(tk.outline)
+    assert list(ui.find(FieldFrame).line_color) == list(tk.outline)
 
 
 def test_help_lies_under_the_frame_and_counts_in_the_height(ui):
@@ -151,7 +151,7 @@ def test_a_typed_number_outside_the_range_is_red_and_not_taken(ui):
     ui.advance(.1)
     assert values == []
     assert field.outside
-    assert list(ui.find(FieldFrame).line) == list(tk.fault)
+    assert list(ui.find(FieldFrame).line_color) == list(tk.fault)
     field.text = "60"
     field.commit()
     assert values == [60]
