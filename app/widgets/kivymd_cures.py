@@ -12,12 +12,10 @@ from kivy.properties import ObservableDict
 from kivy.uix.relativelayout import RelativeLayout
 
 from app.widgets.shapes import rounded
-from app.widgets.tokens import set_roles, tk
+from app.widgets.tokens import TYPE_SCALE, font_of, set_roles, tk
 
 KIVYMD_VERSION = "2.0.0"
 CLEAR = (0, 0, 0, 0)
-# sp of the sizes large, medium, small; nothing is smaller than 14, and there are two weights
-TYPE_SCALE = {"Display": (45, 40, 36), "Headline": (32, 28, 24), "Title": (20, 16, 14), "Body": (16, 14, 14), "Label": (16, 14, 14)}
 
 
 def apply() -> None:
@@ -154,7 +152,7 @@ def type_scale() -> None:
     from kivymd.font_definitions import theme_font_styles
 
     for style, sizes in TYPE_SCALE.items():
-        font = "Roboto" if style == "Body" else "RobotoMedium"
-        for role, size in zip(("large", "medium", "small"), sizes, strict=True):
-            theme_font_styles[style][role] |= {"font-size": f"{size}sp", "line-height": 1, "font-name": font}
+        for role in sizes:
+            font_name, font_size = font_of(style, role)
+            theme_font_styles[style][role] |= {"font-size": font_size, "line-height": 1, "font-name": font_name}
     theme_font_styles["Icon"]["large"]["font-size"] = "24dp"

@@ -1,17 +1,19 @@
-"""Text and icons. The sizes (Body, Note, Title …) are kv classes in tokens.kv."""
+"""Text and icons, and the classes of each size of text: Body, Note, Title …"""
 import re
 
 from kivy.core.text import Label as CoreLabel
 from kivy.metrics import dp
-from kivy.properties import BooleanProperty, NumericProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.label import Label
+from kivy.properties import BooleanProperty, NumericProperty, OptionProperty, StringProperty
 from kivymd.icon_definitions import md_icons
+from kivymd.uix.boxlayout import MDBoxLayout
+from kivymd.uix.label import MDIcon, MDLabel
+
+from app.widgets.tokens import TYPE_SCALE, font_of
 
 SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")          # where an address, a path or a file name may go on in the next line
 
 
-class Txt(Label):
+class Txt(MDLabel):
     """A label that shows all of its text, unless ``most_lines`` > 0 says how many lines there may be: the last one then ends with "…".
 
     ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, and wraps only beyond ``max_width``
@@ -22,6 +24,11 @@ class Txt(Label):
     max_width = NumericProperty(0)
     most_lines = NumericProperty(0)
     lines = NumericProperty(0)               # that are shown
+    font_hinting = OptionProperty("light", options=["normal", "light", "mono", None], allownone=True)
+    font_name = StringProperty("Roboto")
+    font_size = NumericProperty("16sp")      # a string, so that kivy follows the font scale live
+    halign = OptionProperty("left", options=["left", "center", "right", "justify", "auto"])
+    valign = OptionProperty("middle", options=["bottom", "middle", "center", "top"])
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -104,13 +111,31 @@ def line_width(text: str, font_name: str, font_size: float) -> float:
     return label.get_extents(text)[0]
 
 
-class Ico(Label):
+def _role(font_style: str, role: str, name: str) -> type[Txt]:
+    """The class ``name`` of texts in one role of KivyMD's type scale."""
+    font_name, font_size = font_of(font_style, role)
+    return type(Txt)(name, (Txt,), {"font_style": StringProperty(font_style), "role": OptionProperty(role, options=list(TYPE_SCALE["Body"])),
+                                    "font_name": StringProperty(font_name), "font_size": NumericProperty(font_size)})
+
+
+Body, BodyStrong = _role("Body", "large", "Body"), _role("Title", "medium", "BodyStrong")                      # 16 sp
+Note, NoteStrong = _role("Body", "medium", "Note"), _role("Label", "medium", "NoteStrong")                     # 14
+Title, Value = _role("Title", "large", "Title"), _role("Title", "large", "Value")                              # 20
+BigValue, ScreenTitle = _role("Headline", "small", "BigValue"), _role("Headline", "small", "ScreenTitle")      # 24
+StateWord, Kpi = _role("Headline", "medium", "StateWord"), _role("Display", "small", "Kpi")                    # 28, 36
+
+
+class Ico(MDIcon):
     """One Material Design icon by name; an unknown name raises ``KeyError`` instead of showing nothing."""
     icon = StringProperty("")
+    font_name = StringProperty("Icons")
+    font_size = NumericProperty("24dp")
+    halign = OptionProperty("center", options=["left", "center", "right", "justify", "auto"])
+    valign = OptionProperty("middle", options=["bottom", "middle", "center", "top"])
 
     def on_icon(self, *_):
         self.text = md_icons[self.icon] if self.icon else ""
 
 
-class Lines(BoxLayout):
+class Lines(MDBoxLayout):
     """Texts below each other, as high as their sum, vertically centred in a row."""

@@ -81,8 +81,20 @@ COLOURS = {
     "map_rack":        ("#CBD3DB", "#3C4853", "#B0B0B0"),
 }
 
+# KivyMD's styles of text and their roles, in sp; nothing is smaller than 14, and there are two weights
+TYPE_SCALE = {
+    "Display": {"large": 45, "medium": 40, "small": 36}, "Headline": {"large": 32, "medium": 28, "small": 24},
+    "Title": {"large": 20, "medium": 16, "small": 14}, "Body": {"large": 16, "medium": 14, "small": 14},
+    "Label": {"large": 16, "medium": 14, "small": 14},
+}
+
 # name: (bare hands, gloves) in dp; MIL-STD-1472 asks for 19 mm with gloves on
 TARGETS = {"h_touch": (48, 64), "h_field": (56, 64), "h_action": (64, 120)}
+
+
+def font_of(style: str, role: str) -> tuple[str, str]:
+    """Name of the font, and size as a string, so that kivy follows the font scale live."""
+    return "Roboto" if style == "Body" else "RobotoMedium", f"{TYPE_SCALE[style][role]}sp"
 
 
 def late_color(default) -> ColorProperty:
