@@ -144,7 +144,10 @@ def scheme() -> None:
     """KivyMD computes a scheme of colours from one, 45–70 ms, three times at the start and at each switch. Here roles are tokens."""
     from kivymd.theming import ThemeManager
 
-    ThemeManager.set_colors = lambda self, *_args: set_roles(self)
+    def set_colors(self, *_args):            # kivy finds what is bound by its name
+        set_roles(self)
+
+    ThemeManager.set_colors = set_colors
 
 
 def type_scale() -> None:
