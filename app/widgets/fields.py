@@ -1,6 +1,7 @@
 """Fields of forms. All have a label, a help line and a ``problem``: one sentence that replaces the help and turns the frame red.
 
-Built on kivy's TextInput: KivyMD's text field draws its 12 sp label and helper outside its own bounds, over other widgets.
+The line that is typed into is KivyMD's text field. Its own hint and helper text are not used: 12 sp, outside its bounds and over other
+widgets, and on one line.
 """
 from kivy.clock import Clock
 from kivy.properties import (
@@ -13,21 +14,31 @@ from kivy.properties import (
 )
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.textinput import TextInput
+from kivymd.uix.textfield import MDTextField
 
 from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
-from app.widgets.surfaces import SeenBox, Surface, Tap
+from app.widgets.surfaces import SeenBox, Tap
 
 KINDS = {"text": ("text", None), "int": ("number", "int"), "decimal": ("number", "float"), "url": ("url", None)}
 
 
-class FieldInput(TextInput):
-    """The text input of a field; ``max_length`` > 0 limits the number of characters."""
+class FieldInput(MDTextField):
+    """The line of a field; ``max_length`` > 0 limits the number of characters. ``error`` stays as it is set."""
     max_length = NumericProperty(0)
+    leading = NumericProperty(0)             # px for an icon before the text
+    trailing = NumericProperty(0)            # px for a button after it
 
     def __init__(self, **kwargs):
         self._follow_cursor = Clock.create_trigger(self._show_cursor, -1)
         super().__init__(**kwargs)
+        self.theme_cls.unbind(primary_palette=self.update_colors, theme_style=self.update_colors)      # never let go
+
+    def _not_used(self, *_):
+        """KivyMD's moves a hint and colours a helper text that this field has not, and takes ``error`` back."""
+
+    set_text = update_colors = on_error = on_disabled = _not_used
+    _refresh_hint_text = TextInput._refresh_hint_text        # that KivyMD's has put out of use
 
     def _adjust_viewport(self, _column, _row):
         """TextInput shares one trigger among all fields: it keeps the last one alive, with the page or dialog around it."""
@@ -44,12 +55,6 @@ class FieldInput(TextInput):
             room = int(self.max_length) - len(self.text) + len(self.selection_text)
             substring = substring[:max(0, room)]
         return super().insert_text(substring, from_undo)
-
-
-class FieldFrame(Surface):
-    """The frame around a text input or a value: 1 px, accent when focused, red with a problem."""
-    focused = BooleanProperty(False)
-    faulty = BooleanProperty(False)
 
 
 class FieldBase(BoxLayout):

@@ -2,10 +2,13 @@
 from __future__ import annotations
 
 import pytest
+from kivy.utils import get_hex_from_color
+from kivymd.uix.textfield import MDTextField
 
 from app.widgets.buttons import IconButton
-from app.widgets.fields import FieldFrame, FieldInput, FormField, PickField, RepeatButton, SearchField, StepField
-from app.widgets.tokens import tk
+from app.widgets.fields import FieldInput, FormField, PickField, RepeatButton, SearchField, StepField
+from app.widgets.tokens import THEMES, apply_theme, tk
+from tests.ui.checks import contrast_ratio
 
 ENTER, ESCAPE = 13, 27
 
@@ -62,17 +65,48 @@ def test_a_problem_takes_the_place_of_the_help_and_turns_the_frame_red(ui):
     ui.advance()
     assert "Nothing answers there" in ui.texts()
     assert "Its host name or IP" not in ui.texts()
-    assert list(ui.find(FieldFrame).line_color) == list(tk.fault)
+    assert list(ui.find(FieldInput).line_color) == list(tk.fault)
     field.problem = ""
     ui.advance()
-    assert list(ui.find(FieldFrame).line_color) == list(tk.outline)
+    assert list(ui.find(FieldInput).line_color) == list(tk.outline)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_what_is_typed_can_be_read_and_the_frame_shows_the_focus(ui, theme):
+    field = ui.show(FormField(text="Aino"), (400, 120))
+    line = ui.find(MDTextField)
+    quiet = list(line.line_color), line.line_width
+    apply_theme(ui.app.theme_cls, theme)     # live
+    field.focus = True
+    ui.advance(.1)
+    text, ground, cursor = (get_hex_from_color(colour[:3]) for colour in (line.foreground_color, line.md_bg_color, line.cursor_color))
+    assert contrast_ratio(text, ground) >= (7 if theme == "contrast" else 4.5)
+    assert contrast_ratio(cursor, ground) >= 3
+    assert list(line.line_color) == list(tk.accent)
+    assert line.line_width == tk.select_w > quiet[1]
+    apply_theme(ui.app.theme_cls, "light")
+    field.focus = False
+    ui.advance(.1)
+    assert (list(line.line_color), line.line_width) == quiet
+
+
+def test_a_closed_field_leaves_nothing_at_the_theme(ui):
+    def followers() -> int:
+        return sum(len(theme.get_property_observers(name)) for name in theme.properties())
+
+    theme = ui.app.theme_cls
+    ui.show(FormField(label="Name"), (400, 120))
+    before = followers()
+    for _n in range(5):
+        ui.show(FormField(label="Name"), (400, 120))
+    assert followers() == before
 
 
 def test_help_lies_under_the_frame_and_counts_in_the_height(ui):
     field = ui.show(FormField(label="Name", help="word " * 60))
     field.size_hint_x, field.width = None, 300
     ui.advance()
-    frame = ui.find(FieldFrame)
+    frame = ui.find(FieldInput)
     assert frame.height == tk.h_field
     assert field.height > tk.h_field + 100
     assert frame.y > field.y + 50
@@ -151,7 +185,7 @@ def test_a_typed_number_outside_the_range_is_red_and_not_taken(ui):
     ui.advance(.1)
     assert values == []
     assert field.outside
-    assert list(ui.find(FieldFrame).line_color) == list(tk.fault)
+    assert list(ui.find(FieldInput).line_color) == list(tk.fault)
     field.text = "60"
     field.commit()
     assert values == [60]
