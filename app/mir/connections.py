@@ -97,10 +97,12 @@ class _TlsSocket(_Socket, ssl.SSLSocket):
 class RobotConnection(HTTPConnection):
     """Carries one request at a time; takes the place of a pool of connections in an adapter of requests."""
     sock: Any
+    place: Any = None            # where it was connected last, as ``resolve`` gives it: a name may mean another machine each time
 
-    def begin(self, timeouts: Timeouts, is_wanted: Callable[[], bool] | None = None) -> None:
-        """A new request; its time counts from now. Connects again if the robot has hung up meanwhile."""
-        self._is_wanted, self.timeouts, self.ends = is_wanted, timeouts, time.monotonic() + timeouts.total
+    def begin(self, timeouts: Timeouts, is_wanted: Callable[[], bool] | None = None, only: Any = None) -> None:
+        """A new request; its time counts from now. Connects again if the robot has hung up meanwhile: to the place ``only``, or wherever
+        its name leads."""
+        self._is_wanted, self.timeouts, self.ends, self._only = is_wanted, timeouts, time.monotonic() + timeouts.total, only
         self.received, self.is_at_end, self.is_new, self.will_close = 0, False, False, False
         if not self.is_connected:
             self.close()
@@ -136,13 +138,14 @@ class RobotConnection(HTTPConnection):
     def _new_conn(self) -> socket.socket:
         """TCP, before TLS. The name's look-up and all of its addresses together keep to the time-outs."""
         try:
-            found = resolve(self.host, self.port, self.ends - time.monotonic())
+            found = [self._only] if self._only else resolve(self.host, self.port, self.ends - time.monotonic())
         except TimeoutError:
             raise Unreachable(code="slow_name", host=self.host) from None
         except (OSError, UnicodeError):
             raise Unreachable(code="unknown_name", host=self.host) from None
         ends, problem = min(time.monotonic() + self.timeouts.connect, self.ends), OSError()
-        for number, (family, kind, protocol, _, place) in enumerate(found):
+        for number, one in enumerate(found):
+            family, kind, protocol, _, place = one
             sock: _Socket | None = None
             try:
                 sock = _Socket(family, kind, protocol)
@@ -150,6 +153,7 @@ class RobotConnection(HTTPConnection):
                 sock.settimeout(max(0.001, (ends - time.monotonic()) / (len(found) - number)))
                 sock.connect(place)
                 sock.settimeout(max(0.001, ends - time.monotonic()))         # for the TLS handshake
+                self.place = one
                 return sock
             except OSError as error:
                 problem = error

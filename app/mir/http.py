@@ -62,7 +62,8 @@ class HttpTransport:
         # Their names need no other case.
         request.headers = cast(Any, self._headers | (self._credentials if with_credentials else {}) | headers)
         connection = self._reading if method == "GET" else self._writing
-        connection.begin(timeout, is_wanted)
+        # To the machine whose status was read last, whatever its name means by now.
+        connection.begin(timeout, is_wanted, self._reading.place if with_credentials else None)
         try:
             return self._once(request, connection)
         except ConnectionLost as error:
