@@ -14,8 +14,10 @@ from typing import Any
 from app.domain import names
 
 LONGEST_TEXT = 500
+MOST_FIELDS = 50            # of a template that are filled in; robots' own have a few
 SHORTEST_SECRET = 64        # characters of a password's SHA-256 sum
 HIDDEN = "***"
+LARGEST_NUMBER = 2**63       # one of hundreds of digits takes long to be written, and a robot has none
 
 _BASE64 = string.ascii_letters + string.digits + "+/="
 _LONG_RUN = re.compile(f"(?<![{_BASE64}])[{_BASE64}]{{{SHORTEST_SECRET},}}")
@@ -56,7 +58,7 @@ def resolve(value: Any, limit: int = LONGEST_TEXT) -> str:
     if template is None:
         return clean(value, limit)
     message, args = template
-    return clean(_FIELD.sub(lambda match: _filled(match, args), message[:4 * limit + 1]), limit)
+    return clean(_FIELD.sub(lambda match: _filled(match, args), message[:4 * limit + 1], count=MOST_FIELDS), limit)
 
 
 def _template(text: str) -> tuple[str, dict[str, Any]] | None:
@@ -81,9 +83,11 @@ def _filled(match: re.Match[str], args: dict[str, Any]) -> str:
     if name not in args:
         return match[0]
     value = args[name]
-    if isinstance(value, dict | list):
+    if isinstance(value, dict | list) or (isinstance(value, int | float) and abs(value) > LARGEST_NUMBER):
         return match[0]
+    if isinstance(value, str) and len(value) > LONGEST_TEXT:
+        value = args[name] = clean(value)
     try:
         return f"%{match['format']}" % (value,)
     except (TypeError, ValueError, OverflowError):
-        return str(value)[:LONGEST_TEXT]
+        return str(value)
