@@ -6,10 +6,13 @@ plain JSON. A text from outside – a robot's, a row of an older version – is 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard
 
 Message = str | Mapping[str, Any]
+LONGEST = 10_000             # characters of a sentence; what is stored may be hostile, and each part of it stand in another one many times
+_PLACEHOLDERS = re.compile(r"(?:[^{}]++|\{\w*(?:!r|:\.\df)?\}|\{\{|\}\})*+")        # none with a width, which may be that of the memory
 
 
 class _Params(dict[str, Any]):
@@ -49,11 +52,20 @@ def is_message(value: object) -> TypeGuard[Mapping[str, Any]]:
 
 def render(what: object, translate: Callable[[str], str] = lambda text: text) -> str:
     """The sentence in the language of ``translate``, in English without one. Never fails, whatever was stored."""
+    try:
+        return _rendered(what, translate)[:LONGEST]
+    except RecursionError:
+        return ""
+
+
+def _rendered(what: object, translate: Callable[[str], str]) -> str:
     if not is_message(what):
         return "" if what is None else str(what)
-    msgid, given = what["msgid"], what.get("params")
+    msgid, given = what["msgid"][:LONGEST], what.get("params")
     params = _Params({name: _in_words(value, translate) for name, value in given.items()} if isinstance(given, Mapping) else {})
     for text in (translate(msgid), msgid):                   # the second for a translation with a wrong placeholder
+        if not _PLACEHOLDERS.fullmatch(text):
+            continue
         try:
             return text.format_map(params)
         except (ValueError, TypeError, LookupError, AttributeError):
@@ -84,7 +96,9 @@ class Decimal(float):
 def _in_words(value: object, translate: Callable[[str], str]) -> object:
     if is_message(value):
         return render(value, translate)
-    return Decimal(value, translate) if isinstance(value, float) else value
+    if isinstance(value, int):
+        return value
+    return Decimal(value, translate) if isinstance(value, float) else str(value)[:LONGEST]
 
 
 def _plain(value: object) -> object:

@@ -1,4 +1,4 @@
-"""Templates of a robot's texts that would take long to be filled in: 5,000 items of a queue held the processor for 18 s, a status for 0.7 s."""
+"""Templates of a robot's texts that take long to be filled in: 5,000 items of a queue held the processor for 18 s, a status for 0.7 s."""
 from __future__ import annotations
 
 import json

@@ -56,7 +56,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
 KEPT = 1000                  # past alarms
 SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
 LONGEST_NOTE = 200           # characters
-LONGEST_DETAIL = 300         # characters
+LONGEST_DETAIL = 300         # characters, with nothing around it
+LONGEST_SHOWN = 1000         # characters of a detail in a sentence: it may be one itself, and come from a backup
 EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
                     "duplicate_running", "unknown_outcome", "late_cancelled", "adopted_unproven", "item_unreadable"})
 
@@ -68,7 +69,9 @@ class _Known(dict[str, Any]):
 
 def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> str:
     """One sentence for people, with a dash for each detail that is not known."""
-    text = SENTENCES.get(alarm.code, (alarm.priority, alarm.code))[1]
+    if alarm.code not in SENTENCES:          # of another version, or a hostile backup
+        return clipped(alarm.code, LONGEST_DETAIL)
+    text = SENTENCES[alarm.code][1]
     zone = str(alarm.details.get("timezone", "UTC"))
     details = {**alarm.details, **instants_in_words(alarm.details, zone, translate)}
     return translate(text).format_map(_Known({name: _rendered(value, zone, translate) for name, value in details.items()}))
@@ -76,11 +79,10 @@ def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> st
 
 def _rendered(value: Any, zone: str, translate: Translate) -> Any:
     """Reasons and problems are kept in their parts; rows of older versions have them as English text."""
-    if is_message(value):
-        return render(value, translate)
-    if isinstance(value, Mapping) and "code" in value:
-        return stored_sentence(value, zone, translate)
-    return Decimal(value, translate) if isinstance(value, float) else value
+    if isinstance(value, int | float):
+        return Decimal(value, translate) if isinstance(value, float) else value
+    is_reason = isinstance(value, Mapping) and "code" in value and not is_message(value)
+    return clipped(stored_sentence(value, zone, translate) if is_reason else render(value, translate), LONGEST_SHOWN)
 
 
 def _short(value: Any) -> Any:
