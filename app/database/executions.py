@@ -18,6 +18,7 @@ _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
 _USUAL_OF = 20               # newest completed runs that the usual duration is computed from
+_LONGEST_USUAL_S = 86_400.0  # of these; as much as can be typed. A robot whose clock was set meanwhile says decades
 _ADDED_AT_ONCE = 100         # rows in one statement
 PRUNED_AT_ONCE = 100         # of each kind, so that due executions never wait long for the writer
 
@@ -254,9 +255,10 @@ class ExecutionRepository:
         return found is not None
 
     def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> DurationEstimate | None:
-        """Of the newest 20 completed runs of that mission on that robot; None when there is none. P90 by nearest rank."""
+        """Of the newest 20 completed runs of at most a day of that mission on that robot; None when there is none. P90 by nearest rank."""
         rows = c.execute("""SELECT duration_s FROM executions WHERE robot_id = ? AND mission_guid = ? AND state = 'completed'
-                            AND duration_s IS NOT NULL ORDER BY ended_at DESC LIMIT ?""", (robot_id, mission_guid, _USUAL_OF)).fetchall()
+                            AND duration_s BETWEEN 0 AND ? ORDER BY ended_at DESC LIMIT ?""",
+                         (robot_id, mission_guid, _LONGEST_USUAL_S, _USUAL_OF)).fetchall()
         if not rows:
             return None
         lasted = sorted(row[0] for row in rows)

@@ -34,6 +34,7 @@ LONGEST_LIST = 1000             # of things inside one object: errors, parameter
 MOST_OPTIONS = 12               # of a prompt
 LARGEST_MAP = 64_000_000        # pixels
 _GZIP = b"\x1f\x8b"
+_YEARS = range(1970, 2100)        # of time stamps; a clock that was never set begins in the first
 _NOT_SET = datetime(1970, 1, 1)  # noqa: DTZ001  # how MiR Fleet writes "not set"
 
 Object = dict[str, Any]
@@ -138,7 +139,7 @@ def instant(value: Any) -> datetime | None:
             found = found.astimezone(UTC).replace(tzinfo=None)
     except (ValueError, OverflowError):
         return None
-    return None if found == _NOT_SET else found
+    return found if found != _NOT_SET and found.year in _YEARS else None
 
 
 def http_date(value: str | None) -> datetime | None:
