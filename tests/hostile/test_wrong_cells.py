@@ -1,6 +1,7 @@
 """Databases with one value that nobody could have entered: each once ended all scheduling, or every start, without a word of it."""
 from __future__ import annotations
 
+import json
 import sqlite3
 from contextlib import closing
 from datetime import UTC, datetime
@@ -19,6 +20,7 @@ from app.services.catalogue.stored import problem_in
 from tests.support.process import is_one_line, run
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
+PIN_OF_HOURS = json.dumps({"salt": "00" * 16, "hash": "00" * 32, "n": 2**14, "r": 8, "p": 10_000})
 # table, statement
 WRONG = {
     "an unknown identity": ("robots", "UPDATE robots SET identified_by = 'nonsense' WHERE name = 'Bad'"),
@@ -40,6 +42,10 @@ WRONG = {
     "bottomless JSON": ("settings", f"INSERT OR REPLACE INTO settings VALUES ('working_days', '{'[' * 90_000}')"),
     "a heartbeat that is a number": ("settings", "INSERT OR REPLACE INTO settings VALUES ('heartbeat', '5')"),
     "wrong PINs that are a text": ("settings", "INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '\"many\"')"),
+    "a PIN that is no JSON": ("settings", "INSERT INTO settings VALUES ('settings_pin', 'not json')"),
+    "a PIN that is a number": ("settings", "INSERT INTO settings VALUES ('settings_pin', '1234')"),
+    "a PIN that takes hours to compare": (
+        "settings", f"INSERT INTO settings VALUES ('settings_pin', '{PIN_OF_HOURS}')"),
     "a move that is none": ("settings", "INSERT OR REPLACE INTO settings VALUES ('moved', '{\"at\": 7}')"),
     "a day that does not exist": ("calendar_days", "UPDATE calendar_days SET first_day = '0000-00-00'"),
     "a hold of no time": ("holds", "INSERT INTO holds (started_at) VALUES ('now')"),

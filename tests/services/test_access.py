@@ -161,7 +161,7 @@ def test_it_is_nowhere_to_be_read(door, caplog):
     caplog.set_level(logging.DEBUG)
     door.access.set_pin("80417263")
     door.access.check("80417264")
-    stored = door.db.read().execute("SELECT value FROM settings WHERE name = ?", (access._NAME,)).fetchone()["value"]
+    stored = door.db.read().execute("SELECT value FROM settings WHERE name = ?", (access.PIN,)).fetchone()["value"]
     digest = door.access._stored()["hash"]
     exported = configuration.export_configuration(door.db.read())
     for text in (exported, caplog.text, str(SettingsRepository().load(door.db.read()))):

@@ -21,6 +21,7 @@ from app.database.settings import WRONG_PINS, SettingsRepository
 from app.domain.message import Message, message
 from app.domain.models import InvalidInput
 from app.services.catalogue import validation
+from app.services.live.access import PIN, is_hash
 from app.services.live.tablet import stored_move
 from app.services.planning.recurrence import Recurrence
 
@@ -100,6 +101,8 @@ def _settings(c: sqlite3.Connection) -> None:
         instants.append(move.at)
     for instant in instants:
         _require(instant is None or (instant.tzinfo is not None and instant.year in range(1970, 10000)), str(instant))
+    pin = repository.get(c, PIN)
+    _require(pin is None or is_hash(pin), PIN)
     wrong, offsets = repository.get(c, WRONG_PINS, 0), repository.get(c, "confirmed_clock_offsets", {})
     _require(type(wrong) is int and wrong >= 0, f"{WRONG_PINS} {wrong!r}"[:60])
     _check_objects(offsets)

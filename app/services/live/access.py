@@ -8,6 +8,7 @@ import hashlib
 import hmac
 import itertools
 import logging
+import re
 import secrets
 import threading
 from dataclasses import dataclass
@@ -26,9 +27,16 @@ SHORTEST, ADVISED, LONGEST = 4, 6, 8      # digits
 TRIES = 5                                # wrong tries in a row, after which every try is refused for WAIT_S; for twice as long after
 WAIT_S, LONGEST_WAIT_S = 30.0, 3600.0    # each further one. Of the monotonic clock: setting the tablet's clock shortens nothing
 ALARM_AFTER = 10                         # wrong tries in a row
-_NAME = "settings_pin"                   # of the row in the table of settings; no field of ``Settings``, so no way into a file
+PIN = "settings_pin"                    # of the row in the table of settings; no field of ``Settings``, so no way into a file
 _ALARM = ("pin_guessed", "settings")
+_DIGITS = (("salt", 32), ("hash", 64))   # hexadecimal
 _COST = {"n": 2**14, "r": 8, "p": 1}     # scrypt as RFC 7914 recommends for logging in: 16 MiB and some 50 ms
+
+
+def is_hash(stored: Any) -> bool:
+    """Whether it is what ``set_pin`` stores: a backup may hold one whose comparison takes hours."""
+    return isinstance(stored, dict) and {name: stored.get(name) for name in _COST} == _COST and all(
+        isinstance(stored.get(name), str) and re.fullmatch(f"[0-9a-f]{{{digits}}}", stored[name]) for name, digits in _DIGITS)
 
 
 @dataclass(frozen=True)
@@ -116,7 +124,7 @@ class Access:
 
     def _stored(self) -> dict[str, Any] | None:
         if not self._is_known:
-            self._known, self._is_known = self._settings.get(self._db.read(), _NAME), True
+            self._known, self._is_known = self._settings.get(self._db.read(), PIN), True
         return self._known
 
     def _forget(self, topic: Topic, _about: int | None) -> None:
@@ -124,7 +132,7 @@ class Access:
             self._is_known = False
 
     def _put(self, value: dict[str, Any] | None) -> None:
-        self._db.write(lambda c: self._settings.put(c, _NAME, value))
+        self._db.write(lambda c: self._settings.put(c, PIN, value))
         self._forgive()
         self._changes.publish(Topic.SETTINGS)
 
