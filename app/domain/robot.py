@@ -45,7 +45,7 @@ class UserPrompt:
     options: tuple[str, ...] = ()
     timeout_s: float | None = None
     user_group: str = ""
-    more_options: int = 0                # that are not among ``options``
+    more_options: int = 0                # that are not among ``options``: too many, too long, or of what can't be shown
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,6 @@ from app.mir.texts import clean, resolve
 from app.mir.transport import API, Response, Timeouts, Transport
 
 LONGEST_DESCRIPTION = 200   # characters of message and description (MiR's REST definition 3.5.4)
-LONGEST_ANSWER = 255        # characters of the answer to a prompt (the same)
 LARGEST_OBJECT = 256 * 1024              # bytes of an answer about one thing: a status, a queue item, an error
 MOST_MISSIONS = 2000        # sites have tens to hundreds
 LARGEST_MISSIONS = 1024 * 1024           # bytes of their list, three times what so many need
@@ -250,7 +249,7 @@ class RobotClient:
 
     def answer_prompt(self, guid: str, answer: str) -> RobotStatus | None:
         """Answer the question with this guid (``RobotStatus.user_prompt``)."""
-        return self._put_status({"guid": guid, "answer": answer[:LONGEST_ANSWER]})
+        return self._put_status({"guid": guid, "answer": answer})
 
     def map(self, map_id: str) -> RobotMap:
         """Picture and scale of a map; ``RobotStatus.map_id`` is the current one."""

@@ -117,6 +117,8 @@ class RobotConnection(HTTPConnection):
         self.sock.sendall(head.encode("ascii") + (body or b""))
         answer, self.limit, self.excess = http.client.HTTPResponse(self.sock, method=method), LONGEST_HEAD, not_http
         answer.begin()
+        if not all(length.strip().isdecimal() and len(length) < 20 for length in answer.headers.get_all("Content-Length", [])):
+            raise not_http()                 # -5 would be taken for none, +5, 5_0 and "5, 5" for a number
         self.limit, self.excess, self.will_close = LONGEST_BODY, too_long, answer.will_close
         return HTTPResponse(answer, HTTPHeaderDict(answer.getheaders()), answer.status, preload_content=False)
 

@@ -32,6 +32,7 @@ from app.mir.texts import clean, resolve
 LARGEST_INT = 2**63 - 1
 LONGEST_LIST = 1000             # of things inside one object: errors, parameters
 MOST_OPTIONS = 12               # of a prompt
+LONGEST_ANSWER = 255            # characters of one (MiR's REST definition 3.5.4)
 LARGEST_MAP = 64_000_000        # pixels
 _GZIP = b"\x1f\x8b"
 _YEARS = range(1970, 2100)        # of time stamps; a clock that was never set begins in the first
@@ -217,8 +218,14 @@ def _prompt(value: Any) -> UserPrompt | None:
         return None
     options = value.get("options")
     options = options if isinstance(options, list) else []
-    return UserPrompt(guid, resolve(value.get("question")), tuple(map(clean, options[:MOST_OPTIONS])),
-                      not_negative(value.get("timeout")), clean(value.get("user_group"), 80), len(options[MOST_OPTIONS:]))
+    given = [option.strip() for option in options[:MOST_OPTIONS] if _can_be_given(option)]
+    return UserPrompt(guid, resolve(value.get("question")), tuple(given), not_negative(value.get("timeout")),
+                      clean(value.get("user_group"), 80), len(options) - len(given))
+
+
+def _can_be_given(option: Any) -> bool:
+    """An answer that would be shown or sent as something else than what the robot offers is none."""
+    return isinstance(option, str) and 0 < len(option) <= LONGEST_ANSWER and clean(option) == option.strip() != ""
 
 
 def _pose(value: Any, x: str = "x", y: str = "y") -> Pose | None:

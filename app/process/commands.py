@@ -63,6 +63,8 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
         else:
             with export_target(options.export_log) as file:
                 write_history(db.read(), file)
+    except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, sqlite3.Error) as error:
+        raise BadInput(f"{directory.database} has a value that can't be used ({error}), so it is not exported; restore a backup") from error
     finally:
         db.close()
     return 0

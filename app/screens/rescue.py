@@ -58,4 +58,7 @@ class RescuePage(BoxLayout, Generic[T]):
         self.problem = sentence_of(problem)
 
     def hint(self) -> str:
-        return _("Restore puts {backup} in its place; what happened after it is lost.").format(backup=self.backup) if self.backup else ""
+        if not self.backup:
+            return ""
+        return (_("Restore puts {backup} in its place; what happened after it is lost.").format(backup=self.backup) + " "
+                + _("The PIN of Settings and the robots' passwords will be those of that time."))

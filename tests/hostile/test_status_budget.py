@@ -75,6 +75,14 @@ def test_a_prompt_with_twelve_options_says_nothing_of_more():
     assert prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question == "Which?"
 
 
+@pytest.mark.parametrize("option", ["x" * 256, "x" * 600, "Yes\u202e", "Y\x00es", "", " ", 5, None, "ab12" * 20],
+                         ids=["long", "longer", "turned around", "a control character", "empty", "blank", "a number", "none", "a secret"])
+def test_an_answer_is_sent_as_the_robot_offers_it_or_not_offered(option):
+    asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Which?", "options": [option, "x" * 255, " No"]}}
+    status = client(200, asked).status()
+    assert (status.user_prompt.options, status.user_prompt.more_options) == (("x" * 255, "No"), 1)
+
+
 def test_a_question_without_end_leaves_the_answers_in_sight():
     asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Is the aisle free of people? " * 120, "options": ["Yes", "No"]}}
     question = prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question

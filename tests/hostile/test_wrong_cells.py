@@ -36,6 +36,9 @@ WRONG = {
     "a schedule of no robot": ("sqlite_schema", "UPDATE schedules SET robot_id = 77"),
     "a name without end": ("sqlite_schema", "UPDATE robots SET name = hex(zeroblob(500000)) WHERE name = 'Bad'"),
     "a parameter without end": ("sqlite_schema", "UPDATE schedules SET parameters = json_object('x', hex(zeroblob(500000)))"),
+    "more robots than there can be threads": (
+        "sqlite_schema", """WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 1000)
+                            INSERT INTO robots (name, address) SELECT 'R' || i, 'http://127.0.0.1:9' FROM n"""),
     "a setting of another type": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', '\"abc\"')"),
     "a setting out of its range": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', '0')"),
     "a setting that is no JSON": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', 'not json')"),
@@ -128,6 +131,19 @@ def test_a_start_says_so_in_one_line(sound, tmp_path):
     assert (done.returncode, is_one_line(done.stderr)) == (2, True)
     assert "table schedules" in done.stderr
     assert database.exists()
+
+
+@pytest.mark.parametrize(("command", "statement"), [
+    ("--export-config", "UPDATE schedules SET start = 'yesterday'"), ("--export-config", "UPDATE schedules SET parameters = '[1'"),
+    ("--export-config", "UPDATE robots SET name = CAST(x'ff' AS TEXT) WHERE name = 'Bad'"),
+    ("--export-log", "UPDATE executions SET planned_at = 'yesterday'"), ("--export-log", "UPDATE executions SET state = 'dancing'")])
+def test_so_does_an_export_and_leaves_the_file_of_the_last_one(sound, tmp_path, command, statement):
+    spoilt(sound, tmp_path / "amr-scheduler.db", statement)
+    (target := tmp_path / "export").write_text("of yesterday")
+    done = run(tmp_path, command, str(target))
+    assert (done.returncode, is_one_line(done.stderr)) == (2, True)
+    assert "has a value that can't be used" in done.stderr
+    assert target.read_text() == "of yesterday"
 
 
 @pytest.mark.parametrize("version", range(1, len(MIGRATIONS) + 1))

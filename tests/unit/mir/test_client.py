@@ -198,7 +198,7 @@ def test_cancel_and_clear(robot: RobotClient, responses: RequestsMock) -> None:
     (lambda robot: robot.set_state(RobotState.PAUSE), {"state_id": 4}),
     (lambda robot: robot.set_state(RobotState.READY), {"state_id": 3}),
     (lambda robot: robot.clear_error(), {"clear_error": True}),
-    (lambda robot: robot.answer_prompt("g-1", "Y" * 300), {"guid": "g-1", "answer": "Y" * 255})])
+    (lambda robot: robot.answer_prompt("g-1", "Y" * 255), {"guid": "g-1", "answer": "Y" * 255})])
 def test_putting_the_status(robot: RobotClient, responses: RequestsMock, call: Callable[[RobotClient], Any], expected: Any) -> None:
     responses.put(f"{API}/status", json=STATUS)
     assert call(robot).robot_name == "R1"

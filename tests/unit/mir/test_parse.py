@@ -124,7 +124,7 @@ def test_errors_and_prompt_with_their_templates() -> None:
     assert status.mission_text == "Moving to 'Dock'"
     assert status.errors == (RobotProblem(10120, "Failed to reach 'S2'", "MissionController", resettable=False),
                              RobotProblem(10201, "Lost"))
-    assert status.user_prompt == UserPrompt("g-1", "Loaded?", ("Yes", "No", ""), 60.0, "u")
+    assert status.user_prompt == UserPrompt("g-1", "Loaded?", ("Yes",), 60.0, "u", 2)
 
 
 @pytest.mark.parametrize("value", [None, [], {}, "x", 5, [STATUS], {"robot_name": "R1"}, {"error": "no"}])
