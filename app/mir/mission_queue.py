@@ -69,13 +69,13 @@ class QueueReader:
 
     def _climb(self, listed: int) -> int:
         """The list may end far below what is new, so numbers above it are tried, in longer and shorter steps, and beyond a gap as far as
-        in ``_one_by_one``. Only one that is there counts: too low a number is safe to search from.
+        in ``_one_by_one``. Only one that is there counts: too low a number is safe to search from, and the next call goes on from it.
 
         Raises Unreadable where there is no end.
         """
         known = self._climbed if self._climbed > listed and self._is_there(self._climbed) else listed
-        step, missing = 1, 0
-        while missing < MISSING_IN_A_ROW:
+        step, missing, tries = 1, 0, 0
+        while missing < MISSING_IN_A_ROW and (tries := tries + 1) <= MOST_SINGLE_READS:
             if self._is_there(known + missing + step):
                 known, step, missing = known + missing + step, 2 * step, 0
                 if step > LONGEST_STEP:
