@@ -3,8 +3,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from datetime import date, datetime
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 from zoneinfo import ZoneInfo
 
 from kivy.event import EventDispatcher
@@ -29,14 +30,31 @@ T = TypeVar("T")
 EXPECTED = (InvalidInput, RobotError, DatabaseError)     # each brings its sentence; anything else goes to the log as well
 
 
+class _DialogsWhile:
+    """The window's dialogs, which open only while Settings is shown: what a robot or the disk answers after that must ask nothing on
+    another screen, past the PIN."""
+
+    def __init__(self, is_shown: Callable[[], bool], dialogs: object) -> None:
+        self._is_shown, self._dialogs = is_shown, dialogs
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._dialogs, name) if self._is_shown() else _unasked
+
+
+def _unasked(*_args: object, declined: Callable[[], object] | None = None, **_given: object) -> None:
+    if declined is not None:
+        declined()
+
+
 class PageContext:
     """What every section works with: the services, the window, the latest facts, and a way to run work in the background.
 
-    ``refresh()`` reads the facts again.
+    ``refresh()`` reads the facts again. ``is_shown`` says whether Settings is.
     """
 
-    def __init__(self, services: SettingsServices, shell: Shell, refresh: Callable[[], object]) -> None:
-        self.services, self.shell, self.refresh = services, shell, refresh
+    def __init__(self, services: SettingsServices, shell: Shell, refresh: Callable[[], object], is_shown: Callable[[], bool]) -> None:
+        self.services, self.refresh = services, refresh
+        self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
         self.facts = SettingsFacts()
 
     def now(self) -> datetime:

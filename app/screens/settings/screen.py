@@ -52,7 +52,7 @@ class SettingsViewModel(ViewModel):
         super().__init__()
         self._services, self._shell = services, shell
         self._refresher: Refresher[SettingsFacts] = Refresher(shell, lambda: lambda: read(services), self._take)
-        self.context = PageContext(services, shell, self._refresher.request)
+        self.context = PageContext(services, shell, self._refresher.request, lambda: self.is_open)
         self.has_facts = False                           # nothing is shown before the first reading: defaults would look like settings
         self._waiting: list[Callable[[], object]] = []   # for the first facts of this visit
 

@@ -12,6 +12,7 @@ from app.screens.common.pin_dialog import PinDialog
 from app.screens.settings.gate import LEFT_ALONE_S
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import AlarmBanner, NavItem
 from app.widgets.number_pad import PadKey
 from app.widgets.rows import SectionRow
@@ -233,3 +234,19 @@ def test_keys_are_for_gloves(site, app, ui, gloves):
     assert all(min(key.size) >= 64 for key in ui.find_all(PadKey))
     assert checks.problems(ui.find(PinDialog)) == []
     assert says(ui, "Wrong PIN")
+
+
+# ---------------------------------------------------------------------- what comes after it was left
+def test_an_answer_that_comes_late_asks_nothing_on_another_screen(site, app, ui):
+    site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, "distributor"), "distributor")
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    unlock(ui, app)
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Fetch from robot", disabled=False))
+    site.fleet.robots[0].control({"fault": {"kind": "delay", "path": "/missions", "method": "GET", "count": None, "seconds": 0.5}})
+    ui.tap(ui.find_all(CommandButton, text="Fetch from robot", disabled=False)[-1])
+    ui.tap(ui.find(NavItem, name="home"))
+    assert not app.shell.background.idle
+    ui.wait(lambda: app.shell.background.idle)
+    assert (current(app), ui.find_all(ChoiceDialog)) == ("home", [])
