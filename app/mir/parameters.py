@@ -9,20 +9,25 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from app.domain.message import message
 from app.domain.robot import MissionParameter
+from app.mir.errors import Unreadable
 from app.mir.parse import LONGEST_LIST, Object, float_or_none
 from app.mir.texts import clean
 
+MOST_PARAMETERS = 50         # of a mission: each is a field on the screen
+
 
 def from_definition(value: Any) -> list[MissionParameter]:
-    """The parameters named by a mission's definition, which some software wraps into a list of one."""
+    """The parameters named by a mission's definition, which some software wraps into a list of one. Raises Unreadable for too many."""
     definitions = value if isinstance(value, list) else [value]
     return _unique(_parameter(entry) for definition in definitions[:LONGEST_LIST] if isinstance(definition, dict)
                    for entry in _objects(definition.get("parameters")))
 
 
 def from_actions(value: Any) -> list[MissionParameter]:
-    """The parameters of a mission's actions whose value is asked for; ``type`` is what the action takes it for ("position", "time" …)."""
+    """The parameters of a mission's actions whose value is asked for; ``type`` is what the action takes it for ("position", "time" …).
+    Raises Unreadable for too many."""
     return _unique(_parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")})
                    for action in _objects(value) for entry in _objects(action.get("parameters")))
 
@@ -36,6 +41,8 @@ def _unique(found: Iterable[MissionParameter]) -> list[MissionParameter]:
     for parameter in found:
         if parameter.name:
             by_name.setdefault(parameter.name, parameter)
+    if len(by_name) > MOST_PARAMETERS:
+        raise Unreadable(problem=message("{what} has more than {n} entries", what=message("the list of parameters"), n=MOST_PARAMETERS))
     return list(by_name.values())
 
 

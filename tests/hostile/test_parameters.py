@@ -2,12 +2,15 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from datetime import datetime
 
 import pytest
 
 from app.container import Container
 from app.domain.models import InvalidInput, Mission, Robot, Schedule
+from app.mir.errors import Unreadable
+from app.mir.parameters import MOST_PARAMETERS, from_actions, from_definition
 from app.services.catalogue.configuration import import_configuration
 from tests.support.process import is_one_line, run
 
@@ -51,6 +54,16 @@ def test_they_are_refused_in_a_file_in_a_schedule_and_for_one_run(container, par
 def test_what_missions_need_is_taken(container):
     import_configuration(container.catalogue, schedule(ENOUGH))
     assert container.catalogue.schedules()[0].parameters == ENOUGH
+
+
+@pytest.mark.parametrize("count", [MOST_PARAMETERS, MOST_PARAMETERS + 1, 1000])
+def test_a_robot_that_asks_for_more_has_no_fields_made_for_them(count):
+    """A thousand of them held the window for seconds as soon as the mission was chosen."""
+    asked = [{"id": f"p{number}", "input_name": f"p{number}"} for number in range(count)]
+    for read, answer in ((from_definition, {"parameters": asked}), (from_actions, [{"parameters": asked}])):
+        refused = pytest.raises(Unreadable, match="the list of parameters has more than 50 entries")
+        with nullcontext() if count <= MOST_PARAMETERS else refused:
+            assert len(read(answer)) == count
 
 
 def test_the_command_says_so_in_one_line(container, tmp_path):

@@ -20,6 +20,7 @@ from app.domain.models import FONT_SCALES, KEYBOARDS, WEEKDAYS, Between, DayExce
 from app.i18n import languages
 from app.mir.address import Address
 from app.mir.credentials import normalise_fingerprint
+from app.mir.parameters import MOST_PARAMETERS
 from app.services.planning.recurrence import Recurrence, check_has_instants
 from app.services.planning.working_days import WorkingCalendar
 
@@ -27,7 +28,7 @@ T = TypeVar("T")
 YEARS = range(1970, 2200)
 LONGEST_EXCEPTION = timedelta(days=366)
 MOST_DAY_EXCEPTIONS = 2000
-MOST_PARAMETERS, LONGEST_PARAMETER = 50, 1000    # of a mission; characters of a value
+LONGEST_PARAMETER = 1000     # characters of a value
 LARGEST_NUMBER = 2**63 - 1
 LONGEST_RECURRENCE = 500     # characters; all months, days, hours and minutes together have fewer
 WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
