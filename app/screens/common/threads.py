@@ -16,6 +16,8 @@ from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger(__name__)
 
+APART = 2                    # threads for each kind of work that runs apart
+
 
 class UiBus:
     """``publish`` from any thread; handlers run on the UI thread, in order, at most ``per_frame`` events a frame.
@@ -135,16 +137,17 @@ class Background:
 
     def __init__(self, bus: UiBus, workers: int = 4, unexpected: Callable[[BaseException], object] | None = None) -> None:
         self._bus = bus
-        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="ui-work")
+        self._pools = {"": ThreadPoolExecutor(workers, thread_name_prefix="ui-work")}
         self._unexpected = unexpected
         self._latest: dict[Hashable, Job] = {}
         self._pending: set[Job] = set()
 
     def run(self, work: Callable[[], Any], done: Callable[[Any], object] | None = None,
-            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None) -> Job:
+            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None, apart: str = "") -> Job:
         """Run ``work()`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread. Call it on the UI thread.
 
-        Of several runs with one ``key`` only the newest delivers (a search while typing).
+        Of several runs with one ``key`` only the newest delivers (a search while typing). What nobody has pressed, but asks robots, runs
+        ``apart``, on few threads for all of that name: those that answer slowly must keep no one waiting who presses something.
         """
         job = Job()
         if key is not None:
@@ -152,7 +155,9 @@ class Background:
                 self._latest[key].cancel()
             self._latest[key] = job
         self._pending.add(job)
-        self._pool.submit(self._work, job, work, done, failed, key)
+        if apart not in self._pools:
+            self._pools[apart] = ThreadPoolExecutor(APART, thread_name_prefix=f"ui-{apart}")
+        self._pools[apart].submit(self._work, job, work, done, failed, key)
         return job
 
     @property
@@ -164,7 +169,8 @@ class Background:
         """Take no more work and deliver nothing more; what runs runs to its end."""
         for job in self._pending:
             job.cancel()
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        for pool in self._pools.values():
+            pool.shutdown(wait=False, cancel_futures=True)
 
     def _work(self, job: Job, work: Callable[[], Any], done: Callable[[Any], object] | None,
               failed: Callable[[BaseException], object] | None, key: Hashable | None) -> None:

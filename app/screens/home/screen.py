@@ -113,7 +113,7 @@ class HomeViewModel(HomeState, ViewModel):
         if robot is not None and any(facts.needs_name(item) for item in facts.queue):
             self._shell.background.run(lambda: self._services.robot_missions.learn_names(robot.id),
                                        lambda is_new: self._reader.request() if is_new else None, lambda _problem: None,
-                                       key=("home", "names"))
+                                       key=("home", "names"), apart="names")
 
     def _learn_map(self) -> None:
         """One at a time; first the one that is kept in a file, then what the robot answers."""
@@ -126,7 +126,7 @@ class HomeViewModel(HomeState, ViewModel):
             self._is_learning_map = False
             self._reader.request()
 
-        self._shell.background.run(lambda: maps.learn(robot.id, map_id), ended, ended)
+        self._shell.background.run(lambda: maps.learn(robot.id, map_id), ended, ended, apart="maps")
 
     def _show(self) -> None:
         view = present(self.facts, self._services.clock.now(), self._chosen)
@@ -177,7 +177,8 @@ class HomeViewModel(HomeState, ViewModel):
         if robot is None or mission is None:
             return
         self._shell.background.run(lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
-                                   lambda found: self._take_parameters(tuple(found)), lambda _problem: None, key=("home", "parameters"))
+                                   lambda found: self._take_parameters(tuple(found)), lambda _problem: None, key=("home", "parameters"),
+                                   apart="parameters")
 
     def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
         self._wanted = found

@@ -248,7 +248,7 @@ class FormModel(EventDispatcher):
         if robot_id is None or mission is None:
             return
         self._shell.background.run(lambda: self._ask_robot(robot_id, mission.guid), self._robot_answered, lambda _problem: None,
-                                   key=("scheduler", "parameters"))
+                                   key=("scheduler", "parameters"), apart="parameters")
 
     def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
         self._services.robot_missions.learn_names(robot_id)

@@ -92,7 +92,7 @@ class SettingsViewModel(ViewModel):
         for robot in facts.robots:
             if answers(facts, robot):
                 ask = partial(self._services.robot_missions.learn_names, robot.id)
-                self._shell.background.run(ask, self._learnt, lambda _problem: None)
+                self._shell.background.run(ask, self._learnt, lambda _problem: None, apart="names")
 
     def _learnt(self, is_new: bool) -> None:
         if is_new:
