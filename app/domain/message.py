@@ -12,7 +12,7 @@ from typing import Any, TypeGuard
 
 Message = str | Mapping[str, Any]
 LONGEST = 10_000             # characters of a sentence; what is stored may be hostile, and each part of it stand in another one many times
-_PLACEHOLDERS = re.compile(r"(?:[^{}]++|\{\w*(?:!r|:\.\df)?\}|\{\{|\}\})*+")        # none with a width, which may be that of the memory
+_PLACEHOLDERS = re.compile(r"(?:[^{}]++|\{\w*(?:!r|:\.[0-9]f)?\}|\{\{|\}\})*+")        # none with a width, which may be that of the memory
 
 
 class _Params(dict[str, Any]):
