@@ -14,6 +14,9 @@ LONGEST = 80                             # characters
 
 _UNWANTED = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 _BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")       # letters, marks and a symbol that show nothing
+# Of one of several pictures of the character before; of a symbol only they are seen.
+_SELECTORS = frozenset(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0), 0x180B, 0x180C, 0x180D, 0x180F)))
+_RARE = _BLANK | _SELECTORS
 _JOINERS = frozenset("\u200c\u200d")
 _WITHOUT_JOINERS = ("LATIN ", "GREEK ", "CYRILLIC ", "CJK ", "HANGUL ", "HIRAGANA ", "KATAKANA ")
 
@@ -42,7 +45,7 @@ def cleaned(text: str, longest: int = LONGEST) -> str:
 
 def visible(text: str) -> str:
     """Without all that can't be part of a name."""
-    if text.isprintable() and (text.isascii() or _BLANK.isdisjoint(text)):
+    if text.isprintable() and (text.isascii() or _RARE.isdisjoint(text)):
         return text
     seen = "".join(c for c in text if c in _JOINERS or not _is_unwanted(c))
     return "".join(c for n, c in enumerate(seen) if _may_stand(seen, n))
@@ -60,6 +63,8 @@ def _is_unwanted(character: str) -> bool:
 
 
 def _may_stand(text: str, n: int) -> bool:
+    if text[n] in _SELECTORS:
+        return n > 0 and unicodedata.category(text[n - 1]) == "So"
     if text[n] not in _JOINERS:
         return not _is_unwanted(text[n])
     return 0 < n < len(text) - 1 and _writes_with_joiners(text[n - 1]) and _writes_with_joiners(text[n + 1])
