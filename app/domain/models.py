@@ -246,6 +246,7 @@ class Connection(StrEnum):
     UNAUTHORIZED = "unauthorized"
     WRONG_ROBOT = "wrong_robot"
     OTHER_CERTIFICATE = "other_certificate"
+    UNTRUSTED = "untrusted"              # a certificate that nobody has trusted
     NOT_A_ROBOT = "not_a_robot"
     DISABLED = "disabled"
 

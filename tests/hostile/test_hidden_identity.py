@@ -150,3 +150,16 @@ def test_an_unknown_certificate_gets_no_request_and_its_fingerprint_can_be_compa
     assert refused.value.code == "certificate_untrusted"
     assert tablet.operator.presented_fingerprint(machine.url) == pin_of(FIELD)
     assert machine.seen == []
+
+
+def test_a_robot_with_an_unknown_certificate_is_not_said_to_be_silent(tablet: Container, listen: Listen) -> None:
+    machine = listen(FIELD)
+    robot = add(tablet, machine.url)
+    poll(tablet)
+    assert connection(tablet) is Connection.UNTRUSTED
+    assert [alarm.code for alarm in tablet.alarms.open()] == ["certificate_untrusted"]
+    assert machine.seen == []
+    tablet.catalogue.save_robot(replace(robot, certificate_sha256=pin_of(FIELD)), PASSWORD)
+    poll(tablet)
+    assert connection(tablet) is Connection.CONNECTED
+    assert [alarm.code for alarm in tablet.alarms.open() if alarm.cleared_at is None] == []

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from app.mir.errors import CertificateMismatch
+
 
 def active(site):
     return [alarm.code for alarm in site.container.alarms.open() if alarm.cleared_at is None]
@@ -51,3 +53,16 @@ def test_an_answer_that_comes_after_the_robot_was_given_up_raises_no_alarm(site,
     site.run(300)
     assert given_up == [leave]
     assert active(site) == []
+
+
+def test_a_robot_that_answers_with_another_certificate_is_silent_no_longer(site):
+    def refuse(_where) -> None:
+        raise CertificateMismatch(address="R1")
+
+    site.network.down.add("R1")
+    site.run(120)
+    assert active(site) == ["unreachable"]
+    site.network.down.clear()
+    site.network.interrupt = refuse
+    site.run(60)
+    assert active(site) == ["certificate_changed"]

@@ -13,7 +13,7 @@ from app.database.errors import translated
 from app.domain.models import Alarm, Priority, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
-from app.mir.errors import CertificateMismatch, SerialNumberHidden, Unreachable
+from app.mir.errors import CertificateMismatch, CertificateProblem, SerialNumberHidden, Unreachable
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
@@ -93,6 +93,13 @@ def needs_password(site, plan):
 def certificate_changed(site, plan):
     def refuse(_where):
         raise CertificateMismatch(address="R1")
+    site.network.interrupt = refuse
+    site.run(60)
+
+
+def certificate_untrusted(site, plan):
+    def refuse(_where):
+        raise CertificateProblem(code="certificate_untrusted", address="R1")
     site.network.interrupt = refuse
     site.run(60)
 
@@ -238,7 +245,7 @@ def pin_guessed(site, plan):
 
 
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
-    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
+    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed, certificate_untrusted,
     needs_password, execution_failed, execution_skipped, executions_missed, app_was_off, clock_stepped, clock_implausible,
     duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled,
     adopted_unproven, item_unreadable, pin_guessed)}

@@ -7,6 +7,7 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
+from app.domain.message import is_message, render
 from app.domain.models import Alarm, Priority, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
@@ -104,6 +105,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "wrong_robot": lambda: _("correct its address, or accept the new robot"),
     "serial_hidden": lambda: _("check at the robot that it is the same one"),
     "certificate_changed": lambda: _("compare it with the robot's own, then trust it in Settings"),
+    "certificate_untrusted": lambda: _("compare it with the robot's own, then trust it in Settings"),
     "needs_password": lambda: _("enter it in Settings"),
     "clock_implausible": lambda: _("set the tablet's clock, or say that it is right"),
     "database": lambda: _("check the tablet's disk"),
@@ -151,8 +153,14 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
         last = formats.day_and_time(alarm.last_at, zone, now)
         parts.append(ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count).format(n=alarm.count, time=last))
     if not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
-        parts.append(_ADVICE[alarm.code]())
+        parts.append(_advice(alarm))
     return " · ".join(parts)
+
+
+def _advice(alarm: Alarm) -> str:
+    """What to do; of a robot that can't be reached its problem knows more: whether to look at its name, its port, or the tablet's network."""
+    problem = alarm.details.get("problem")
+    return render(problem, _) if alarm.code == "unreachable" and is_message(problem) else _ADVICE[alarm.code]()
 
 
 def alarm_tone(alarm: Alarm) -> str:
@@ -169,7 +177,8 @@ def alarm_icon(alarm: Alarm) -> str:
 
 
 # ---------------------------------------------------------------------- what can be done
-_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed", "needs_password")
+_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed",
+                         "certificate_untrusted", "needs_password")
 _OF_THE_TABLET = ("app_was_off", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
 _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed", "late_cancelled",

@@ -87,6 +87,7 @@ def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settin
         Connection.UNAUTHORIZED: (_("Wrong password"), "account-lock-outline"),
         Connection.WRONG_ROBOT: (_("Another robot"), "robot-confused-outline"),
         Connection.OTHER_CERTIFICATE: (_("Another certificate"), "certificate-outline"),
+        Connection.UNTRUSTED: (_("Unknown certificate"), "certificate-outline"),
         Connection.NOT_A_ROBOT: (_("Not a MiR robot"), "robot-off-outline"),
     }.get(connection, (_("Connecting"), "timer-sand"))
     if connection is Connection.UNKNOWN or snapshot.since is None:

@@ -14,7 +14,17 @@ from app.domain.models import Connection, Execution, Robot
 from app.domain.problems import in_words
 from app.domain.robot import RobotState, RobotStatus
 from app.mir.client import RobotClient
-from app.mir.errors import AnotherRobot, CertificateMismatch, NotAMir, RobotError, SerialNumberHidden, TimedOut, Unauthorized, Unreadable
+from app.mir.errors import (
+    AnotherRobot,
+    CertificateMismatch,
+    CertificateProblem,
+    NotAMir,
+    RobotError,
+    SerialNumberHidden,
+    TimedOut,
+    Unauthorized,
+    Unreadable,
+)
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import LIVE_EVERY, SAVE_SPANS_EVERY, SLOW_ANSWER, STATUS_IS_FRESH
 from app.services.live.snapshots import STALE_POLLS
@@ -163,6 +173,9 @@ class Observation:
             case CertificateMismatch():
                 self._set_alarm("certificate_changed", True)
                 connection = Connection.OTHER_CERTIFICATE
+            case CertificateProblem(code="certificate_untrusted"):
+                self._set_alarm("certificate_untrusted", True)
+                connection = Connection.UNTRUSTED
             case Unauthorized():
                 self._identified, self._refused = False, True
                 self._set_alarm("unauthorized", True)
@@ -176,6 +189,8 @@ class Observation:
         problem = message_of(error)
         if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and self.failures == 2:
             self._set_alarm("unreachable" if connection is Connection.UNREACHABLE else "not_a_robot", True, problem=problem)
+        if connection not in (Connection.UNREACHABLE, Connection.SLOW):
+            self._set_alarm("unreachable", False)
         self._change_connection(connection, problem)
 
     def _change_connection(self, connection: Connection, problem: Message, **values: object) -> None:
@@ -185,7 +200,7 @@ class Observation:
             level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
             log.log(level, "%s: %s%s", self.robot.name, connection, f" ({render(problem)})" if problem else "")
         if connection is Connection.CONNECTED:
-            for code in ("unreachable", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed"):
+            for code in ("unreachable", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed", "certificate_untrusted"):
                 self._set_alarm(code, False)
         self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
 

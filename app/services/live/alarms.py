@@ -32,6 +32,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
                                    "nothing is sent"),
     "serial_hidden": (Priority.HIGH, "{robot} no longer shows its serial number {expected}; nothing is sent"),
     "certificate_changed": (Priority.HIGH, "{robot} shows another certificate than the one that is trusted; nothing is sent"),
+    "certificate_untrusted": (Priority.HIGH, "{robot} shows a certificate that is not trusted; nothing is sent"),
     "needs_password": (Priority.HIGH, "{robot} is switched off until its password is entered; nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),

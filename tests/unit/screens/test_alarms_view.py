@@ -5,7 +5,9 @@ from datetime import timedelta
 
 import pytest
 
+from app.domain.message import message_of
 from app.domain.models import Alarm
+from app.mir.errors import Unreachable
 from app.screens.common.alarms_view import (
     Act,
     Here,
@@ -28,6 +30,7 @@ from tests.support.alarms import alarm
 from tests.support.home_facts import FACTS, NOW, SETTINGS, ago
 
 ROBOTS = {robot.id: robot for robot in FACTS.robots}
+UNKNOWN_NAME = Unreachable(code="unknown_name", host="mir7.plant")
 LATER = NOW + timedelta(hours=1, minutes=22)
 
 
@@ -64,6 +67,12 @@ def test_repeats_are_counted_and_the_last_one_has_its_time():
     assert note(again) == "Since 12:38 · 4 times, last 14:02 · is it switched on, and on this network?"
 
 
+def test_a_silent_robot_comes_with_what_was_tried_and_what_to_check():
+    refused = alarm("unreachable", details={"robot": "Aino", "problem": message_of(UNKNOWN_NAME.at("mir7.plant"))})
+    assert alarm_text(refused, SETTINGS, NOW) == "Aino doesn't answer"
+    assert note(refused) == "Since 14:36 · the name mir7.plant is not known on this network; check it or enter the robot's IP address"
+
+
 def test_recovery_is_reported_in_the_list_with_both_ends_and_in_the_banner_with_the_last():
     over = alarm("unreachable", raised_at=ago(hours=1), cleared_at=ago(minutes=28))
     assert note(over) == "Since 13:38 · Over since 14:10"
@@ -86,7 +95,7 @@ HOME, SETUP, DATA, LOGS = Act.SHOW_ROBOT, Act.ROBOT_SETTINGS, Act.DATA_SETTINGS,
 DESTINATIONS = {                         # code: (key as the services give it, what the button does, about what)
     "robot_error": ("robot:1", HOME, 1), "emergency_stop": ("robot:1", HOME, 1), "unreachable": ("robot:1", HOME, 1),
     "unauthorized": ("robot:1", SETUP, 1), "not_a_robot": ("robot:1", SETUP, 1), "wrong_robot": ("robot:1", SETUP, 1),
-    "certificate_changed": ("robot:1", SETUP, 1), "serial_hidden": ("robot:1", SETUP, 1), "needs_password": ("robot:1", SETUP, 1),
+    "certificate_changed": ("robot:1", SETUP, 1), "certificate_untrusted": ("robot:1", SETUP, 1), "serial_hidden": ("robot:1", SETUP, 1), "needs_password": ("robot:1", SETUP, 1),
     "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7), "execution_skipped": ("manual:1", LOGS, None),
     "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
     "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9), "duplicate_running": ("execution:9", HOME, 1),

@@ -60,7 +60,7 @@ def test_where_the_robot_is_on_screen_already_it_can_be_acknowledged():
     assert show(alarm("emergency_stop", acknowledged_at=NOW), here=HOME).act is Act.NOTHING
 
 
-@pytest.mark.parametrize("code", ["unauthorized", "wrong_robot", "not_a_robot", "certificate_changed"])
+@pytest.mark.parametrize("code", ["unauthorized", "wrong_robot", "not_a_robot", "certificate_changed", "certificate_untrusted"])
 def test_a_problem_of_the_configuration_leads_to_settings(code):
     assert (show(alarm(code)).act, show(alarm(code)).about) == (Act.ROBOT_SETTINGS, 1)
 

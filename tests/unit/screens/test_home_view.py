@@ -191,7 +191,8 @@ def test_connected_but_silent_for_three_polls_is_old_too():
 
 
 @pytest.mark.parametrize(("connection", "words"), [
-    (Connection.UNAUTHORIZED, "Wrong password"), (Connection.WRONG_ROBOT, "Another robot"), (Connection.NOT_A_ROBOT, "Not a MiR robot")])
+    (Connection.UNAUTHORIZED, "Wrong password"), (Connection.WRONG_ROBOT, "Another robot"), (Connection.UNTRUSTED, "Unknown certificate"),
+    (Connection.NOT_A_ROBOT, "Not a MiR robot")])
 def test_each_problem_with_the_connection_has_its_words(connection, words):
     look = link_appearance(AINO, snapshot(1, EXECUTING, connection=connection), NOW, SETTINGS)
     assert look.word.startswith(words)
