@@ -132,7 +132,7 @@ class RobotConnection(HTTPConnection):
         except FingerprintError:
             raise CertificateMismatch() from None
         except TimeoutError:
-            raise Unreachable(code="no_answer") from None
+            raise CertificateProblem(code="tls_silent") from None
         except (OSError, ValueError):
             raise CertificateProblem() from None
         self.sock.connection = self

@@ -151,7 +151,8 @@ def test_a_handshake_that_breaks_sent_nothing(serve: Serve, behave: Behaviour) -
 
 def test_a_handshake_that_hangs_sent_nothing(serve: Serve) -> None:
     error = enqueue_fails(robot_at(serve(lambda robot: robot.hang(), certificate=None), fingerprint(FIELD_ROBOT), QUICK))
-    assert (type(error), error.code, error.delivery) == (Unreachable, "no_answer", Delivery.NOT_SENT)
+    assert (type(error), error.code, error.delivery) == (CertificateProblem, "tls_silent", Delivery.NOT_SENT)
+    assert error.text.endswith("check the address (http or https) and the port")         # it is on, and on this network
 
 
 def after_request(conversation: Conversation, then: Callable[[], None]) -> None:
