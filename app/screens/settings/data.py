@@ -65,14 +65,17 @@ class DataPage(SettingsPage):
 
     # ------------------------------------------------------------------ files
     def export_configuration(self) -> None:
+        self.vm.configuration_outcome = NoticeView()
         self.vm.export_configuration.run(self.context, self.context.services.files.export_configuration, self._configuration_written)
 
     def import_configuration(self, *, may_delete: bool = False) -> None:
         files = self.context.services.files
+        self.vm.configuration_outcome = NoticeView()
         self.vm.import_configuration.run(self.context, lambda path: files.import_configuration(path, may_delete=may_delete),
                                          self._configuration_read)
 
     def export_log(self) -> None:
+        self.vm.log_outcome = NoticeView()
         self.vm.export_log.run(self.context, self.context.services.files.export_history, self._log_written)
 
     def _configuration_written(self, path: Path) -> None:

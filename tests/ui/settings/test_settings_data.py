@@ -69,6 +69,20 @@ def test_an_unusable_configuration_is_one_sentence_and_changes_nothing(site, app
         assert outcome(app, "configuration").text == ""
 
 
+def test_a_result_does_not_stay_beside_what_went_wrong_after_it(site, app, ui):
+    file = site.documents / "plant.json"
+    file.write_text(json.dumps({"format": "amr-scheduler/1", "settings": {"retry_limit": 3}}), encoding="utf-8")
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    ui.wait(lambda: row.model.path == str(file))
+    press(ui, "Import", row)
+    ui.wait(lambda: outcome(app, "configuration").text)
+    file.write_text("{", encoding="utf-8")
+    press(ui, "Import", row)
+    ui.wait(lambda: row.model.problem)
+    assert outcome(app, "configuration").text == ""
+
+
 def test_a_file_that_is_not_there(site, app, ui):
     go(ui, "data")
     row = file_row(ui, "Import from")
