@@ -204,7 +204,7 @@ def robot_dialog(context: PageContext):
 @dialog("robot-dialog-new-robot")
 def robot_dialog_new_robot(context: PageContext):
     robot, problem = context.facts.robots[0], AnotherRobot(address="10.40.12.21", expected="200104012", found="230617044")
-    return ConfirmDialog(title=_("Is this the new {robot}?").format(robot=robot.name), text=new_robot_question(problem),
+    return ConfirmDialog(title=_("Is this the new {robot}?").format(robot=robot.name), text=new_robot_question(problem, has_password=False),
                          confirm=_("This is the new {robot}").format(robot=robot.name), decline=_("Cancel"))
 
 

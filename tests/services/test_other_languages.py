@@ -245,7 +245,8 @@ def pin_guessed(site, plan):
 
 
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
-    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed, certificate_untrusted,
+    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
+    certificate_untrusted,
     needs_password, execution_failed, execution_skipped, executions_missed, app_was_off, clock_stepped, clock_implausible,
     duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled,
     adopted_unproven, item_unreadable, pin_guessed)}

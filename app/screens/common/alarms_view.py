@@ -158,7 +158,7 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
 
 
 def _advice(alarm: Alarm) -> str:
-    """What to do; of a robot that can't be reached its problem knows more: whether to look at its name, its port, or the tablet's network."""
+    """What to do; of a robot that can't be reached its problem knows more: whether to check its name, its port or the network."""
     problem = alarm.details.get("problem")
     return render(problem, _) if alarm.code == "unreachable" and is_message(problem) else _ADVICE[alarm.code]()
 

@@ -8,11 +8,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import AliasProperty, BooleanProperty, ObjectProperty, StringProperty
 
 from app.domain import names
-from app.domain.models import InvalidInput, Robot
+from app.domain.models import Connection, InvalidInput, Robot
 from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.credentials import Token
@@ -34,6 +35,8 @@ from app.screens.settings.view import (
 from app.widgets.dialogs import FormDialog
 
 FIELDS = ("name", "address", "username", "password", "fingerprint")
+# What answers is refused until somebody has decided about it: saving tests, and asks.
+NEED_DECISION = (Connection.WRONG_ROBOT, Connection.OTHER_CERTIFICATE, Connection.UNTRUSTED, Connection.UNAUTHORIZED)
 FIELD_OF = {"certificate_sha256": "fingerprint"}         # where the services have another name for it
 
 
@@ -95,9 +98,12 @@ class RobotDialog(FormDialog):
             form.fingerprint, form.enabled = robot.certificate_sha256 or "", robot.enabled
             form.password_hint = self._password_hint(robot, True)
             form.enabled = robot.enabled or robot.needs_password
-        self._as_saved = form.connection if robot is not None and not robot.needs_password else None        # needs no test
-        self._saved_endpoint = form.endpoint if self._as_saved else None
+        self._saved_endpoint = self._as_saved = None     # while as entered: a password is known; nothing has to be tested
+        if robot is not None and not robot.needs_password:
+            self._saved_endpoint = form.endpoint
+            self._as_saved = None if context.facts.snapshot(robot.id).connection in NEED_DECISION else form.connection
         super().__init__(vm=form, **kwargs)
+        form.bind(outcome=Clock.create_trigger(self._show_outcome, 0))
         for name in FIELDS:
             form.fbind(name, self._edited, name)
         self.fbind("width", self._widened)
@@ -105,6 +111,11 @@ class RobotDialog(FormDialog):
 
     def on_remove(self, robot: Robot) -> None:
         """Delete was pressed."""
+
+    def _show_outcome(self, *_args: Any) -> None:
+        """Bring it in sight, where the window is low."""
+        if self.vm.outcome.text:
+            self.ids.page.scroll_to(self.ids.outcome)
 
     def _widened(self, *_args: Any) -> None:
         self.wide = self.width >= self.panel_width * .85
@@ -128,7 +139,7 @@ class RobotDialog(FormDialog):
     def _password_hint(robot: Robot, is_as_saved: bool) -> str:
         if robot.needs_password:
             return _("needed to switch it on")
-        return _("unchanged") if is_as_saved else _("of what is entered now")
+        return _("unchanged") if is_as_saved else _("needed for this change")
 
     # ------------------------------------------------------------------ what is pressed
     def test(self) -> None:
@@ -246,7 +257,8 @@ class RobotDialog(FormDialog):
         if (other := self._known_by(problem.params["found"])) is not None:
             self.vm.outcome = known_already(other)
             return
-        self._context.shell.dialogs.confirm(_("Is this the new {robot}?").format(robot=robot.name), new_robot_question(problem),
+        self._context.shell.dialogs.confirm(_("Is this the new {robot}?").format(robot=robot.name),
+                                            new_robot_question(problem, has_password=bool(self.vm.password)),
                                             _("This is the new {robot}").format(robot=robot.name), accepted)
 
     def _ask_about_address(self, robot: Robot, problem: SerialNumberHidden) -> None:

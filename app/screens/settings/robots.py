@@ -56,12 +56,12 @@ class RobotsPage(SettingsPage):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._results: dict[int, NoticeView] = {}        # of tests on this visit
+        self._results: dict[int, tuple[Robot, NoticeView]] = {}      # of tests on this visit, with what was tested
         self._asked: set[int] = set()
 
     def show(self) -> None:
         facts = self.context.facts
-        panels = [replace(panel, testing=panel.key in self._asked, result=self._results.get(panel.key) or NoticeView())
+        panels = [replace(panel, testing=panel.key in self._asked, result=self._result(facts.robot(panel.key)))
                   for panel in robot_panels(facts, self.context.now())]
         self.vm.panels = [*panels, AddPanelView(first=not panels)]
 
@@ -95,8 +95,15 @@ class RobotsPage(SettingsPage):
         self._show_result(robot, notice)
 
     def _show_result(self, robot: Robot, notice: NoticeView) -> None:
-        self._results[robot.id] = notice
+        self._results[robot.id] = robot, notice
         self.show()
+
+    def _result(self, robot: Robot | None) -> NoticeView:
+        """That of the last test, while the connection is the one that was tested."""
+        if robot is None or robot.id not in self._results:
+            return NoticeView()
+        tested, notice = self._results[robot.id]
+        return notice if _connection(robot) == _connection(tested) else NoticeView()
 
     def _open(self, robot: Robot | None) -> None:
         dialog = RobotDialog(self.context, robot)
@@ -107,3 +114,8 @@ class RobotsPage(SettingsPage):
         """With its schedules; Undo brings them back."""
         self.context.remove(lambda: self.context.services.catalogue.remove_robot(robot.id),
                             robot_removal_sentence(self.context.facts, robot))
+
+
+def _connection(robot: Robot) -> tuple[str | None, ...]:
+    """What a test of it depends on."""
+    return robot.address, robot.username, robot.token, robot.certificate_sha256

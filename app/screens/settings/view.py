@@ -238,7 +238,7 @@ def failed_test(problem: BaseException) -> NoticeView:
     """On a panel: what can be accepted as new is accepted in the dialog."""
     note = _("If it is the new one, accept it in Edit") if isinstance(problem, AnotherRobot) else \
         _("If it is the same one, accept it in Edit") if isinstance(problem, SerialNumberHidden) else \
-        _("Its fingerprint can be compared in Edit") if has_unknown_certificate(problem) else ""
+        _("Edit, then Test connection, shows its fingerprint to compare") if has_unknown_certificate(problem) else ""
     return replace(went_wrong(problem), note=note)
 
 
@@ -247,9 +247,13 @@ def has_unknown_certificate(problem: BaseException) -> bool:
     return isinstance(problem, CertificateProblem) and problem.code in ("certificate_untrusted", "certificate_mismatch")
 
 
-def new_robot_question(problem: AnotherRobot) -> str:
-    return _("Serial number so far: {expected}\nAnswers now: {found}\n\nNothing has been sent to it. The new robot needs its password "
-             "entered again.").format(expected=problem.params["expected"], found=problem.params["found"])
+def new_robot_question(problem: AnotherRobot, *, has_password: bool) -> str:
+    """``has_password``: one is entered, which the machine gets when it is accepted."""
+    numbers = _("Serial number so far: {expected}\nAnswers now: {found}").format(
+        expected=problem.params["expected"], found=problem.params["found"])
+    next_step = _("Nothing has been sent to it. If you agree, it gets the password that is entered.") if has_password else \
+        _("Nothing has been sent to it. The new robot needs its password entered again.")
+    return f"{numbers}\n\n{next_step}"
 
 
 def hidden_number_question(robot: Robot, problem: SerialNumberHidden) -> str:

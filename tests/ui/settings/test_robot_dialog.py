@@ -43,7 +43,7 @@ def aino_at_veikkos_address(site, ui) -> RobotDialog:
     dialog = ui.find(RobotDialog)
     assert dialog.vm.password_hint == "unchanged"
     enter(ui, dialog.ids.address_field, site.fleet.robots[1].url)
-    assert dialog.vm.password_hint == "of what is entered now"
+    assert dialog.vm.password_hint == "needed for this change"
     return dialog
 
 

@@ -1,0 +1,98 @@
+"""What Settings says of a robot stays true: after its mending, after a mistake, and in a low window."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from kivy.core.window import Window
+
+from app.domain.models import Connection, Robot
+from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robots import RobotPanel
+from app.widgets.dialogs import ConfirmDialog
+from tests.hostile.capture import Capture, capture, pin_of
+from tests.ui import checks
+from tests.ui.integrator import enter, fill_in, go, press, robots
+from tests.ui.whole_app import PASSWORD, USER
+
+
+@pytest.fixture
+def low(app, ui) -> Iterator[None]:
+    """A small tablet."""
+    before = Window.size
+    Window.size = 800, 480
+    ui.advance(.2)
+    yield
+    Window.size = before
+
+
+def panel(ui, name: str = "Aino") -> RobotPanel:
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    return ui.find(RobotPanel, name=name)
+
+
+def edit(ui) -> RobotDialog:
+    press(ui, "Edit", panel(ui))
+    return ui.find(RobotDialog)
+
+
+def taken_over(site, ui, machine: Capture) -> None:
+    """Aino was known, and now another machine answers at its address."""
+    site.container.catalogue.save_robot(Robot("Aino", machine.url, USER), PASSWORD)
+    ui.wait(lambda: robots(site)[0].serial_number)
+    machine.pretend({"serial": "B-2"})
+    ui.wait(lambda: site.container.snapshots.get(robots(site)[0].id).connection is Connection.WRONG_ROBOT)
+
+
+def is_seen(widget) -> bool:
+    return checks.visible_area(widget, checks.parents(widget)) == pytest.approx(checks.area(widget), abs=2)
+
+
+def test_the_result_of_a_test_goes_when_what_was_tested_is_changed(site, app, ui):
+    with capture("field_robot.pem") as machine:
+        robot = site.container.catalogue.save_robot(Robot("Aino", machine.url, USER), PASSWORD)
+        shown = panel(ui)
+        press(ui, "Test connection", shown)
+        ui.wait(lambda: shown.result.tone == "fault")
+        site.container.catalogue.save_robot(replace(robot, certificate_sha256=pin_of("field_robot.pem")), PASSWORD)
+        ui.wait(lambda: shown.badge.startswith("Connected"))
+        assert shown.result.text == ""
+
+
+def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
+    with capture() as machine:
+        taken_over(site, ui, machine)
+        machine.seen.clear()
+        dialog = edit(ui)
+        press(ui, "Save robot", dialog)
+        ui.wait(lambda: ui.find_all(ConfirmDialog))
+        assert ui.find(ConfirmDialog).title == "Is this the new Aino?"
+        assert machine.credentials == []
+
+
+@pytest.mark.parametrize(("password", "says"), [("", "needs its password entered again"), (PASSWORD, "it gets the password that is entered")],
+                         ids=["stored", "entered"])
+def test_what_a_new_robot_would_get_is_said_before(site, app, ui, password, says):
+    with capture() as machine:
+        taken_over(site, ui, machine)
+        dialog = edit(ui)
+        enter(ui, dialog.ids.password_field, password)
+        press(ui, "Test connection", dialog)
+        ui.wait(lambda: ui.find_all(ConfirmDialog))
+        assert says in ui.find(ConfirmDialog).text
+
+
+def test_what_went_wrong_is_in_sight_in_a_low_window(site, app, ui, low):
+    go(ui, "robots")
+    ui.wait(lambda: app.shell.background.idle)
+    app.shell.go("settings", section="robots", add=True)
+    ui.wait(lambda: ui.find_all(RobotDialog))
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
+    Window.release_all_keyboards()
+    ui.advance(1)
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: dialog.vm.save_word == "Save anyway")
+    ui.advance(1)
+    assert is_seen(dialog.ids.outcome)
