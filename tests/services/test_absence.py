@@ -154,6 +154,22 @@ def test_a_restored_backup_finds_what_it_has_forgotten(site, plan):
     site.run(300)
     assert outcome(site) == [("06:05", State.COMPLETED, None)]
     assert len(site.machines["R1"].queue) == 1
+    codes = [alarm.code for alarm in site.container.alarms.open()]
+    assert "backup_restored" in codes
+    assert "app_was_off" not in codes    # it was on, and had started the mission
+
+
+def test_an_absence_after_a_restored_backup_is_one_again(site):
+    site.run(60)
+    backup = site.directory / "before.db"
+    back_up(site.container.db.path, backup)
+    site.switch_off()
+    restore(backup, site.container.db.path, site.clock.now())
+    site.switch_on()
+    site.run(60)
+    off_for(site, 600)
+    site.run(60)
+    assert [alarm.code for alarm in site.container.alarms.open()] == ["app_was_off"]
 
 
 def test_the_history_is_held_to_its_limit(site, plan):

@@ -9,6 +9,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.backups import back_up, restore
 from app.database.errors import translated
 from app.domain.models import Alarm, Priority, State
 from app.domain.reasons import sentence, waiting_sentence
@@ -126,6 +127,17 @@ def executions_missed(site, plan):
 def app_was_off(site, plan):
     site.run(60)
     off(site, 3600)
+
+
+def backup_restored(site, plan):
+    site.run(60)
+    backup = site.directory / "before.db"
+    back_up(site.container.db.path, backup)
+    site.run(600)
+    site.switch_off()
+    restore(backup, site.container.db.path, site.clock.now())
+    site.switch_on()
+    site.run(30)
 
 
 def off(site, seconds):
@@ -247,7 +259,7 @@ def pin_guessed(site, plan):
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
     certificate_untrusted,
-    needs_password, execution_failed, execution_skipped, executions_missed, app_was_off, clock_stepped, clock_implausible,
+    needs_password, execution_failed, execution_skipped, executions_missed, app_was_off, backup_restored, clock_stepped, clock_implausible,
     duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled,
     adopted_unproven, item_unreadable, pin_guessed)}
 

@@ -179,7 +179,7 @@ def alarm_icon(alarm: Alarm) -> str:
 # ---------------------------------------------------------------------- what can be done
 _OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed",
                          "certificate_untrusted", "needs_password")
-_OF_THE_TABLET = ("app_was_off", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
+_OF_THE_TABLET = ("app_was_off", "backup_restored", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
 _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed", "late_cancelled",
                 "adopted_unproven", "item_unreadable")

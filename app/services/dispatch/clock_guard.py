@@ -222,7 +222,10 @@ class ClockGuard:
         gap = self._unreported
         if gap is not None and (end := min(gap.end, now)) - gap.start >= NOTEWORTHY:
             zone = self._settings.load(self._db.read()).timezone
-            self._alarms.raise_("app_was_off", "app", start=gap.start.isoformat(), end=end.isoformat(), timezone=zone)
+            restored_at = self._settings.restored_at(self._db.read())
+            is_forgotten = restored_at is not None and gap.start <= restored_at <= end       # the app may have been on, a backup can't know
+            self._alarms.raise_("backup_restored" if is_forgotten else "app_was_off", "app",
+                                start=gap.start.isoformat(), end=end.isoformat(), timezone=zone)
         self._unreported = None
 
     def _beat(self, now: datetime, mono: float) -> None:

@@ -39,6 +39,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "
                                              "or nothing could be written"),
     "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
+    "backup_restored": (Priority.LOW, "A backup was restored: what the app did from {start} to {end} is not in it"),
     "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
     "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
     "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
@@ -59,8 +60,8 @@ SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an ala
 LONGEST_NOTE = 200           # characters
 LONGEST_DETAIL = 300         # characters, with nothing around it
 LONGEST_SHOWN = 1000         # characters of a detail in a sentence: it may be one itself, and come from a backup
-EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "clock_stepped", "duplicate_healed",
-                    "duplicate_running", "unknown_outcome", "late_cancelled", "adopted_unproven", "item_unreadable"})
+EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "backup_restored", "clock_stepped",
+                    "duplicate_healed", "duplicate_running", "unknown_outcome", "late_cancelled", "adopted_unproven", "item_unreadable"})
 
 
 class _Known(dict[str, Any]):

@@ -103,7 +103,8 @@ DESTINATIONS = {                         # code: (key as the services give it, w
     "database": ("database", DATA, None), "backup_failed": ("backup", DATA, None),
     "late_cancelled": ("execution:9", Act.SHOW_RUN, 9), "adopted_unproven": ("execution:9", Act.SHOW_RUN, 9),
     "item_unreadable": ("execution:9", Act.SHOW_RUN, 9), "clock_implausible": ("clock", Act.CLOCK_IS_RIGHT, None),
-    "app_was_off": ("app", None, None), "clock_stepped": ("clock", None, None), "two_tablets": ("tablet", None, None),
+    "app_was_off": ("app", None, None), "backup_restored": ("app", None, None),
+    "clock_stepped": ("clock", None, None), "two_tablets": ("tablet", None, None),
     "chore_failed": ("chore:Serving commands", None, None), "pin_guessed": ("settings", None, None),
 }
 
