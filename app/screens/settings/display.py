@@ -59,7 +59,10 @@ class DisplayPage(SettingsPage):
         def entered(_dialog: PinDialog, pin: str) -> None:
             if not chosen:
                 chosen.append(pin)
-                dialog.ask_again(_("Easy to guess: one of the first that people try") if is_easy_to_guess(pin) else "", _("Enter it again"))
+                if is_easy_to_guess(pin):
+                    dialog.ask_again(_("Easy to guess: one of the first that people try"), _("Enter it again to take it all the same"))
+                else:
+                    dialog.ask_again(text=_("Enter it again"))
             elif chosen.pop() != pin:
                 dialog.ask_again(_("The PINs don't match"), first)
             else:

@@ -100,9 +100,10 @@ class Gate:
         if dialog is None:
             return
         if wait_s > 0:
+            dialog.text = _("Forgotten? This opens Settings, entered on this tablet: python main.py --remove-pin")
             dialog.problem = _("Too many wrong PINs; wait {time}").format(time=formats.duration(math.ceil(wait_s)))
         elif dialog.waiting:
-            dialog.problem = ""
+            dialog.text, dialog.problem = _("Enter the PIN"), ""
         dialog.waiting = wait_s > 0
 
     def _used(self, *_args: Any) -> None:

@@ -69,8 +69,9 @@ def test_it_is_off_until_it_is_set_twice_the_same(site, app, ui):
     assert ui.find(PinDialog).dots == "•••"
     ui.tap(ui.find(PadKey, icon="backspace-outline"))
     press(ui, "34")
-    assert "Enter it again" in ui.texts(ui.find(PinDialog))
-    press(ui, "1235")
+    assert ui.find(PinDialog).problem.startswith("Easy to guess")
+    assert "Enter it again to take it all the same" in ui.texts(ui.find(PinDialog))
+    press(ui, "1235")                                         # or another one
     assert ui.find(PinDialog).problem == "The PINs don't match"
     press(ui, "1234")
     press(ui, "1234")
@@ -78,6 +79,14 @@ def test_it_is_off_until_it_is_set_twice_the_same(site, app, ui):
     assert site.container.access.check("1234").is_right
     ui.wait(lambda: ui.find_all(CommandButton, text="Change PIN"))
     assert current(app) == "settings"                         # who has just set it is in
+
+
+def test_a_good_one_is_only_asked_for_again(site, app, ui):
+    go(ui, "display")
+    ui.tap(ui.find(CommandButton, text="Set PIN"))
+    press(ui, "471183")
+    assert ui.find(PinDialog).problem == ""
+    assert "Enter it again" in ui.texts(ui.find(PinDialog))
 
 
 def test_it_is_removed(site, app, ui):
@@ -135,6 +144,7 @@ def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, cloc
         dialog = press(ui, "0000")
     assert dialog.waiting
     assert dialog.problem.startswith("Too many wrong PINs; wait ")
+    assert "main.py --remove-pin" in dialog.text              # for who has forgotten it
     ui.tap(ui.find(PadKey, dialog, text="4"))
     assert dialog.dots == ""
     ui.tap(ui.find(IconButton, root=dialog, icon="close"))     # closing it shortens nothing

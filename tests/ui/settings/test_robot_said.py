@@ -72,8 +72,8 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
         assert machine.credentials == []
 
 
-@pytest.mark.parametrize(("password", "says"), [("", "needs its password entered again"), (PASSWORD, "it gets the password that is entered")],
-                         ids=["stored", "entered"])
+@pytest.mark.parametrize(("password", "says"), [
+    ("", "needs its password entered again"), (PASSWORD, "it gets the password that is entered")], ids=["stored", "entered"])
 def test_what_a_new_robot_would_get_is_said_before(site, app, ui, password, says):
     with capture() as machine:
         taken_over(site, ui, machine)
