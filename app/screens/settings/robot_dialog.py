@@ -103,19 +103,21 @@ class RobotDialog(FormDialog):
             self._saved_endpoint = form.endpoint
             self._as_saved = None if context.facts.snapshot(robot.id).connection in NEED_DECISION else form.connection
         super().__init__(vm=form, **kwargs)
-        form.bind(outcome=Clock.create_trigger(self._show_outcome, 0))
+        form.fbind("outcome", self._reveal, "outcome")
         for name in FIELDS:
             form.fbind(name, self._edited, name)
+            form.fbind(f"{name}_problem", self._reveal, f"{name}_field")
         self.fbind("width", self._widened)
         self._widened()
 
     def on_remove(self, robot: Robot) -> None:
         """Delete was pressed."""
 
-    def _show_outcome(self, *_args: Any) -> None:
-        """Bring it in sight, where the window is low."""
-        if self.vm.outcome.text:
-            self.ids.page.scroll_to(self.ids.outcome)
+    def _reveal(self, what: str, _form: RobotForm, said: str | NoticeView) -> None:
+        """Bring in sight, where the window is low, what was said last; of a password that was refused the outcome says it."""
+        text = said if isinstance(said, str) else said.text
+        if text and not (what == "password_field" and self.vm.outcome.text):
+            Clock.schedule_once(lambda _dt: self.ids.page.scroll_to(self.ids[what]), 0)
 
     def _widened(self, *_args: Any) -> None:
         self.wide = self.width >= self.panel_width * .85

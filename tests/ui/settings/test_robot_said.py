@@ -84,14 +84,29 @@ def test_what_a_new_robot_would_get_is_said_before(site, app, ui, password, says
         assert says in ui.find(ConfirmDialog).text
 
 
-def test_what_went_wrong_is_in_sight_in_a_low_window(site, app, ui, low):
-    go(ui, "robots")
-    ui.wait(lambda: app.shell.background.idle)
+def filled_in(app, ui, **values: str) -> RobotDialog:
+    """A new robot, scrolled to the end of its dialog."""
     app.shell.go("settings", section="robots", add=True)
     ui.wait(lambda: ui.find_all(RobotDialog))
-    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
+    dialog = fill_in(ui, **values)
     Window.release_all_keyboards()
     ui.advance(1)
+    dialog.ids.page.scroll_y = 0
+    ui.advance()
+    return dialog
+
+
+def test_a_field_that_has_to_be_filled_in_comes_in_sight_in_a_low_window(site, app, ui, low):
+    dialog = filled_in(app, ui, address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
+    assert not is_seen(dialog.ids.name_field)
+    press(ui, "Save robot", dialog)
+    ui.advance(1)
+    assert is_seen(dialog.ids.name_field)
+
+
+def test_what_went_wrong_is_in_sight_in_a_low_window(site, app, ui, low):
+    dialog = filled_in(app, ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
+    dialog.ids.page.scroll_y = 1
     press(ui, "Save robot", dialog)
     ui.wait(lambda: dialog.vm.save_word == "Save anyway")
     ui.advance(1)
