@@ -6,6 +6,9 @@ from dataclasses import replace
 import pytest
 
 from app.mir.errors import CertificateMismatch
+from app.screens.common.alarms_view import alarm_note
+from app.services.live.alarms import alarm_sentence
+from tests.support.site import Site
 
 
 def active(site):
@@ -66,3 +69,18 @@ def test_a_robot_that_answers_with_another_certificate_is_silent_no_longer(site)
     site.network.interrupt = refuse
     site.run(60)
     assert active(site) == ["certificate_changed"]
+
+
+def test_robots_that_have_changed_places_are_named(tmp_path):
+    site = Site(tmp_path, robots=2)
+    site.add_robots()
+    site.run(60)
+    first, second = site.machines.values()
+    first.serial_number, second.serial_number = second.serial_number, first.serial_number
+    site.run(60)
+    alarms = {alarm.details["robot"]: alarm for alarm in site.container.alarms.open()}
+    assert alarm_sentence(alarms["R1"]) == (
+        f"Another robot answers at the address of R1: serial number {first.serial_number} (R2) instead of {second.serial_number}; "
+        "nothing is sent")
+    assert alarm_note(alarms["R2"], site.container.settings(), site.clock.now()).endswith(" · correct the addresses")
+    site.switch_off()

@@ -158,9 +158,14 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
 
 
 def _advice(alarm: Alarm) -> str:
-    """What to do; of a robot that can't be reached its problem knows more: whether to check its name, its port or the network."""
-    problem = alarm.details.get("problem")
-    return render(problem, _) if alarm.code == "unreachable" and is_message(problem) else _ADVICE[alarm.code]()
+    """What to do. Of a robot that can't be reached its problem knows more: whether to check its name, its port or the network. One that
+    answers for another can't be accepted in its place."""
+    problem, found = alarm.details.get("problem"), alarm.details.get("found")
+    if alarm.code == "unreachable" and is_message(problem):
+        return render(problem, _)
+    if alarm.code == "wrong_robot" and is_message(found):
+        return _("correct the addresses")
+    return _ADVICE[alarm.code]()
 
 
 def alarm_tone(alarm: Alarm) -> str:

@@ -165,7 +165,7 @@ class Observation:
         self._observe("offline")
         match error:
             case AnotherRobot():
-                self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=error.params["found"])
+                self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=self._named(error.params["found"]))
                 connection = Connection.WRONG_ROBOT
             case SerialNumberHidden():
                 self._set_alarm("serial_hidden", True, expected=error.params["expected"])
@@ -192,6 +192,11 @@ class Observation:
         if connection not in (Connection.UNREACHABLE, Connection.SLOW):
             self._set_alarm("unreachable", False)
         self._change_connection(connection, problem)
+
+    def _named(self, serial_number: str) -> Message:
+        """With the name of the configured robot that has it: robots may have changed places."""
+        owner = next((robot for robot in self._s.robots.all(self._s.db.read()) if robot.serial_number == serial_number), None)
+        return message("{number} ({robot})", number=serial_number, robot=owner.name) if owner else serial_number
 
     def _change_connection(self, connection: Connection, problem: Message, **values: object) -> None:
         before = self._s.snapshots.get(self.robot.id)
