@@ -192,9 +192,13 @@ def queue_note(facts: HomeFacts, now: datetime) -> str:
     return ", ".join(parts)
 
 
-def queue_empty(facts: HomeFacts, robot: Robot) -> str:
+def queue_empty(facts: HomeFacts, robot: Robot, now: datetime) -> str:
+    if not robot.enabled:
+        return _("The queue of a robot that is switched off is not read.")
     if facts.snapshot.queue_read_at is None:
         return _("Not read yet")
+    if is_old(facts.snapshot, now, facts.settings):
+        return _("The queue was empty when {robot} last answered.").format(robot=robot.name)
     return _("{robot} has nothing to do. Missions from a schedule, from Run now or from the robot's own screen appear here.").format(
         robot=robot.name)
 

@@ -138,7 +138,7 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
     return HomeView(
         has_robots=True, robots=tuple(robot_summaries(facts, now)),
         card=shown, controls=controls(facts, robot), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
-        queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now), queue_empty=queue_empty(facts, robot),
+        queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now), queue_empty=queue_empty(facts, robot, now),
         planned=tuple(planned_starts(facts, now)), planned_empty=planned_empty(facts), finished=tuple(finished_runs(facts, now)),
         run=run_now(facts, robot, chosen_mission))
 
@@ -163,7 +163,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
     snapshot = facts.snapshot
     status = snapshot.status
     if not robot.enabled:
-        return MissionView(_("Mission"), _("Not polled"), _("Its password has to be entered in Settings") if robot.needs_password else
+        return MissionView(_("Mission"), _("Not asked"), _("Its password has to be entered in Settings") if robot.needs_password else
                            _("The robot is switched off in Settings"))
     if old or status is None:
         return _last_known(facts, snapshot, now)

@@ -123,7 +123,7 @@ class DataPage(SettingsPage):
         when = next((option.text for option in self._backup_options() if option.key == path), path)
         self.context.shell.dialogs.confirm(
             _("Restore the backup of {when}?").format(when=when),
-            _("Robots, missions, schedules and history return to that state, and so do the robots' passwords and the PIN for Settings. "
+            _("Settings, robots, missions, schedules and history return to that state, the robots' passwords and the PIN for Settings too. "
               "The present database is kept as a file, but no longer shown. The app restarts."),
             _("Restore"), lambda: self._check(Path(path)), danger=True)
 

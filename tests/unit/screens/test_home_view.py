@@ -171,6 +171,15 @@ def test_what_is_old_looks_old_and_says_since_when():
     assert shown.queue[0].tone == "offline"
 
 
+def test_nobody_says_that_a_silent_robot_has_nothing_to_do():
+    idle = with_aino(READY, ())
+    assert view(idle).queue_empty.startswith("Aino has nothing to do.")
+    silent = with_aino(READY, (), age=300, connection=Connection.UNREACHABLE)
+    assert view(silent).queue_empty == "The queue was empty when Aino last answered."
+    off = replace(idle, robots=(replace(AINO, enabled=False), *idle.robots[1:]))
+    assert view(off).queue_empty == "The queue of a robot that is switched off is not read."
+
+
 def test_what_is_wrong_is_reported_in_the_language_of_the_screen():
     problem = Unreachable(code="refused", address="10.40.12.21").message
     facts = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem)
