@@ -35,7 +35,6 @@ from app.screens.settings.view import (
 from app.widgets.dialogs import FormDialog
 
 FIELDS = ("name", "address", "username", "password", "fingerprint")
-# What answers is refused until somebody has decided about it: saving tests, and asks.
 NEED_DECISION = (Connection.WRONG_ROBOT, Connection.OTHER_CERTIFICATE, Connection.UNTRUSTED, Connection.UNAUTHORIZED)
 FIELD_OF = {"certificate_sha256": "fingerprint"}         # where the services have another name for it
 
@@ -98,10 +97,8 @@ class RobotDialog(FormDialog):
             form.fingerprint, form.enabled = robot.certificate_sha256 or "", robot.enabled
             form.password_hint = self._password_hint(robot, True)
             form.enabled = robot.enabled or robot.needs_password
-        self._saved_endpoint = self._as_saved = None     # while as entered: a password is known; nothing has to be tested
-        if robot is not None and not robot.needs_password:
-            self._saved_endpoint = form.endpoint
-            self._as_saved = None if context.facts.snapshot(robot.id).connection in NEED_DECISION else form.connection
+        self._as_saved = form.connection if robot is not None and not robot.needs_password else None
+        self._saved_endpoint = form.endpoint if self._as_saved else None
         super().__init__(vm=form, **kwargs)
         form.fbind("outcome", self._reveal, "outcome")
         for name in FIELDS:
@@ -156,10 +153,14 @@ class RobotDialog(FormDialog):
             return
         if not form.name.strip():
             form.name_problem = _("Give the robot a name")
-        elif not form.enabled or form.connection in (self._tested, self._as_saved):
+        elif not form.enabled or form.connection == self._tested or (form.connection == self._as_saved and not self._needs_decision()):
             self._if_it_may_be_open(self._save)
         elif self._has_password():
             self._if_it_may_be_open(self._test_and_save)
+
+    def _needs_decision(self) -> bool:
+        """Whether what answers is refused until somebody has decided about it: saving tests, and asks."""
+        return self._robot is not None and self._context.facts.snapshot(self._robot.id).connection in NEED_DECISION
 
     def remove(self) -> None:
         if self._robot is not None:

@@ -66,6 +66,8 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
         taken_over(site, ui, machine)
         machine.seen.clear()
         dialog = edit(ui)
+        shown = ui.find(RobotPanel, name="Aino")
+        ui.wait(lambda: shown.badge.startswith("Another robot"))
         press(ui, "Save robot", dialog)
         ui.wait(lambda: ui.find_all(ConfirmDialog))
         assert ui.find(ConfirmDialog).title == "Is this the new Aino?"
