@@ -1,9 +1,17 @@
 """Buttons: command button, icon button, chips, segments, switch."""
+from typing import ClassVar
+
 from kivy.clock import Clock
+from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.relativelayout import RelativeLayout
+from kivymd.icon_definitions import md_icons
+from kivymd.uix.button import MDButton, MDButtonIcon, MDButtonText, MDIconButton
 
-from app.widgets.surfaces import CLEAR, Tap, Toned
+from app.widgets.chart import WorkingRing
+from app.widgets.surfaces import CLEAR, OnlySeen, Tap, Toned
+from app.widgets.text import BodyStrong, Ico
 from app.widgets.tokens import late_color, tk
 
 PLAIN = ("text", "standard")             # KivyMD's names of the style without fill and border, of a button and of an icon button
@@ -45,7 +53,16 @@ class Styled(Toned):
         return (tk.surface, tk.fault, tk.fault) if self.tone == "fault" else (tk.surface, tk.ink, tk.outline)
 
 
-class CommandButton(Styled, Tap):
+class ButtonIcon(Ico, MDButtonIcon):
+    """The icon of a command button."""
+
+
+class ButtonText(BodyStrong, MDButtonText):
+    """The text of a command button."""
+    usual_place: ClassVar = {}               # the button places it
+
+
+class CommandButton(OnlySeen, Styled, MDButton):
     """A button with text and icon. ``stacked``: icon above the text; ``large``: 20 sp. A text that is too long wraps.
 
     While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon. For a button as wide as its text use
@@ -57,23 +74,62 @@ class CommandButton(Styled, Tap):
     stacked = BooleanProperty(False)
     large = BooleanProperty(False)
     busy = BooleanProperty(False)
-    working = BooleanProperty(False)     # busy for 300 ms: the spinner is shown
     natural_width = NumericProperty(0)
     natural_height = NumericProperty(0)
 
     def __init__(self, **kwargs):
-        self._patience = Clock.create_trigger(self._show_working, .3)
+        self._patience = Clock.create_trigger(self._show_work, .3)
+        self._arrange = Clock.create_trigger(self._place, -1)
+        self._ring = None
         super().__init__(**kwargs)
+
+    def on_kv_post(self, _base):
+        self._button_text.fbind("size", self._arrange)
+        for name in ("pos", "size", "stacked", "icon", "text"):
+            self.fbind(name, self._arrange)
+        self._place()
+
+    def adjust_width(self, *_):
+        """KivyMD does this 0.2 s late."""
+
+    adjust_pos = adjust_width
+
+    def _place(self, *_):
+        """Icon and text beside or above each other, in the middle; as wide and high as both is natural."""
+        icon, word = self._button_icon, self._button_text
+        side = dp(24) if self.icon else 0
+        gap = 0 if not self.icon or not self.text else dp(4) if self.stacked else dp(8)
+        beside = 0 if self.stacked else side + gap
+        edge = dp(4) if self.stacked else dp(8)
+        word.max_width = max(dp(24), self.width - 2 * edge - (dp(32) if side and not self.stacked else 0)) if self.width > dp(100) else 0
+        wide, high = (max(side, word.width), side + gap + word.height) if self.stacked else (beside + word.width, max(side, word.height))
+        self.natural_width, self.natural_height = wide + dp(32), high + dp(16)
+        x, y = self.x - round(self.x) + self.width / 2, self.y - round(self.y) + self.height / 2      # drawing begins at a whole pixel
+        if self.stacked:
+            icon.pos = x - side / 2, y - high / 2 + word.height + gap
+            word.pos = x - word.width / 2, y - high / 2
+        else:
+            icon.pos = x - wide / 2, y - side / 2
+            word.pos = x - wide / 2 + beside, y - word.height / 2
+        if self._ring is not None:
+            self._ring.pos = icon.pos
 
     def on_busy(self, *_):
         self._patience.cancel()
         if self.busy:
             self._patience()
-        else:
-            self.working = False
+        elif self._ring is not None:
+            self._ring.active = False
+            self.remove_widget(self._ring)
+            self._ring = None
+            self._button_icon.opacity = 1
 
-    def _show_working(self, _dt):
-        self.working = self.busy
+    def _show_work(self, _dt):
+        if self._ring is None:
+            self._ring = WorkingRing(size_hint=(None, None), size=(dp(24), dp(24)), colour=self.front, active=True)
+            RelativeLayout.add_widget(self, self._ring)
+            self._button_icon.opacity = 0
+            self._place()
 
     def on_touch_down(self, touch):
         if self.busy and self.is_seen and self.collide_point(*touch.pos):
@@ -81,10 +137,14 @@ class CommandButton(Styled, Tap):
         return super().on_touch_down(touch)
 
 
-class IconButton(Styled, Tap):
+class IconButton(OnlySeen, Styled, MDIconButton):
     """A button with an icon only, where that needs no text (close, back, search, menu)."""
     icon = StringProperty()
-    style = OptionProperty("standard", options=("standard", "filled", "tonal", "outlined"))
+    font_name = StringProperty("Icons")
+    font_size = NumericProperty("24dp")
+
+    def on_icon(self, *_):
+        self.text = md_icons[self.icon] if self.icon else ""
 
 
 class ChoiceChip(Tap):

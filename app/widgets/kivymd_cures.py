@@ -75,11 +75,13 @@ def shadow() -> None:
 
 
 def background() -> None:
-    """Fill and border are jagged where the GL driver doesn't multisample, and are drawn although most widgets have none. Here they are
-    nine-patches, drawn once per frame; between them lies the state layer, under the text."""
+    """Fill and border are jagged where the GL driver doesn't multisample, and are drawn although most widgets have none; a label has two
+    fills. Here they are nine-patches, drawn once per frame; between them lies the state layer, under the text."""
     from kivymd.uix.behaviors.backgroundcolor_behavior import BackgroundColorBehavior as Background
+    from kivymd.uix.label import MDLabel
 
     _drop_rule("BackgroundColorBehavior")
+    MDLabel.on_md_bg_color = Background.on_md_bg_color
 
     def __init__(self, **kwargs):
         super(Background, self).__init__(**kwargs)
@@ -105,36 +107,42 @@ def background() -> None:
         self._background.clear()
         if self.width < 2 or self.height < 2:
             return
-        position = (0, 0) if isinstance(self, RelativeLayout) else self.pos
-        box = (*position, *self.size, tuple(self.radius))
         line = round(self.line_width)
         with self._background:
             for color in (self._md_bg_color, getattr(self, "state_layer_color", CLEAR)):
-                if color and color[3]:
-                    Color(*color)
-                    rounded(*box)
-            if line and self.line_color and self.line_color[3]:
-                Color(*self.line_color)
-                rounded(*box, ring=line)
+                _draw_shape(self, color)
+            if line:
+                _draw_shape(self, self.line_color, line)
 
     for method in (__init__, _watch_background, _draw_background):
         setattr(Background, method.__name__, method)
 
 
+def _draw_shape(widget, color, ring: int = 0) -> None:
+    if color and color[3]:
+        Color(*color)
+        shape = rounded(*widget.pos, *widget.size, tuple(widget.radius), ring)
+        if isinstance(widget, RelativeLayout):                   # moves its drawing to its place
+            shape.pos = shape.pos[0] - round(widget.x), shape.pos[1] - round(widget.y)
+
+
 def state_layer() -> None:
-    """KivyMD's stays tinted after a tap where no mouse ever leaves, covers the text, and on Android sets a card back to an old colour. Here
-    it follows the finger."""
+    """KivyMD's stays tinted after a tap where no mouse ever leaves, covers the text, lies over what is disabled too, and on Android sets a
+    card back to an old colour. Here it follows the finger."""
     from kivymd.uix.behaviors.state_layer_behavior import StateLayerBehavior
     from kivymd.uix.button import MDButton
     from kivymd.uix.card import MDCard
 
     _drop_rule("StateLayerBehavior")
 
-    def on_state(self, _widget, state):
-        if not self.disabled:
-            self.state_layer_color = (*tk.ink[:3], .22 if tk.strong else .12) if state == "down" else CLEAR
+    def on_state(self, *_args):
+        pressed = self.state == "down" and not self.disabled
+        self.state_layer_color = (*tk.ink[:3], .22 if tk.strong else .12) if pressed else CLEAR
 
-    StateLayerBehavior.on_state = on_state
+    def on_disabled(self, *_args):
+        self.state_layer_color = CLEAR
+
+    StateLayerBehavior.on_state, StateLayerBehavior.on_disabled = on_state, on_disabled
     for method in ("_on_press", "_on_release", "on_enter", "on_leave", "set_properties_widget"):
         setattr(StateLayerBehavior, method, _nothing)
     MDButton.set_properties_widget = MDCard.set_properties_widget = _nothing

@@ -1,5 +1,6 @@
 """Text and icons, and the classes of each size of text: Body, Note, Title …"""
 import re
+from typing import ClassVar
 
 from kivy.core.text import Label as CoreLabel
 from kivy.metrics import dp
@@ -8,7 +9,7 @@ from kivymd.icon_definitions import md_icons
 from kivymd.uix.boxlayout import MDBoxLayout
 from kivymd.uix.label import MDIcon, MDLabel
 
-from app.widgets.tokens import TYPE_SCALE, font_of
+from app.widgets.tokens import font_of
 
 SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")          # where an address, a path or a file name may go on in the next line
 
@@ -24,6 +25,7 @@ class Txt(MDLabel):
     max_width = NumericProperty(0)
     most_lines = NumericProperty(0)
     lines = NumericProperty(0)               # that are shown
+    usual_place: ClassVar = {"center_y": .5}         # of one that fits, where no other is given
     font_hinting = OptionProperty("light", options=["normal", "light", "mono", None], allownone=True)
     font_name = StringProperty("Roboto")
     font_size = NumericProperty("16sp")      # a string, so that kivy follows the font scale live
@@ -45,7 +47,7 @@ class Txt(MDLabel):
             self._wrap()
             return
         self.size_hint = None, None
-        self.pos_hint = self.pos_hint or {"center_y": .5}
+        self.pos_hint = self.pos_hint or self.usual_place
         self.text_size = None, None
         if self.max_width > 0:
             self.texture_update()
@@ -114,8 +116,9 @@ def line_width(text: str, font_name: str, font_size: float) -> float:
 def _role(font_style: str, role: str, name: str) -> type[Txt]:
     """The class ``name`` of texts in one role of KivyMD's type scale."""
     font_name, font_size = font_of(font_style, role)
-    return type(Txt)(name, (Txt,), {"font_style": StringProperty(font_style), "role": OptionProperty(role, options=list(TYPE_SCALE["Body"])),
-                                    "font_name": StringProperty(font_name), "font_size": NumericProperty(font_size)})
+    return type(Txt)(name, (Txt,), {
+        "font_style": StringProperty(font_style), "role": OptionProperty(role, options=["large", "medium", "small"]),
+        "font_name": StringProperty(font_name), "font_size": NumericProperty(font_size)})
 
 
 Body, BodyStrong = _role("Body", "large", "Body"), _role("Title", "medium", "BodyStrong")                      # 16 sp

@@ -44,6 +44,7 @@ def test_a_busy_button_swallows_taps_and_shows_its_work_after_300_ms(ui):
     button.busy = True
     ui.tap(button)
     assert calls == []
+    ui.advance(.3)
     ring = ui.find(WorkingRing)
     assert ring.active
     angle = ring.angle
@@ -53,6 +54,7 @@ def test_a_busy_button_swallows_taps_and_shows_its_work_after_300_ms(ui):
     ui.tap(button)
     assert calls == [()]
     assert not ring.active
+    assert ui.find_all(WorkingRing) == []
 
 
 def test_quick_work_shows_no_ring(ui):
@@ -61,7 +63,7 @@ def test_quick_work_shows_no_ring(ui):
     ui.advance(.2)
     button.busy = False
     ui.advance(.5)
-    assert not button.working
+    assert ui.find_all(WorkingRing) == []
 
 
 def test_a_long_word_wraps_inside_its_button(ui):
