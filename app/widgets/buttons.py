@@ -1,6 +1,4 @@
 """Buttons: command button, icon button, chips, segments, switch."""
-from typing import ClassVar
-
 from kivy.clock import Clock
 from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
@@ -54,12 +52,13 @@ class Styled(Toned):
 
 
 class ButtonIcon(Ico, MDButtonIcon):
-    """The icon of a command button."""
+    """The icon of a command button, which places it."""
+    pos_hint = ObjectProperty({})
 
 
 class ButtonText(BodyStrong, MDButtonText):
-    """The text of a command button."""
-    usual_place: ClassVar = {}               # the button places it
+    """The text of a command button, which places it."""
+    pos_hint = ObjectProperty({})
 
 
 class CommandButton(OnlySeen, Styled, MDButton):

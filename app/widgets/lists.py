@@ -18,9 +18,9 @@ from kivy.properties import (
     StringProperty,
     VariableListProperty,
 )
-from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.scrollview import ScrollView
+from kivymd.uix.boxlayout import MDBoxLayout
 
 PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
 
@@ -49,7 +49,7 @@ class Row:
             setattr(self, name, value)
 
 
-class Rows(BoxLayout):
+class Rows(MDBoxLayout):
     """One ``viewclass`` per row of ``data`` in a box, for few rows; ``ScrollRows`` scrolls them.
 
     ``sight`` (left, bottom, right, top) is the visible part; rows outside it exist, but are not drawn. None: all of it is visible.

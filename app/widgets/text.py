@@ -1,10 +1,9 @@
 """Text and icons, and the classes of each size of text: Body, Note, Title …"""
 import re
-from typing import ClassVar
 
 from kivy.core.text import Label as CoreLabel
 from kivy.metrics import dp
-from kivy.properties import BooleanProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivymd.icon_definitions import md_icons
 from kivymd.uix.boxlayout import MDBoxLayout
 from kivymd.uix.label import MDIcon, MDLabel
@@ -25,10 +24,10 @@ class Txt(MDLabel):
     max_width = NumericProperty(0)
     most_lines = NumericProperty(0)
     lines = NumericProperty(0)               # that are shown
-    usual_place: ClassVar = {"center_y": .5}         # of one that fits, where no other is given
     font_hinting = OptionProperty("light", options=["normal", "light", "mono", None], allownone=True)
     font_name = StringProperty("Roboto")
     font_size = NumericProperty("16sp")      # a string, so that kivy follows the font scale live
+    pos_hint = ObjectProperty({"center_y": .5})      # where it stands in a row
     halign = OptionProperty("left", options=["left", "center", "right", "justify", "auto"])
     valign = OptionProperty("middle", options=["bottom", "middle", "center", "top"])
 
@@ -47,7 +46,6 @@ class Txt(MDLabel):
             self._wrap()
             return
         self.size_hint = None, None
-        self.pos_hint = self.pos_hint or self.usual_place
         self.text_size = None, None
         if self.max_width > 0:
             self.texture_update()
@@ -133,6 +131,7 @@ class Ico(MDIcon):
     icon = StringProperty("")
     font_name = StringProperty("Icons")
     font_size = NumericProperty("24dp")
+    pos_hint = ObjectProperty({"center_y": .5})
     halign = OptionProperty("center", options=["left", "center", "right", "justify", "auto"])
     valign = OptionProperty("middle", options=["bottom", "middle", "center", "top"])
 

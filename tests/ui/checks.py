@@ -18,6 +18,7 @@ from kivy.uix.scrollview import ScrollView
 from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
+from app.widgets.surfaces import Passive
 from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5                              # px: rounding is no fault
@@ -74,9 +75,9 @@ def problems(root: Widget) -> list[str]:
             continue
         if isinstance(widget, Label) and widget.text and widget.font_name != "Icons":
             found += _text_problems(widget, above)
-        if isinstance(widget, ButtonBehavior | TextInput):
+        if takes_presses(widget) or isinstance(widget, TextInput):
             targets.append((widget, above))
-        if isinstance(widget, ButtonBehavior) and min(widget.size) < tk.h_touch - SLACK:
+        if takes_presses(widget) and min(widget.size) < tk.h_touch - SLACK:
             found.append(f"small target {name_of(widget)}: {widget.width:.0f}×{widget.height:.0f}")
         if isinstance(widget, BoxLayout):
             found += _box_problems(widget)
@@ -101,8 +102,13 @@ def swallowed_touches(root: Widget) -> Iterator[str]:
     yield from walk(root, ())
 
 
+def takes_presses(widget: Widget) -> bool:
+    """Every card of KivyMD's is a button; those that only show something are not."""
+    return isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive)
+
+
 def takes_touches(widget: Widget) -> bool:
-    return isinstance(widget, ButtonBehavior | TextInput | ScrollView) or widget.disabled
+    return takes_presses(widget) or isinstance(widget, TextInput | ScrollView) or widget.disabled
 
 
 def _why_hidden(widget: Widget, above: tuple[Widget, ...]) -> str:
