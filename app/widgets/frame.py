@@ -1,5 +1,8 @@
 """The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.uix.screenmanager import NoTransition
+from kivymd.uix.screen import MDScreen
+from kivymd.uix.screenmanager import MDScreenManager
 
 from app.widgets.surfaces import Surface, Tap, TonedSurface
 from app.widgets.tokens import TONES
@@ -93,8 +96,34 @@ class NavBar(Surface):
         self.dispatch("on_go", item.name)
 
 
+class Cut(NoTransition):
+    """The next screen in the place of the former one. Kivy's draws both for a frame, over each other."""
+
+    def start(self, manager):
+        super().start(manager)
+        self.stop()
+        self.screen_in.dispatch("on_enter")
+        self.screen_out.dispatch("on_leave")
+
+
+class Screens(MDScreenManager):
+    """The screens, of which the present one is shown. The next one is there at once: KivyMD's transition takes 0.7 s of processor time."""
+
+    def __init__(self, **kwargs):
+        super().__init__(transition=Cut(), **kwargs)
+
+    def check_transition(self, *_):
+        """KivyMD would put one of its own in the place of ours."""
+
+    def clear_widgets(self, children=None, **kwargs):
+        """Those that are not shown first, else each would be shown in turn."""
+        for screen in sorted(self.screens[:] if children is None else children, key=lambda screen: screen is self.current_screen):
+            self.remove_widget(screen)
+        self.transition = Cut()              # the former one holds on to the screens that it has changed
+
+
 class Frame(Surface):
-    """The window's content. Widgets added to it go into the body. With an empty ``alarm`` there is no banner."""
+    """The window's content. Screens added to it go into the body. With an empty ``alarm`` there is no banner."""
     title = StringProperty()
     date = StringProperty()
     clock = StringProperty()
@@ -128,7 +157,5 @@ class Frame(Surface):
         """The bell, the banner's sentence or its number of other alarms was tapped."""
 
     def add_widget(self, widget, *args, **kwargs):
-        body = self.ids.get("body")
-        if body is None or isinstance(widget, NavBar):
-            return super().add_widget(widget, *args, **kwargs)
-        return body.add_widget(widget, *args, **kwargs)
+        holder = self.ids.body if isinstance(widget, MDScreen) else super()
+        return holder.add_widget(widget, *args, **kwargs)

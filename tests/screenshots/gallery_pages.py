@@ -18,305 +18,310 @@ PAGES = """
     alarm_note: "Since 14:36 · release the red button on the robot, then press Reset on the robot"
     alarm_others: "+1 more"
     alarm_action: "Show Aino"
-    ScrollPage:
-        BoxLayout:
-            orientation: "vertical" if root.height > root.width else "horizontal"
-            size_hint_y: None
-            height: self.minimum_height
-            spacing: GAP
-            SectionCard:
+    MDScreen:
+        ScrollPage:
+            BoxLayout:
+                orientation: "vertical" if root.height > root.width else "horizontal"
                 size_hint_y: None
                 height: self.minimum_height
-                pos_hint: {"top": 1}
-                spacing: S12
-                ScrollRows:
-                    direction: "x"
-                    spacing: S8
-                    size_hint_y: None
-                    height: tk.h_action
-                    viewclass: "RobotChip"
-                    data: samples.CHIPS
-                BoxLayout:
+                spacing: GAP
+                SectionCard:
                     size_hint_y: None
                     height: self.minimum_height
+                    pos_hint: {"top": 1}
                     spacing: S12
-                    ValueTile:
-                        icon: "battery-80"
-                        label: "Battery"
-                        value: "78 %"
-                        level: .78
-                        mark: .3
-                        note: "about 4 h 10 min left"
-                    ValueTile:
-                        icon: "lan-connect"
-                        label: "Address"
-                        value: "10.40.12.21"
-                        note: "Not seen since 14:02"
-                        note_icon: "wifi-off"
-                        tone: "attention"
-                        stale: True
-                RobotMap:
-                    size_hint_y: None
-                    height: dp(140)
-                    walls: samples.PLAN["walls"]
-                    racks: samples.PLAN["racks"]
-                    places: samples.PLAN["places"]
-                    at: .445, .5
-                    path: [(.445, .50), (.66, .50), (.66, .765), (.80, .765)]
-                BoxLayout:
-                    size_hint_y: None
-                    height: tk.h_action
-                    spacing: S8
-                    CommandButton:
-                        size_hint_x: 1.3
-                        style: "tonal"
-                        icon: "pause"
-                        text: "Pause"
-                        large: True
-                    CommandButton:
-                        stacked: True
-                        icon: "restore-alert"
-                        text: "Reset errors"
-                        disabled: True
-                    CommandButton:
-                        stacked: True
-                        icon: "playlist-remove"
-                        text: "Clear queue"
-            SectionCard:
-                size_hint_y: None
-                height: self.minimum_height
-                pos_hint: {"top": 1}
-                CardHead:
-                    title: "Queue"
-                    note: "1 running, 2 waiting"
-                Rows:
-                    orientation: "vertical"
-                    size_hint_y: None
-                    height: self.minimum_height
-                    viewclass: "QueueRow"
-                    data: samples.QUEUE[:3]
-                CardHead:
-                    title: "Next planned"
-                    note: "all robots"
-                Rows:
-                    orientation: "vertical"
+                    ScrollRows:
+                        direction: "x"
+                        spacing: S8
+                        size_hint_y: None
+                        height: tk.h_action
+                        viewclass: "RobotChip"
+                        data: samples.CHIPS
+                    BoxLayout:
+                        size_hint_y: None
+                        height: self.minimum_height
+                        spacing: S12
+                        ValueTile:
+                            icon: "battery-80"
+                            label: "Battery"
+                            value: "78 %"
+                            level: .78
+                            mark: .3
+                            note: "about 4 h 10 min left"
+                        ValueTile:
+                            icon: "lan-connect"
+                            label: "Address"
+                            value: "10.40.12.21"
+                            note: "Not seen since 14:02"
+                            note_icon: "wifi-off"
+                            tone: "attention"
+                            stale: True
+                    RobotMap:
+                        size_hint_y: None
+                        height: dp(140)
+                        walls: samples.PLAN["walls"]
+                        racks: samples.PLAN["racks"]
+                        places: samples.PLAN["places"]
+                        at: .445, .5
+                        path: [(.445, .50), (.66, .50), (.66, .765), (.80, .765)]
+                    BoxLayout:
+                        size_hint_y: None
+                        height: tk.h_action
+                        spacing: S8
+                        CommandButton:
+                            size_hint_x: 1.3
+                            style: "tonal"
+                            icon: "pause"
+                            text: "Pause"
+                            large: True
+                        CommandButton:
+                            stacked: True
+                            icon: "restore-alert"
+                            text: "Reset errors"
+                            disabled: True
+                        CommandButton:
+                            stacked: True
+                            icon: "playlist-remove"
+                            text: "Clear queue"
+                SectionCard:
                     size_hint_y: None
                     height: self.minimum_height
-                    viewclass: "PlanRow"
-                    data: samples.PLANNED[:2]
-                CardHead:
-                    title: "Just finished"
-                    note: "all robots"
-                Rows:
-                    orientation: "vertical"
-                    size_hint_y: None
-                    height: self.minimum_height
-                    viewclass: "DoneRow"
-                    data: samples.FINISHED
+                    pos_hint: {"top": 1}
+                    CardHead:
+                        title: "Queue"
+                        note: "1 running, 2 waiting"
+                    Rows:
+                        orientation: "vertical"
+                        size_hint_y: None
+                        height: self.minimum_height
+                        viewclass: "QueueRow"
+                        data: samples.QUEUE[:3]
+                    CardHead:
+                        title: "Next planned"
+                        note: "all robots"
+                    Rows:
+                        orientation: "vertical"
+                        size_hint_y: None
+                        height: self.minimum_height
+                        viewclass: "PlanRow"
+                        data: samples.PLANNED[:2]
+                    CardHead:
+                        title: "Just finished"
+                        note: "all robots"
+                    Rows:
+                        orientation: "vertical"
+                        size_hint_y: None
+                        height: self.minimum_height
+                        viewclass: "DoneRow"
+                        data: samples.FINISHED
 
 <GalleryForm@GalleryFrame>:
     current: "settings"
     title: "Settings"
-    ScrollPage:
-        BoxLayout:
-            orientation: "vertical" if root.height > root.width else "horizontal"
-            size_hint_y: None
-            height: self.minimum_height
-            spacing: GAP
-            SectionCard:
+    MDScreen:
+        ScrollPage:
+            BoxLayout:
+                orientation: "vertical" if root.height > root.width else "horizontal"
                 size_hint_y: None
                 height: self.minimum_height
-                pos_hint: {"top": 1}
-                spacing: S16
-                FormField:
-                    label: "Name"
-                    text: "Veikko"
-                    help: "As people call it"
-                FormField:
-                    label: "Address"
-                    hint: "10.40.12.22 or robot.local"
-                    problem: "Nothing answers at 10.40.12.99: is it switched on, and on this network?"
-                FormField:
-                    label: "Password"
-                    text: "secret"
-                    password: True
-                    help: "Never shown again"
-                StepField:
-                    label: "Ask robots every"
-                    unit: "s"
-                    value: 30
-                    minimum: 1
-                    maximum: 3600
-                    help: "1–3600 s"
-                StepField:
-                    label: "Retry limit"
-                    value: 10
-                    text: "40"
-                    maximum: 20
-                    help: "0–20"
-            SectionCard:
-                size_hint_y: None
-                height: self.minimum_height
-                pos_hint: {"top": 1}
-                spacing: S16
-                PickField:
-                    label: "Mission"
-                    value: "Deliver kits to line 2"
-                    icon: "magnify"
-                PickField:
-                    label: "First day"
-                    value: "Sat 21 Nov 2026"
-                    icon: "calendar-month"
-                    problem: "Saturday is not a working day"
-                SearchField:
-                    hint: "Search missions"
-                Segments:
-                    size_hint_y: None
-                    height: tk.h_touch
-                    spacing: S8
-                    options: [("once", "Once"), ("daily", "Daily"), ("weekly", "Weekly"), ("every", "Every …")]
-                    selected: "weekly"
-                StackLayout:
+                spacing: GAP
+                SectionCard:
                     size_hint_y: None
                     height: self.minimum_height
-                    spacing: S8
-                    ChoiceChip:
-                        icon: "star"
-                        text: "Collect empties"
-                    ChoiceChip:
-                        text: "All robots"
-                        trailing: "chevron-down"
-                        selected: True
-                    Toggle:
-                    Toggle:
-                        active: True
-                Notice:
-                    tone: "done"
-                    icon: "check-circle"
-                    text: "Veikko answers in 38 ms"
-                    note: "MiR100 · serial 180003127 · software 2.13.4"
-                Notice:
-                    tone: "attention"
-                    icon: "alert"
-                    text: "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40"
-                BoxLayout:
+                    pos_hint: {"top": 1}
+                    spacing: S16
+                    FormField:
+                        label: "Name"
+                        text: "Veikko"
+                        help: "As people call it"
+                    FormField:
+                        label: "Address"
+                        hint: "10.40.12.22 or robot.local"
+                        problem: "Nothing answers at 10.40.12.99: is it switched on, and on this network?"
+                    FormField:
+                        label: "Password"
+                        text: "secret"
+                        password: True
+                        help: "Never shown again"
+                    StepField:
+                        label: "Ask robots every"
+                        unit: "s"
+                        value: 30
+                        minimum: 1
+                        maximum: 3600
+                        help: "1–3600 s"
+                    StepField:
+                        label: "Retry limit"
+                        value: 10
+                        text: "40"
+                        maximum: 20
+                        help: "0–20"
+                SectionCard:
                     size_hint_y: None
-                    height: tk.h_action
-                    spacing: S8
-                    CommandButton:
-                        tone: "fault"
-                        text: "Clear"
-                    CommandButton:
-                        style: "text"
-                        icon: "delete-outline"
-                        text: "Delete"
-                    CommandButton:
-                        style: "filled"
-                        icon: "check"
-                        text: "Save"
-                        large: True
-                BoxLayout:
-                    size_hint_y: None
-                    height: dp(32)
-                    spacing: S8
-                    StatusBadge:
-                        icon: "wifi"
-                        text: "Connected"
-                    StatusBadge:
+                    height: self.minimum_height
+                    pos_hint: {"top": 1}
+                    spacing: S16
+                    PickField:
+                        label: "Mission"
+                        value: "Deliver kits to line 2"
+                        icon: "magnify"
+                    PickField:
+                        label: "First day"
+                        value: "Sat 21 Nov 2026"
+                        icon: "calendar-month"
+                        problem: "Saturday is not a working day"
+                    SearchField:
+                        hint: "Search missions"
+                    Segments:
+                        size_hint_y: None
+                        height: tk.h_touch
+                        spacing: S8
+                        options: [("once", "Once"), ("daily", "Daily"), ("weekly", "Weekly"), ("every", "Every …")]
+                        selected: "weekly"
+                    StackLayout:
+                        size_hint_y: None
+                        height: self.minimum_height
+                        spacing: S8
+                        ChoiceChip:
+                            icon: "star"
+                            text: "Collect empties"
+                        ChoiceChip:
+                            text: "All robots"
+                            trailing: "chevron-down"
+                            selected: True
+                        Toggle:
+                        Toggle:
+                            active: True
+                    Notice:
+                        tone: "done"
+                        icon: "check-circle"
+                        text: "Veikko answers in 38 ms"
+                        note: "MiR100 · serial 180003127 · software 2.13.4"
+                    Notice:
                         tone: "attention"
-                        icon: "wifi-strength-2-alert"
-                        text: "Slow · 9 s ago"
-                    StatusBadge:
-                        tone: "fault"
-                        loud: True
-                        icon: "alert-octagon"
-                        text: "Emergency stop"
-                    Widget:
+                        icon: "alert"
+                        text: "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40"
+                    BoxLayout:
+                        size_hint_y: None
+                        height: tk.h_action
+                        spacing: S8
+                        CommandButton:
+                            tone: "fault"
+                            text: "Clear"
+                        CommandButton:
+                            style: "text"
+                            icon: "delete-outline"
+                            text: "Delete"
+                        CommandButton:
+                            style: "filled"
+                            icon: "check"
+                            text: "Save"
+                            large: True
+                    BoxLayout:
+                        size_hint_y: None
+                        height: dp(32)
+                        spacing: S8
+                        StatusBadge:
+                            icon: "wifi"
+                            text: "Connected"
+                        StatusBadge:
+                            tone: "attention"
+                            icon: "wifi-strength-2-alert"
+                            text: "Slow · 9 s ago"
+                        StatusBadge:
+                            tone: "fault"
+                            loud: True
+                            icon: "alert-octagon"
+                            text: "Emergency stop"
+                        Widget:
 
 <GalleryLists@GalleryFrame>:
     current: "scheduler"
     title: "Scheduler"
-    BoxLayout:
-        orientation: "vertical" if root.height > root.width else "horizontal"
-        spacing: GAP
-        SectionCard:
-            CardHead:
-                title: "Schedules"
-                note: "2 of 3 on"
-            ScrollRows:
-                viewclass: "ScheduleRow"
-                data: samples.SCHEDULES
-        SectionCard:
-            size_hint_x: 1.6 if root.height < root.width else 1
-            CardHead:
-                title: "Runs"
-                note: "120, newest first"
-            LongList:
-                viewclass: "LogRow"
-                data: samples.runs(root.height > root.width)
+    MDScreen:
+        BoxLayout:
+            orientation: "vertical" if root.height > root.width else "horizontal"
+            spacing: GAP
+            SectionCard:
+                CardHead:
+                    title: "Schedules"
+                    note: "2 of 3 on"
+                ScrollRows:
+                    viewclass: "ScheduleRow"
+                    data: samples.SCHEDULES
+            SectionCard:
+                size_hint_x: 1.6 if root.height < root.width else 1
+                CardHead:
+                    title: "Runs"
+                    note: "120, newest first"
+                LongList:
+                    viewclass: "LogRow"
+                    data: samples.runs(root.height > root.width)
 
 <GalleryCharts@GalleryFrame>:
     current: "logs"
     title: "Logs"
-    ScrollPage:
-        Rows:
-            size_hint_y: None
-            height: self.minimum_height
-            spacing: GAP
-            viewclass: "KpiCard"
-            data: samples.KPIS
-        SectionCard:
-            size_hint_y: None
-            height: dp(208)
-            padding: PAD, S8, PAD, S12
+    MDScreen:
+        ScrollPage:
+            Rows:
+                size_hint_y: None
+                height: self.minimum_height
+                spacing: GAP
+                viewclass: "KpiCard"
+                data: samples.KPIS
+            SectionCard:
+                size_hint_y: None
+                height: dp(208)
+                padding: PAD, S8, PAD, S12
+                BoxLayout:
+                    size_hint_y: None
+                    height: dp(36)
+                    spacing: S16
+                    Title:
+                        fit: True
+                        text: "Upcoming"
+                    Widget:
+                    LegendItem:
+                        kind: "planned"
+                        text: "Planned"
+                    LegendItem:
+                        kind: "overlap"
+                        text: "Overlap"
+                    LegendItem:
+                        kind: "closed"
+                        text: "No work"
+                Timeline:
+                    lanes: samples.LANES
+                    ticks: samples.TICKS
+                    closed: [(11, 24, "Saturday: not a working day")]
+                    now: 1.63
+                    now_label: "14:38"
             BoxLayout:
                 size_hint_y: None
-                height: dp(36)
-                spacing: S16
-                Title:
-                    fit: True
-                    text: "Upcoming"
-                Widget:
-                LegendItem:
-                    kind: "planned"
-                    text: "Planned"
-                LegendItem:
-                    kind: "overlap"
-                    text: "Overlap"
-                LegendItem:
-                    kind: "closed"
-                    text: "No work"
-            Timeline:
-                lanes: samples.LANES
-                ticks: samples.TICKS
-                closed: [(11, 24, "Saturday: not a working day")]
-                now: 1.63
-                now_label: "14:38"
-        BoxLayout:
-            size_hint_y: None
-            height: dp(220)
-            spacing: GAP
-            SectionCard:
-                CardHead:
-                    title: "Utilisation"
-                RobotBars:
-                    rows: samples.UTILISATION
-            SectionCard:
-                CardHead:
-                    title: "Outcomes per day"
-                StackedBars:
-                    days: samples.DAYS
+                height: dp(220)
+                spacing: GAP
+                SectionCard:
+                    CardHead:
+                        title: "Utilisation"
+                    RobotBars:
+                        rows: samples.UTILISATION
+                SectionCard:
+                    CardHead:
+                        title: "Outcomes per day"
+                    StackedBars:
+                        days: samples.DAYS
 
 <GalleryEmpty@GalleryFrame>:
     robot: "No robot"
     link: ""
     link_icon: "robot-off-outline"
     link_tone: "offline"
-    SectionCard:
-        EmptyState:
-            icon: "access-point-network"
-            title: "Add your first robot"
-            text: "Its address and a user that may start missions are enough. Then fetch its missions and say when they shall run."
-            action: "Add robot"
-            action_icon: "plus"
+    MDScreen:
+        SectionCard:
+            EmptyState:
+                icon: "access-point-network"
+                title: "Add your first robot"
+                text: "Its address and a user that may start missions are enough. Then fetch its missions and say when they shall run."
+                action: "Add robot"
+                action_icon: "plus"
 """

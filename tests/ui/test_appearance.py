@@ -79,7 +79,7 @@ def test_both_survive_a_restart(site, ui):
     with shown(site.container, ui):
         go(ui, "display")
         ui.tap(ui.find(Segment, text="115 %"))
-        ui.wait(lambda: settings(site).font_scale_percent == 115)
+        ui.wait(lambda: Metrics.fontscale == pytest.approx(1.15))
         ui.wait(lambda: ui.find_all(Segment, text="115 %", selected=True))
         ui.tap(toggle(ui, "Glove mode"))
         ui.wait(lambda: settings(site).gloves)

@@ -8,6 +8,7 @@ from kivy.metrics import Metrics
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
+from kivymd.uix.screen import MDScreen
 
 from app.screens.logs.kpi_view import DayBar, RobotBar
 from app.screens.scheduler.timeline import Bar, Lane
@@ -167,15 +168,15 @@ def test_the_banner_comes_with_an_alarm_and_goes_with_it(ui):
     assert ui.find_all(AlarmBanner) == []
 
 
-def test_what_is_added_to_the_frame_goes_between_bar_and_navigation(ui):
+def test_a_screen_that_is_added_to_the_frame_goes_between_bar_and_navigation(ui):
     window = frame(ui)
-    label = Label(text="content")
-    window.add_widget(label)
+    screen = MDScreen()
+    window.add_widget(screen)
     ui.advance()
-    assert label in window.ids.body.children
+    assert screen in window.ids.body.children
     bar = ui.find(TopBar)
-    assert label.top < bar.y
-    assert label.y > ui.find(NavItem).top
+    assert screen.top < bar.y
+    assert screen.y > ui.find(NavItem).top
 
 
 # ---------------------------------------------------------------------- charts

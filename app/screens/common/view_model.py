@@ -39,9 +39,7 @@ no state of its own that a service has.
             super().__init__(vm=LogsViewModel(services, shell), **kwargs)
 
     # kv/logs/screen.kv
-    <LogsScreen>:
-        orientation: "vertical" if root.portrait else "horizontal"
-        spacing: GAP
+    <LogsScreen>:                                             # an MDScreen
         LongList:
             viewclass: "LogRow"
             data: root.vm.rows
@@ -73,8 +71,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.widget import Widget
+from kivymd.uix.screen import MDScreen
+from kivymd.uix.screenmanager import MDScreenManager
 
 from app.i18n import translator
 from app.screens.common.overlays import Dialogs
@@ -179,8 +177,8 @@ class Refresher(Generic[T]):
         self._failed(problem)
 
 
-class ScreenBase(BoxLayout):
-    """A screen: a widget with a view model that knows when it is shown."""
+class ScreenBase(MDScreen):
+    """A screen: a view model, and a widget that fills it. The navigator says when it is shown."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
     portrait = BooleanProperty(False)
 
@@ -196,25 +194,27 @@ class ScreenBase(BoxLayout):
         if self.vm is not None:
             self.vm.close()
 
+    def place(self) -> dict[str, Any]:
+        """The intent that leads back to what it shows now."""
+        return {}
+
     def _turned(self, *_: Any) -> None:
         self.portrait = self.height > self.width
 
 
 class Navigator(EventDispatcher):
-    """Shows one screen at a time in ``body``, built on its first visit by ``builders[name]()``; there is no transition to wait for.
+    """Shows one screen at a time in ``manager``, built on its first visit by ``builders[name]()``.
 
-    A screen may have ``shown(**intent)``, ``hidden()`` and ``place()``. Going to the screen that is already there shows it again with the
-    new intent.
+    Going to the screen that is already there shows it again with the new intent.
     """
     current = StringProperty()
     guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; calls what shows it, or not
 
-    def __init__(self, body: Widget, builders: Mapping[str, Callable[[], Widget]], **kwargs: Any) -> None:
+    def __init__(self, manager: MDScreenManager, builders: Mapping[str, Callable[[], ScreenBase]], **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self._body = body
+        self._manager = manager
         self._builders = dict(builders)
-        self._screens: dict[str, Widget] = {}
-        self._shown: Widget | None = None
+        self._shown: ScreenBase | None = None
 
     def go(self, name: str, **intent: Any) -> None:
         """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""
@@ -226,47 +226,40 @@ class Navigator(EventDispatcher):
     def _go(self, name: str, intent: dict[str, Any]) -> None:
         screen = self.screen(name)
         self._hide()
-        if screen.parent is None:
-            self._body.clear_widgets()
-            self._body.add_widget(screen)
-        self.current = name
+        self._manager.current = self.current = name
         self._shown = screen
-        self._tell(screen, "shown", intent)
+        screen.shown(**intent)
 
-    def screen(self, name: str) -> Widget:
+    def screen(self, name: str) -> ScreenBase:
         """The screen ``name``, built if it was never visited."""
-        if name not in self._screens:
-            self._screens[name] = self._builders[name]()
-        return self._screens[name]
+        if not self._manager.has_screen(name):
+            new = self._builders[name]()
+            new.name = name
+            self._manager.add_widget(new)
+        screen: ScreenBase = self._manager.get_screen(name)
+        return screen
 
     @property
     def built(self) -> list[str]:
-        return list(self._screens)
+        return list(self._manager.screen_names)
 
     def rebuild(self) -> None:
-        """Throw all screens away and build the present one again (glove mode, size of texts), at the place in it that its ``place()`` gives
-        as an intent."""
-        intent: dict[str, Any] = getattr(self._shown, "place", dict)()
-        self._hide()
-        self._body.clear_widgets()
-        self._screens.clear()
+        """Throw all screens away and build the present one again (glove mode, size of texts), at its ``place()``."""
+        intent = self._shown.place() if self._shown is not None else {}
+        self._clear()
         if self.current:
             self._go(self.current, intent)
 
     def close(self) -> None:
         """The window is closing: hide the present screen."""
-        self._hide()
-        self._body.clear_widgets()
-        self._screens.clear()
+        self._clear()
         self.current = ""
+
+    def _clear(self) -> None:
+        self._hide()
+        self._manager.clear_widgets()
 
     def _hide(self) -> None:
         if self._shown is not None:
-            self._tell(self._shown, "hidden", {})
+            self._shown.hidden()
             self._shown = None
-
-    @staticmethod
-    def _tell(screen: Widget, name: str, intent: dict[str, Any]) -> None:
-        call = getattr(screen, name, None)
-        if call is not None:
-            call(**intent)

@@ -147,6 +147,7 @@ class SettingsScreen(ScreenBase):
         load_kv(*KV)
         self._pages: dict[str, SettingsPage] = {}
         super().__init__(vm=SettingsViewModel(services, shell), **kwargs)
+        self._columns = self.ids.columns.__self__
         self._list = SectionList(vm=self.vm, screen=self)
         self._content = SectionContent(vm=self.vm, screen=self)
         self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
@@ -201,7 +202,7 @@ class SettingsScreen(ScreenBase):
         if self.portrait:
             shown = [self._content if self.vm.is_narrow_open else self._list]
         self._list.size_hint_x, self._content.size_hint_x = (1, 1) if self.portrait else (.26, .74)
-        self.clear_widgets()
+        self._columns.clear_widgets()
         for widget in shown:
-            self.add_widget(widget)
+            self._columns.add_widget(widget)
         self.vm.show()
