@@ -55,7 +55,8 @@ Charts (chart.py, charts.py, timeline.py, robot_map.py)
 Dialogs (dialogs.py, pickers.py; screens open them through ``app.screens.common.overlays.Dialogs``)
     FormDialog ConfirmDialog ChoiceDialog Menu TimeDialog DateDialog; new ones: see dialogs.py. ``Snackbars`` (snackbar.py): show, undo.
 
-The frame (frame.py): ``Frame`` holds top bar, banner, body and navigation; built once by the window.
+The frame (frame.py): ``Frame`` holds TopBar (an MDTopAppBar), AlarmBanner, Screens (an MDScreenManager) and NavBar (an MDNavigationBar);
+built once by the window.
 
 Pitfalls
     - Never name a property ``x`` and an event ``on_x``: kivy takes the event for the handler of the property.

@@ -1,14 +1,19 @@
 """The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.relativelayout import RelativeLayout
 from kivy.uix.screenmanager import NoTransition
+from kivymd.uix.appbar import MDTopAppBar
+from kivymd.uix.behaviors.state_layer_behavior import StateLayerBehavior
+from kivymd.uix.navigationbar import MDNavigationBar, MDNavigationItem
 from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
 
-from app.widgets.surfaces import Surface, Tap, TonedSurface
+from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
 from app.widgets.tokens import TONES
 
 
-class TopBar(TonedSurface):
+class TopBar(Toned, MDTopAppBar):
     """Name of the screen, date and time, the bell, and the selected robot with its connection; a tap on the robot fires
     ``on_pick_robot``, one on the bell ``on_list_alarms``.
 
@@ -25,6 +30,10 @@ class TopBar(TonedSurface):
     narrow = BooleanProperty(False)
 
     __events__ = ("on_pick_robot", "on_list_alarms")
+
+    def add_widget(self, widget, *args, **kwargs):
+        """At once: KivyMD puts title and buttons in their places a frame later."""
+        return BoxLayout.add_widget(self, widget, *args, **kwargs)
 
     def on_pick_robot(self):
         """The robot in the bar was tapped."""
@@ -55,21 +64,31 @@ class AlarmBanner(TonedSurface):
         """The sentence or the number of other alarms was tapped."""
 
 
-class NavItem(Tap):
-    """One screen; the icon of the present one is filled."""
+class NavIndicator(Surface):
+    """What is behind icon and label of the present screen, and of the one that a finger is on."""
+    state_layer_color = ColorProperty(CLEAR)
+
+
+class NavItem(StateLayerBehavior, MDNavigationItem):
+    """One screen, icon and label beside each other as Material has them in wide windows; the present one is ``active``, its icon filled."""
     name = StringProperty()
     icon = StringProperty()
     icon_selected = StringProperty()
     text = StringProperty()
-    selected = BooleanProperty(False)
+
+    def add_widget(self, widget, *args, **kwargs):
+        """KivyMD takes icon and label only, below each other."""
+        return RelativeLayout.add_widget(self, widget, *args, **kwargs)
+
+    def on_active(self, *_):
+        """The indicator is there at once; KivyMD's grows."""
 
 
-class NavBar(Surface):
-    """``items`` = [(name, label, icon, icon when selected), …]; a tap fires ``on_go(name)``, even on the present one."""
+class NavBar(MDNavigationBar):
+    """``items`` = [(name, label, icon, icon when selected), …], of which ``current`` is marked; a tap fires ``on_switch_tabs(item, icon,
+    label)``, even on the present one."""
     items = ListProperty()
     current = StringProperty()
-
-    __events__ = ("on_go",)
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -77,23 +96,19 @@ class NavBar(Surface):
         self.fbind("current", self._mark)
         self._build()
 
-    def on_go(self, name):
-        """A screen was tapped."""
+    def set_active_item(self, item):
+        """A tap. KivyMD marks what was tapped; here the navigator says what is shown."""
+        self.dispatch("on_switch_tabs", item, item.icon, item.text)
 
     def _build(self, *_):
         self.clear_widgets()
         for name, label, icon, icon_selected in self.items:
-            item = NavItem(name=name, text=label, icon=icon, icon_selected=icon_selected)
-            item.bind(on_release=self._tapped)
-            self.add_widget(item)
+            self.add_widget(NavItem(name=name, text=label, icon=icon, icon_selected=icon_selected))
         self._mark()
 
     def _mark(self, *_):
         for item in self.children:
-            item.selected = item.name == self.current
-
-    def _tapped(self, item):
-        self.dispatch("on_go", item.name)
+            item.active = item.name == self.current
 
 
 class Cut(NoTransition):

@@ -29,7 +29,7 @@ from app.i18n import _, translator
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import SCREENS, Shell, pick
 from app.screens.common.threads import Background, Changed, UiBus, forward
-from app.screens.common.view_model import Dialogs, Navigator, Snackbars
+from app.screens.common.view_model import Dialogs, Navigator, ScreenBase, Snackbars
 from app.screens.frame.controller import FrameController
 from app.screens.rescue import Damage, RescuePage
 from app.screens.settings.gate import Gate
@@ -197,10 +197,11 @@ class SchedulerApp(MDApp):
         """Android: stay alive behind other apps."""
         return True
 
-    def _build_screen(self, name: str) -> Widget:
+    def _build_screen(self, name: str) -> ScreenBase:
         module, class_name = SCREENS[name]
-        screen = getattr(importlib.import_module(module), class_name)
-        return screen(pick(screen.Services, self.container), self.shell)
+        kind = getattr(importlib.import_module(module), class_name)
+        screen: ScreenBase = kind(pick(kind.Services, self.container), self.shell)
+        return screen
 
     # ------------------------------------------------------------------ the poll cycle
     def _set_poll(self, settings: Settings) -> None:

@@ -276,7 +276,7 @@ def test_an_alarm_does_not_move_what_a_finger_is_on(app, alarms, ui, monkeypatch
     ui.wait(lambda: ui.find(TopBar).bell_count == "1")
     assert ui.find_all(AlarmBanner) == []
     lift()
-    assert ui.find(NavItem, name="settings").selected
+    assert ui.find(NavItem, name="settings").active
     ui.wait(lambda: ui.find_all(AlarmBanner))
 
 

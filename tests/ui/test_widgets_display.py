@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 
 import pytest
+from kivy.graphics import StencilUse
 from kivy.metrics import Metrics
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
@@ -15,7 +16,7 @@ from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.chart import Meter, Sparkline, nice_step
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.display import EmptyState, KpiCard, StatusBadge, ValueTile
-from app.widgets.frame import AlarmBanner, Frame, NavItem, TopBar
+from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
 from app.widgets.robot_map import RobotMap
 from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt
@@ -138,9 +139,32 @@ def test_the_frame_navigates(ui):
     calls = fired(window, "on_go")
     ui.tap(ui.find(NavItem, name="logs"))
     assert calls == [("logs",)]
-    assert ui.find(NavItem, name="home").selected      # until the navigator has gone there
+    assert ui.find(NavItem, name="home").active      # until the navigator has gone there
     window.current = "logs"
-    assert ui.find(NavItem, name="logs").selected
+    assert ui.find(NavItem, name="logs").active
+
+
+def test_a_finger_on_a_screen_of_the_bar_shows(ui):
+    frame(ui)
+    item = ui.find(NavItem, name="logs")
+    indicator = ui.find(NavIndicator, root=item)
+    lift = ui.press(item)
+    assert indicator.state_layer_color[3] > 0
+    lift()
+    assert indicator.state_layer_color[3] == 0
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_the_present_screen_is_marked_in_the_colours_of_the_theme(ui, stage, theme):
+    window = frame(ui)
+    window.current = "logs"
+    apply_theme(stage.theme_cls, theme)
+    ui.advance()
+    marks = {item.name: ui.find(NavIndicator, root=item) for item in ui.find_all(NavItem)}
+    assert list(marks["logs"].md_bg_color) == list(tk.accent_bg)
+    assert [list(label.color) for label in marks["logs"].children] == [list(tk.accent_on)] * 2
+    assert marks["home"].md_bg_color[3] == 0
+    assert [list(label.color) for label in marks["home"].children] == [list(tk.ink2)] * 2
 
 
 def test_the_robot_in_the_bar_can_be_tapped(ui):
@@ -177,6 +201,11 @@ def test_a_screen_that_is_added_to_the_frame_goes_between_bar_and_navigation(ui)
     bar = ui.find(TopBar)
     assert screen.top < bar.y
     assert screen.y > ui.find(NavItem).top
+
+
+def test_screens_are_not_cut_off_at_their_edge(ui):
+    """Scroll bars lie in the margin beside them; kivy's manager clips."""
+    assert StencilUse not in map(type, frame(ui).ids.body.canvas.before.children)
 
 
 # ---------------------------------------------------------------------- charts

@@ -1,10 +1,10 @@
 """The interface between the window and its screens.
 
-A screen is a widget, built lazily on its first visit as ``HomeScreen(services, shell)``; they are listed in ``SCREENS``. ``services`` is an
-instance of the class's ``Services``: the services that this screen uses, and no others. The window calls ``shown(**intent)`` each time it
-comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when another one takes its place: between the
-two it subscribes to ``Changed`` on the bus and ticks, otherwise it does nothing. The frame (top bar, banner, navigation) belongs to the
-window; a screen fills what is between them, and the margins around it are the frame's.
+A screen is an MDScreen, built lazily on its first visit as ``HomeScreen(services, shell)``; they are listed in ``SCREENS``. ``services``
+is an instance of the class's ``Services``: the services that this screen uses, and no others. The window calls ``shown(**intent)`` each
+time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when another one takes its place:
+between the two it subscribes to ``Changed`` on the bus and ticks, otherwise it does nothing. The frame (top bar, banner, navigation)
+belongs to the window; a screen fills what is between them, and the margins around it are the frame's.
 """
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ def test_whoever_does_not_know_it_stays_where_they_are(site, app, ui):
     ui.tap(ui.find(IconButton, root=ui.find(PinDialog), icon="close"))
     assert not ui.find_all(PinDialog)
     assert current(app) == "logs"
-    assert ui.find(NavItem, name="logs").selected
+    assert ui.find(NavItem, name="logs").active
 
 
 def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, clock):
