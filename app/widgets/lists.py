@@ -22,6 +22,7 @@ from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.scrollview import ScrollView
 from kivymd.uix.boxlayout import MDBoxLayout
 
+SPARE = 4                # views that a list keeps for rows to come
 PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
 
 
@@ -50,7 +51,8 @@ class Row:
 
 
 class Rows(MDBoxLayout):
-    """One ``viewclass`` per row of ``data`` in a box, for few rows; ``ScrollRows`` scrolls them.
+    """One ``viewclass`` per row of ``data`` in a box, for few rows; ``ScrollRows`` scrolls them. A ``RecycledRow`` whose row has gone
+    is used again for one that comes: building it anew would take 10 ms, and leave garbage.
 
     ``sight`` (left, bottom, right, top) is the visible part; rows outside it exist, but are not drawn. None: all of it is visible.
     """
@@ -63,6 +65,7 @@ class Rows(MDBoxLayout):
 
     def __init__(self, **kwargs):
         self._views = {}
+        self._spare = []                     # views whose rows have gone
         self._unseen = set()                 # views that are not drawn
         self._redraw = Clock.create_trigger(self._draw_seen, -1)
         super().__init__(**kwargs)
@@ -79,23 +82,30 @@ class Rows(MDBoxLayout):
 
     def _rebuild(self, *_):
         self.clear_widgets()
-        self._views = {}
+        self._views, self._spare = {}, []
         self._build()
 
     def _build(self, *_):
         if not self.viewclass:
             return
+        kind = Factory.get(self.viewclass)
+        rows = {getattr(data, "key", n): data for n, data in enumerate(self.data)}
+        if len(rows) != len(self.data):
+            raise ValueError("two rows with one key")
         old, self._views = self._views, {}
-        for n, data in enumerate(self.data):
-            key = getattr(data, "key", n)
-            if key in self._views:
-                raise ValueError(f"two rows with the key {key!r}")
-            view = old.pop(key, None) or Factory.get(self.viewclass)()
+        gone = [view for key, view in old.items() if key not in rows]
+        if issubclass(kind, RecycledRow):
+            self._spare += gone
+        for key, data in rows.items():
+            view = old.get(key) or (self._spare.pop() if self._spare else kind())
             view.host = self.host or self
             Row.take(view, data)
             self._views[key] = view
-        for view in old.values():
-            self.remove_widget(view)
+        del self._spare[SPARE:]
+        shown = set(self._views.values())
+        for view in gone:
+            if view not in shown:
+                self.remove_widget(view)
         wanted = list(self._views.values())
         if wanted != self.children[::-1]:
             self.clear_widgets()

@@ -51,14 +51,14 @@ class QueueRow(RecycledRow, BoxLayout):
         self.act("cancel")
 
 
-class PlanRow(Row, BoxLayout):
+class PlanRow(RecycledRow, BoxLayout):
     """A planned start: time, mission, and in the note how soon."""
     time = StringProperty()
     mission = StringProperty()
     note = StringProperty()
 
 
-class DoneRow(Row, Toned, BoxLayout):
+class DoneRow(RecycledRow, Toned, BoxLayout):
     """A run that is over, with its reason; only an ``abnormal`` one is coloured."""
     icon = StringProperty()
     mission = StringProperty()

@@ -29,7 +29,6 @@ DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
 WIDTH, HEIGHT = 1280, 800    # of the window where it does not fill the screen
 LEAST_WIDTH, LEAST_HEIGHT = 600, 480
-COLLECT_EVERY = 5.0      # s
 
 
 def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: bool = False) -> int:
@@ -124,19 +123,19 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
-    with _quiet_garbage():
+    with quiet_garbage():
         app.run()
 
 
 @contextlib.contextmanager
-def _quiet_garbage() -> Iterator[None]:
-    """No full garbage collection while somebody uses the screen."""
+def quiet_garbage() -> Iterator[None]:
+    """Garbage is collected between frames, as long as the block lasts."""
     from kivy.clock import Clock
     from kivy.core.window import Window
     garbage = Garbage(time.monotonic)
     garbage.begin()
     Window.fbind("on_touch_down", garbage.touched)
-    collections = Clock.schedule_interval(garbage.collect_if_idle, COLLECT_EVERY)
+    collections = Clock.schedule_interval(garbage.collect_due, 0)
     try:
         yield
     finally:

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -130,10 +131,10 @@ def main() -> None:
     from app.widgets.lists import ScrollRows
     from app.widgets.long_list import LongList
     from app.window.application import SchedulerApp
-    from app.window.garbage import Garbage
+    from app.window.window import quiet_garbage
     from tests.support import month
 
-    with tempfile.TemporaryDirectory() as directory, stub(ROBOTS, Path(directory, "posts.csv")) as port:
+    with tempfile.TemporaryDirectory() as directory, stub(ROBOTS, Path(directory, "posts.csv")) as port, ExitStack() as stack:
         container = Container.open(Path(directory, "data"), with_window=True)
         month.furnish(container, container.clock.now())
         token = Token.derive("distributor", "distributor").header
@@ -146,9 +147,9 @@ def main() -> None:
         container.runner.start()
         app = SchedulerApp(container, animate=False)
         app._run_prepare()
-        frames, garbage = Frames(), Garbage(time.monotonic)
+        frames = Frames()
         if "--python-garbage" not in sys.argv:
-            garbage.begin()                  # as app/window/window.py does
+            stack.enter_context(quiet_garbage())
 
         def show(screen: str) -> Any:
             app.shell.go(screen)

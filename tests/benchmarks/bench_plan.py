@@ -116,16 +116,16 @@ def main() -> None:
     from kivymd.app import MDApp
 
     from app import widgets
-    from app.window.garbage import Garbage
+    from app.window.window import quiet_garbage
     widgets.load()
     app = type("Bench", (MDApp,), {})()
     app._run_prepare()
-    Garbage(time.monotonic).begin()          # as app/window/window.py does
     frames, now = Frames(), datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
     facts = crowded(now)
     headline()
-    for hours in (6, 24, 168):
-        drag(frames, timeline(facts, now, Window(None, hours)), f"{hours} h")
+    with quiet_garbage():
+        for hours in (6, 24, 168):
+            drag(frames, timeline(facts, now, Window(None, hours)), f"{hours} h")
     preview()
 
 

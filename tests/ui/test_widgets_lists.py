@@ -84,6 +84,28 @@ def test_rows_are_updated_not_rebuilt(ui):
     assert [row.key for row in reversed(rows.children)] == [2, 1]
 
 
+def test_a_row_that_comes_is_shown_by_the_view_of_one_that_has_gone(ui):
+    rows = ui.show(Rows(viewclass="QueueRow", orientation="vertical", data=queue(1, 2, 3)), (400, 300))
+    views = set(rows.children)
+    rows.data = queue(3, 4, 5)
+    ui.advance()
+    assert set(rows.children) == views
+    assert [view.mission for view in reversed(rows.children)] == ["Mission 3", "Mission 4", "Mission 5"]
+    rows.data = []
+    rows.data = queue(6)
+    assert set(rows.children) <= views
+
+
+def test_a_row_whose_view_was_another_one_when_pressed_cancels_nothing(ui):
+    rows = ui.show(Rows(viewclass="QueueRow", orientation="vertical", data=queue(1, 2, 3)), (400, 300))
+    calls, pressed = actions_of(rows), ui.find(QueueRow, key=1)
+    lift = ui.press(ui.find(IconButton, root=pressed))
+    rows.data = queue(4, 2, 3)
+    assert ui.find(QueueRow, key=4) is pressed
+    lift()
+    assert calls == []
+
+
 def test_two_rows_with_one_key_are_refused(ui):
     rows = Rows(viewclass="QueueRow")
     with pytest.raises(ValueError, match="two rows"):

@@ -1,42 +1,125 @@
-"""All objects are looked at when nobody touches the screen, and now and then even if somebody always does."""
+"""Garbage is collected by how much there is: a window that is used all day long never waits for it, and never keeps it."""
 from __future__ import annotations
 
 import gc
+from collections.abc import Iterator
 
-from app.window.garbage import AT_THE_LATEST, EVERY, REST, Garbage
+import pytest
+
+from app.window.garbage import ALIVE, AT_THE_LATEST, EVERY, FROZEN, NEW, REST, Garbage
 from tests.support.clock import VirtualClock
 
+FINGER = 1.0                             # s between two touches
 
-class Watched:
+
+class Ring:
+    """Garbage that only a collection finds."""
+    alive = 0
+
     def __init__(self) -> None:
-        self.clock, self.looks = VirtualClock(), 0
-        self.garbage = Garbage(self.clock.monotonic, self._collect)
+        self.itself = self
+        Ring.alive += 1
 
-    def _collect(self) -> None:
-        self.looks += 1
-
-
-def test_it_waits_for_a_rest_of_the_hands() -> None:
-    watched = Watched()
-    watched.clock.advance(EVERY)
-    watched.garbage.touched()
-    watched.garbage.collect_if_idle()
-    assert watched.looks == 0
-    watched.clock.advance(REST)
-    watched.garbage.collect_if_idle()
-    assert watched.looks == 1
-    watched.clock.advance(REST)
-    watched.garbage.collect_if_idle()
-    assert watched.looks == 1
+    def __del__(self) -> None:
+        Ring.alive -= 1
 
 
-def test_it_does_not_wait_for_ever() -> None:
-    watched = Watched()
-    for _n in range(round(AT_THE_LATEST / REST) + 1):
-        watched.clock.advance(REST)
-        watched.garbage.touched()
-        watched.garbage.collect_if_idle()
-    assert watched.looks == 1
+class Kept:
+    """Scanned as a widget is, and freed with the last reference."""
+    def __init__(self) -> None:
+        self.values: list[object] = []
+
+
+class Window:
+    """The frames of a window, in which somebody makes things; ``finger`` says whether he also touches it all the time."""
+
+    def __init__(self) -> None:
+        self.clock = VirtualClock()
+        self.garbage = Garbage(self.clock.monotonic)
+        self.garbage.begin()
+
+    def frames(self, count: int = 1, *, finger: bool = True) -> None:
+        for _n in range(count):
+            self.clock.advance(FINGER)
+            if finger:
+                self.garbage.touched()
+            self.garbage.collect_due()
+
+    def rest(self) -> None:
+        self.frames(round(REST / FINGER) + 1, finger=False)
+
+
+@pytest.fixture
+def window() -> Iterator[Window]:
+    gc.collect()
+    gc.freeze()                          # what the tests themselves consist of
+    Ring.alive = 0
+    window = Window()
+    yield window
+    window.garbage.end()
+    gc.collect()
+    gc.freeze()                          # as before
+
+
+def test_what_was_shown_for_a_while_and_has_gone_is_collected_in_use(window: Window) -> None:
+    shown: list[list[Ring]] = []
+    most = 0
+    for _n in range(500):
+        shown.append([Ring() for _m in range(1000)])
+        del shown[:-20]
+        window.frames()
+        most = max(most, Ring.alive)
+    assert most <= 20_000 + NEW + 1000
+
+
+def test_what_stays_is_frozen(window: Window) -> None:
+    before = gc.get_freeze_count()
+    stays = [Kept() for _n in range(ALIVE)]
+    window.frames()
+    assert gc.get_freeze_count() >= before + len(stays)
+
+
+def frozen_garbage(window: Window) -> None:
+    old = [Ring() for _n in range(ALIVE)]
+    window.frames()
+    assert Ring.alive == len(old)
+
+
+def many_more(window: Window, least: int) -> list[Kept]:
+    """As many objects, in use."""
+    new: list[Kept] = []
+    while 2 * len(new) < least:
+        new += [Kept() for _m in range(NEW)]
+        window.frames()
+    return new
+
+
+def test_what_was_frozen_and_has_gone_is_collected_at_a_rest_when_as_much_has_come(window: Window) -> None:
+    frozen_garbage(window)
+    window.rest()
+    assert Ring.alive == ALIVE
+    new = many_more(window, FROZEN)
+    assert Ring.alive == ALIVE
+    window.rest()
+    assert Ring.alive == 0
+    assert len(new) >= FROZEN // 2
+
+
+def test_frozen_garbage_does_not_wait_for_a_rest_for_ever(window: Window) -> None:
+    frozen_garbage(window)
+    new = many_more(window, AT_THE_LATEST)
+    window.frames()
+    assert Ring.alive == 0
+    assert 2 * len(new) >= AT_THE_LATEST
+
+
+def test_a_little_garbage_waits_for_a_rest(window: Window) -> None:
+    window.rest()
+    Ring()
+    window.frames(round(EVERY / FINGER))
+    assert Ring.alive == 1
+    window.rest()
+    assert Ring.alive == 0
 
 
 def test_python_is_left_as_it_was() -> None:
