@@ -1,4 +1,4 @@
-"""Use the app as a shift does, screen after screen and dialog after dialog, and count what is alive afterwards.
+"""Use the app as a shift does, screen after screen and dialog after dialog, turn it, and count what is alive afterwards.
 
 What grows with the rounds leaks: a wall tablet runs for months.
 """
@@ -29,6 +29,7 @@ SCREENS = ("scheduler", "logs", "settings", "home")
 SECTIONS = ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about")
 OPTIONS = [Option(n, f"Option {n}", "star") for n in range(20)]
 ITEMS = [MenuItem(n, f"Command {n}", "star") for n in range(4)]
+SIZES = ((1280, 800), (800, 1280), (640, 900), (1000, 700), (1500, 1000), (600, 480))      # each of Home's arrangements, and turns
 CACHED = 200.0                           # s for which kivy's caches keep what they drew
 DAY = datetime(2026, 11, 20, tzinfo=UTC).date()
 
@@ -39,7 +40,7 @@ class Wear:
     def __init__(self, app: SchedulerApp, ui: Driver) -> None:
         self._app, self._ui = app, ui
         self._shell = app.shell
-        self._done = 0
+        self._switched = self._opened = self._resized = 0
         self._dialogs: tuple[Callable[[], object], ...] = (
             lambda: self._shell.navigator.screen("home").vm.pick_mission(),
             lambda: self._shell.dialogs.confirm("Clear the queue?", "Everything goes.", "Clear", lambda: None, danger=True),
@@ -53,9 +54,14 @@ class Wear:
         )
 
     def round(self) -> None:
-        """One screen and one dialog further; every now and then a section of Settings, the story of a run, and a message."""
-        n, shell = self._done, self._shell
-        self._done += 1
+        """One screen and one dialog further."""
+        self.switch()
+        self.dialog()
+
+    def switch(self) -> None:
+        """One screen further; every now and then a section of Settings, the story of a run, and a message."""
+        n, shell = self._switched, self._shell
+        self._switched += 1
         name = SCREENS[n % len(SCREENS)]
         intent = {"section": SECTIONS[n // len(SCREENS) % len(SECTIONS)]} if name == "settings" else {}
         shell.go(name, **intent)
@@ -65,11 +71,25 @@ class Wear:
             if rows and rows[0].data:
                 shell.navigator.screen("logs").vm.toggle(rows[0].data[n % min(4, len(rows[0].data))].key)
         shell.snackbars.show(f"Round {n}", icon="check")
-        self._dialogs[n % len(self._dialogs)]()
+        self._ui.advance(.1)
+        shell.snackbars.clear()
+        self._ui.advance()
+
+    def dialog(self) -> None:
+        """One dialog further, opened and closed."""
+        shell = self._shell
+        self._dialogs[self._opened % len(self._dialogs)]()
+        self._opened += 1
         self._ui.wait(lambda: shell.background.idle)
         self._ui.advance(.1)
         shell.dialogs.close_all()
-        shell.snackbars.clear()
+        self._ui.advance(.1)
+
+    def resize(self) -> None:
+        """Another size of the window; often the other orientation."""
+        self._resized += 1
+        Window.size = SIZES[self._resized % len(SIZES)]
+        self._ui.wait(lambda: self._shell.background.idle)
         self._ui.advance(.1)
 
     def rounds(self, count: int) -> None:
@@ -78,9 +98,11 @@ class Wear:
             self.round()
             if n % 12 == 11:
                 gc.collect()
-        self._settle()
+        self.settle()
 
-    def _settle(self) -> None:
+    def settle(self) -> None:
+        """Back on Home in the usual size, and nothing left to let go."""
+        Window.size = SIZES[0]
         self._shell.go("home")
         self._ui.wait(lambda: self._shell.background.idle)
         self._ui.advance(1)
