@@ -1,14 +1,20 @@
-"""Screens and dialogs leave nothing behind: a tablet on the wall runs for months."""
+"""Screens, dialogs and sizes of the window leave nothing behind: a tablet on the wall runs for months."""
 from __future__ import annotations
+
+import gc
 
 import pytest
 
+from app.screens.home.cards import RobotStrip
+from app.window.window import quiet_garbage
 from tests.support import month
 from tests.ui.wear import Wear, widgets
 from tests.ui.whole_app import shown
 
 WARM = 36                                # rounds: all there is has been built once
 ROUNDS = 60
+TURNS = 12                               # each builds Home anew
+PILED = 6                                # Homes that may wait for a collection
 
 
 @pytest.mark.long
@@ -24,3 +30,23 @@ def test_sixty_rounds_leave_no_widget_and_nothing_that_holds_one(tmp_path, ui):
     # the dialog that was open last may linger; what leaks grows with every round
     growth = {name: count - before[name] for name, count in after.items() if count - before[name] >= ROUNDS}
     assert growth == {}, f"and of widgets: {dict(more)}"
+
+
+def test_what_a_turn_of_the_window_replaces_is_collected_while_it_is_used(container, ui):
+    with shown(container, ui) as app, quiet_garbage():
+        wear = Wear(app, ui)
+        wear.turn(2)
+        wear.settle()
+        gc.unfreeze()                        # what is frozen can't be counted
+        before = wear.counts()
+        built = wear.turn(TURNS)
+        gc.unfreeze()
+        piled = widgets()[RobotStrip.__name__]
+        wear.settle()
+        gc.unfreeze()
+        after = wear.counts()
+    gc.collect()
+    gc.freeze()                              # as before
+    assert built == TURNS
+    assert piled <= PILED
+    assert {name: count - before[name] for name, count in after.items() if count - before[name] >= TURNS} == {}

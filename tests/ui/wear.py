@@ -92,6 +92,16 @@ class Wear:
         self._ui.wait(lambda: self._shell.background.idle)
         self._ui.advance(.1)
 
+    def turn(self, count: int) -> int:
+        """So often the other orientation, in which Home is built anew; returns how often it was."""
+        built = 0
+        for _n in range(count):
+            shown = self._shell.navigator.screen("home").children[0]
+            Window.size = Window.height, Window.width
+            self._ui.advance()
+            built += self._shell.navigator.screen("home").children[0] is not shown
+        return built
+
     def rounds(self, count: int) -> None:
         """So many, then back on Home, with nothing left to let go."""
         for n in range(count):
