@@ -23,15 +23,15 @@ Text (labels as high as their lines; they wrap, and end with "…" only beyond `
     ``Lines:`` texts below each other, centred in a row
 
 Cards and facts (display.py)
-    SectionCard · CardHead(title, note) · Tile · Hair · StatusBadge(tone, icon, text, loud) · Disc · ValueTile(icon, label, value, note,
+    SectionCard · CardHead(title, note) · Tile · StatusBadge(tone, icon, text, loud) · Disc · ValueTile(icon, label, value, note,
     note_icon, level, mark, stale, tone) · Fact(label, value, icon, tone) · Notice(tone, icon, text, note) ·
     KpiCard(label, value, note, history) · EmptyState(icon, title, text, action, action_icon; on_release) · LegendItem(kind, text)
 
 Buttons (buttons.py; ``on_release`` unless another event is given)
     CommandButton(style filled|tonal|outlined|text, tone, over_solid, icon, text, stacked, large, busy, natural_width) ·
     IconButton(icon, style standard|filled|tonal|outlined) · what destroys is ``outlined`` with ``tone: "fault"`` ·
-    ChoiceChip(text, icon, trailing, selected) · Segments(options [(key, label)], selected; on_choose(key)) · Segment ·
-    Toggle(active, controlled; on_switch(wanted))
+    ChoiceChip(text, icon, active, limit) · MenuChip(text, trailing, active) · Toggle(active, controlled; on_switch(wanted)) ·
+    Segments(options [(key, label)], selected; on_choose(key)) · Segment
 
 Fields (fields.py; ``label`` above, ``help`` below, ``problem`` = one sentence that replaces the help in red)
     FormField(text, hint, kind text|int|decimal|url, password, max_length; on_commit(text), on_enter; show(text)) ·

@@ -1,14 +1,16 @@
 """Buttons: command button, icon button, chips, segments, switch."""
 from kivy.clock import Clock
 from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.relativelayout import RelativeLayout
 from kivymd.icon_definitions import md_icons
 from kivymd.uix.button import MDButton, MDButtonIcon, MDButtonText, MDIconButton
+from kivymd.uix.chip import MDChip
+from kivymd.uix.selectioncontrol import MDSwitch
 
 from app.widgets.chart import WorkingRing
-from app.widgets.surfaces import CLEAR, OnlySeen, Tap, Toned
+from app.widgets.surfaces import CLEAR, OnlySeen, Passive, Tap, Toned
 from app.widgets.text import BodyStrong, Ico
 from app.widgets.tokens import late_color, tk
 
@@ -111,24 +113,27 @@ class CommandButton(OnlySeen, Styled, MDButton):
             icon.pos = x - wide / 2, y - side / 2
             word.pos = x - wide / 2 + beside, y - word.height / 2
         if self._ring is not None:
-            self._ring.pos = icon.pos
+            self._ring.center = icon.center
 
     def on_busy(self, *_):
         self._patience.cancel()
         if self.busy:
             self._patience()
         elif self._ring is not None:
-            self._ring.active = False
             self.remove_widget(self._ring)
             self._ring = None
             self._button_icon.opacity = 1
 
     def _show_work(self, _dt):
         if self._ring is None:
-            self._ring = WorkingRing(size_hint=(None, None), size=(dp(24), dp(24)), colour=self.front, active=True)
+            self._ring = WorkingRing(size_hint=(None, None), size=(dp(20), dp(20)), color=self.front)
             RelativeLayout.add_widget(self, self._ring)
             self._button_icon.opacity = 0
             self._place()
+
+    def on_front(self, *_):
+        if self._ring is not None:
+            self._ring.color = self.front
 
     def on_touch_down(self, touch):
         if self.busy and self.is_seen and self.collide_point(*touch.pos):
@@ -146,12 +151,26 @@ class IconButton(OnlySeen, Styled, MDIconButton):
         self.text = md_icons[self.icon] if self.icon else ""
 
 
-class ChoiceChip(Tap):
-    """A text that can be selected; ``icon`` before it, ``trailing`` icon after it."""
+class ChoiceChip(OnlySeen, MDChip):
+    """A text that can be chosen, with an ``icon`` before it; ``active`` says that it is. It wraps beyond ``limit`` px (0: never)."""
     text = StringProperty()
     icon = StringProperty()
-    trailing = StringProperty()
-    selected = BooleanProperty(False)
+    limit = NumericProperty(0)
+
+    def add_widget(self, *args, **kwargs):
+        """KivyMD adds parts a frame later, and its icons keep the touch from the chip."""
+        super(MDChip, self).add_widget(*args, **kwargs)
+
+    def on_press(self):
+        """KivyMD ends ``active`` here."""
+
+    def on_active(self, *_):
+        """KivyMD animates the colours, half a second later."""
+
+
+class MenuChip(ChoiceChip):
+    """A chip that opens something: ``trailing`` icon after its text."""
+    trailing = StringProperty("chevron-down")
 
 
 class Segment(Tap):
@@ -182,6 +201,16 @@ class Toggle(Tap):
         if not self.controlled:
             self.active = wanted
         self.dispatch("on_switch", wanted)
+
+
+class SwitchFace(Passive, MDSwitch):
+    """What a ``Toggle`` shows: it is smaller than a fingertip, so the toggle around it takes the touches."""
+    md_bg_color_disabled = ColorProperty(CLEAR)          # KivyMD's veil; the toggle fades as a whole
+
+    def on_active(self, *_):
+        """KivyMD moves the thumb for 0.2 s, and changes its icon afterwards; here the kv rule does both at once."""
+
+    set_icon = on_active
 
 
 class Segments(BoxLayout):

@@ -7,11 +7,12 @@ from math import ceil
 
 from kivy.clock import Clock
 from kivy.core.text import Label as CoreLabel
-from kivy.graphics import Color, Line, Mesh, PopMatrix, PushMatrix, Rectangle, Rotate, SmoothLine
+from kivy.graphics import Color, Mesh, Rectangle, SmoothLine
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
 from kivy.uix.widget import Widget
 from kivymd.icon_definitions import md_icons
+from kivymd.uix.progressindicator import MDCircularProgressIndicator, MDLinearProgressIndicator
 
 from app.widgets.shapes import hatch_texture, rounded
 from app.widgets.tokens import tk
@@ -80,18 +81,20 @@ class Chart(Widget):
         return self.text(md_icons[name], x, y, colour, size, .5, .5, "Icons")
 
 
-class Meter(Chart):
+class Meter(Chart, MDLinearProgressIndicator):
     """Horizontal bar, ``value`` 0..1; ``mark`` >= 0 draws a tick (the usual value, the minimum)."""
-    value = NumericProperty(0)
     mark = NumericProperty(-1)
     tone = StringProperty("accent")
     watch = ("value", "mark", "tone")
+
+    def on_value(self, *_):
+        """KivyMD makes 0 a little more, which would be a dot."""
 
     def draw(self):
         r = self.height / 2
         self.box(self.x, self.y, self.width, self.height, tk.track, r)
         if self.value > 0:
-            self.box(self.x, self.y, max(self.height, self.width * min(1., self.value)), self.height, getattr(tk, self.tone), r)
+            self.box(self.x, self.y, max(self.height, self.width * self.value_normalized), self.height, getattr(tk, self.tone), r)
         if self.mark >= 0:
             self.box(self.x + self.width * min(1., self.mark) - dp(1), self.y - dp(3), dp(2), self.height + dp(6), tk.ink2)
 
@@ -123,38 +126,19 @@ class Sparkline(Chart):
         self.box(x - dp(4), y - dp(4), dp(8), dp(8), tk.accent, dp(4))
 
 
-class WorkingRing(Chart):
-    """Three quarters of a ring that turns while ``active``."""
+class WorkingRing(MDCircularProgressIndicator):
+    """Turns while it is in the window. KivyMD's begins before that and never ends, so nothing of its screen would be freed."""
     active = BooleanProperty(False)
-    colour = ColorProperty((0, 0, 0, 1))
-    angle = NumericProperty(0)
-    watch = ("active", "colour")
 
-    def __init__(self, **kwargs):
-        self._spin = Clock.create_trigger(self._turn, 0, interval=True)
-        self._rotation = None
-        super().__init__(**kwargs)
+    def on_parent(self, *_):
+        self.active = self.parent is not None
 
-    def on_active(self, *_):
-        if self.active:
-            self._spin()
+    def _anim_back(self, *args):
+        """Half-way round: meanwhile the screen may have been taken away."""
+        if self.get_root_window() is None:
+            self.active = False
         else:
-            self._spin.cancel()
-
-    def _turn(self, dt):
-        self.angle = (self.angle - 300 * dt) % 360
-        if self._rotation is not None:
-            self._rotation.angle = self.angle
-
-    def draw(self):
-        self._rotation = None
-        if not self.active:
-            return
-        PushMatrix()
-        self._rotation = Rotate(angle=self.angle, origin=self.center)
-        Color(*self.colour)
-        Line(circle=(*self.center, min(self.size) / 2 - dp(2), 0, 270), width=dp(1.4), cap="round")
-        PopMatrix()
+            super()._anim_back(*args)
 
 
 SWATCHES = ("planned", "assumed", "typed", "charging", "overlap", "closed", "accent", "accent_mid", "track", "attention_solid",

@@ -2,12 +2,12 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
+from app.widgets.buttons import ChoiceChip
 from app.widgets.fields import FormField
-from app.widgets.surfaces import Tap
 
 
 class Chip(NamedTuple):
@@ -18,14 +18,6 @@ class Chip(NamedTuple):
     selected: bool = False
 
 
-class FlowChip(Tap):
-    """A word that can be chosen; one too long for ``limit`` px wraps."""
-    text = StringProperty()
-    icon = StringProperty()
-    selected = BooleanProperty(False)
-    limit = NumericProperty(0)
-
-
 class ChipFlow(StackLayout):
     """``data`` have ``key``, ``text``, ``icon`` and ``selected``; a tap fires ``on_choose(key)``. As high as its rows."""
     data = ListProperty()
@@ -33,7 +25,7 @@ class ChipFlow(StackLayout):
     __events__ = ("on_choose",)
 
     def __init__(self, **kwargs):
-        self._chips: dict[object, FlowChip] = {}
+        self._chips: dict[object, ChoiceChip] = {}
         super().__init__(**kwargs)
         self.fbind("data", self._build)
         self.fbind("width", self._limit)
@@ -49,13 +41,13 @@ class ChipFlow(StackLayout):
     def _build(self, *_):
         if [option.key for option in self.data] != list(self._chips):
             self.clear_widgets()
-            self._chips = {option.key: FlowChip(limit=self.width) for option in self.data}
+            self._chips = {option.key: ChoiceChip(limit=self.width) for option in self.data}
             for key, chip in self._chips.items():
                 chip.bind(on_release=lambda _chip, key=key: self.dispatch("on_choose", key))
                 self.add_widget(chip)
         for option in self.data:
             chip = self._chips[option.key]
-            chip.text, chip.icon, chip.selected = option.text, option.icon, option.selected
+            chip.text, chip.icon, chip.active = option.text, option.icon, option.selected
 
 
 class ChoiceRow(BoxLayout):

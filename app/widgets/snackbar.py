@@ -9,8 +9,9 @@ from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.properties import StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivymd.uix.snackbar import MDSnackbar
 
-from app.widgets.surfaces import Surface
+from app.widgets.surfaces import OnlySeen, Passive
 
 AT_ONCE = 3
 SECONDS = 4.
@@ -28,13 +29,17 @@ class Message:
     seconds: float = SECONDS
 
 
-class Snackbar(Surface):
-    """One message on screen."""
+class Snackbar(OnlySeen, Passive, MDSnackbar):
+    """One message on screen; only its button takes touches. When it is shown, and for how long, is up to ``Snackbars``."""
     text = StringProperty()
     icon = StringProperty()
     action_text = StringProperty()
 
     __events__ = ("on_action",)
+
+    def add_widget(self, *args, **kwargs):
+        """KivyMD has its text on one line that runs through the button, and makes room for that 0.2 s later."""
+        super(MDSnackbar, self).add_widget(*args, **kwargs)
 
     def on_action(self):
         """The button was pressed."""

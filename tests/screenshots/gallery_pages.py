@@ -185,10 +185,9 @@ PAGES = """
                         ChoiceChip:
                             icon: "star"
                             text: "Collect empties"
-                        ChoiceChip:
+                        MenuChip:
                             text: "All robots"
-                            trailing: "chevron-down"
-                            selected: True
+                            active: True
                         Toggle:
                         Toggle:
                             active: True

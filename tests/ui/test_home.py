@@ -9,10 +9,9 @@ import pytest
 
 from app.domain.models import ReasonCode, Schedule, State, Trigger
 from app.screens.home.cards import FinishedRow, PlannedRow
-from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
-from app.widgets.flow import FlowChip
 from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.rows import LogRow, OptionRow, QueueRow, RobotChip, ScheduleRow
 from tests.support.stored import Stored
@@ -57,7 +56,7 @@ def press(ui, word: str) -> None:
 
 
 def choose(ui, mission: str) -> None:
-    ui.tap(ui.find(FlowChip, text=mission))
+    ui.tap(ui.find(ChoiceChip, text=mission))
 
 
 def rows(ui) -> list[tuple[str, str]]:
@@ -144,7 +143,7 @@ def test_under_the_minimum_the_operator_is_asked_first(home, ui):
 
 def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
     mission, = home.site.add_missions("Wait at home")
-    ui.wait(lambda: ui.find_all(FlowChip, text="Wait at home"))
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Wait at home"))
     choose(ui, "Wait at home")
     ui.wait(lambda: ui.find_all(FormField))
     field = ui.find(FormField)

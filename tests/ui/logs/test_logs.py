@@ -115,7 +115,7 @@ def test_outcomes_missions_and_triggers_narrow_the_list_and_one_tap_takes_them_a
     everything = screen.logs._facts.count
     tick(screen, ui, "Outcome", "Failed", "Skipped")
     assert outcomes(screen) == {"Failed", "Skipped"}
-    assert ui.find_all(ChoiceChip, text="2 outcomes", selected=True)
+    assert ui.find_all(ChoiceChip, text="2 outcomes", active=True)
     tick(screen, ui, "Trigger", "Run now")
     assert {row.trigger for row in screen.logs.rows} == {"Run now"}
     tap(screen, ui, ui.find(ChoiceChip, text="Mission"))

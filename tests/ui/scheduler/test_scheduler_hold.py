@@ -7,10 +7,9 @@ from app.domain.models import DayException, State
 from app.screens.scheduler.hold import HoldDialog
 from app.services.files import ics
 from app.services.live.holds import Holds
-from app.widgets.buttons import CommandButton
+from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField
-from app.widgets.flow import FlowChip
 from app.widgets.frame import Frame
 from app.widgets.long_list import LongList
 from app.widgets.pickers import DateDialog, DayCell, TimeDialog
@@ -25,7 +24,7 @@ NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 
 
 def chip(app, ui, word: str) -> None:
-    ui.tap(ui.find(FlowChip, root=ui.find(HoldDialog), text=word))
+    ui.tap(ui.find(ChoiceChip, root=ui.find(HoldDialog), text=word))
     settle(app, ui)
 
 
@@ -81,7 +80,7 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
         ui.key(ord(digit), digit)
     ui.tap(ui.find(CommandButton, root=ui.find(TimeDialog), text="Set"))
     settle(screen, ui)
-    assert ui.find(FlowChip, root=dialog, text="Until Mon 23 Nov 06:30").selected
+    assert ui.find(ChoiceChip, root=dialog, text="Until Mon 23 Nov 06:30").active
     ui.tap(ui.find(CommandButton, root=dialog, text="Hold"))
     settle(screen, ui)
     [hold] = container.holds.current()

@@ -1,0 +1,174 @@
+"""Chips, switch, progress and messages on KivyMD: what they do otherwise than its own, and that the pinned KivyMD still needs it."""
+from __future__ import annotations
+
+import gc
+import weakref
+
+from kivy.graphics import BorderImage, SmoothLine
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
+from kivymd.uix.chip import MDChip, MDChipLeadingIcon
+from kivymd.uix.progressindicator import MDCircularProgressIndicator, MDLinearProgressIndicator
+from kivymd.uix.selectioncontrol import MDSwitch
+from kivymd.uix.snackbar import MDSnackbar
+
+from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip, SwitchFace, Toggle
+from app.widgets.chart import Meter, WorkingRing
+from app.widgets.snackbar import Snackbar, Snackbars
+from app.widgets.text import Ico, Txt
+from app.widgets.tokens import THEMES, tk
+
+
+def presses(widget) -> list[object]:
+    calls: list[object] = []
+    widget.bind(on_release=calls.append)
+    return calls
+
+
+def in_row(*widgets: Widget) -> BoxLayout:
+    row = BoxLayout()
+    for widget in widgets:
+        row.add_widget(widget)
+    return row
+
+
+# ------------------------------------------------------------------ chips
+def test_a_tap_on_the_icon_of_a_chip_is_one_on_the_chip(ui):
+    chip = ui.show(ChoiceChip(text="Collect empties", icon="star"))
+    calls = presses(chip)
+    ui.tap(ui.find(Ico, chip))
+    assert calls == [chip]
+
+
+def test_kivymds_chip_does_not_get_it(ui):
+    chip = MDChip(MDChipLeadingIcon(icon="star"))
+    ui.show(in_row(chip))
+    calls = presses(chip)
+    ui.tap(ui.find(MDChipLeadingIcon))
+    assert calls == []
+
+
+def test_whether_a_chip_is_chosen_says_only_who_uses_it(ui):
+    chip = ui.show(ChoiceChip(text="Aino", active=True))
+    ui.tap(chip)
+    assert chip.active
+
+
+def test_kivymds_chip_changes_its_mind_when_it_is_pressed(ui):
+    chip = MDChip(active=True)
+    ui.show(in_row(chip))
+    ui.tap(chip)
+    assert not chip.active
+
+
+def test_a_chip_that_is_chosen_looks_so_at_once_and_stays_so(ui):
+    chip = ui.show(ChoiceChip(text="Aino"))
+    for chosen, colour in ((True, tk.accent_bg), (False, tk.surface)):
+        chip.active = chosen
+        for seconds in (0, 1):
+            ui.advance(seconds)
+            assert list(chip.md_bg_color) == list(colour)
+
+
+def test_a_chip_holds_icon_text_and_trailing_icon(ui):
+    widths = [ui.show(chip).width for chip in (ChoiceChip(text="Aino"), ChoiceChip(text="Aino", icon="star"), MenuChip(text="Aino"))]
+    assert widths == [widths[0], widths[0] + 22, widths[0] + 24]
+
+
+def test_a_chip_wraps_within_its_limit(ui):
+    chip = ui.show(ChoiceChip(text="Deliver full pallets to dispatch and return to the charger", limit=200))
+    assert chip.width <= 200
+    assert chip.height > tk.h_touch
+
+
+# ------------------------------------------------------------------ switch
+def test_the_switch_of_a_toggle_is_there_in_the_frame_of_the_tap(ui):
+    toggle = ui.show(Toggle(), (56, 48))
+    face = ui.find(SwitchFace)
+    assert ui.find(Ico, toggle).icon == "minus"
+    toggle.active = True
+    ui.advance()
+    assert ui.find(Ico, toggle).icon == "check"
+    assert face.ids.thumb.right == face.right - 4
+
+
+def test_kivymds_switch_takes_its_time(ui):
+    switch = MDSwitch(icon_active="check", icon_inactive="minus", disable_animation=True)
+    ui.show(in_row(switch))
+    ui.advance(1)
+    switch.active = True
+    ui.advance()
+    assert switch.ids.thumb.ids.icon.icon == "minus"
+
+
+def test_a_disabled_toggle_is_faint_and_deaf(ui):
+    toggle = ui.show(Toggle(disabled=True), (56, 48))
+    ui.tap(toggle)
+    assert not toggle.active
+    assert toggle.opacity < 1
+    assert ui.find(SwitchFace).state_layer_color[3] == 0
+
+
+# ------------------------------------------------------------------ progress
+def bars_of(meter: Meter) -> list[float]:
+    return [part.size[0] for part in meter.canvas.children if isinstance(part, BorderImage)]
+
+
+def test_a_meter_is_as_long_as_its_value_and_none_has_no_dot(ui):
+    meter = ui.show(Meter(value=.5), (200, 8))
+    assert bars_of(meter) == [200, 100]
+    meter.value = 0
+    ui.advance()
+    assert bars_of(meter) == [200]
+
+
+def test_kivymds_has_a_dot(ui):
+    bar = MDLinearProgressIndicator(value=1)
+    bar.value = 0
+    assert bar.value > 0
+
+
+def arc(ring) -> tuple:
+    [line] = [part for part in ring.canvas.children if isinstance(part, SmoothLine)]
+    return tuple(line.circle)
+
+
+def test_a_ring_turns_in_the_window_and_is_freed_after_it(ui):
+    ring = weakref.ref(ui.show(WorkingRing(), (20, 20)))
+    before = arc(ring())
+    ui.advance(.2)
+    assert arc(ring()) != before
+    ui.show(Widget())
+    ui.advance(2)
+    gc.collect()
+    assert ring() is None
+
+
+def test_a_ring_has_the_colour_of_its_button_in_every_theme(ui):
+    button = ui.show(CommandButton(text="Save", icon="check", style="filled", busy=True), (200, 64))
+    ui.advance(.5)
+    for theme in THEMES:
+        tk.use(theme)
+        assert list(ui.find(WorkingRing).color) == list(button.front) == list(tk.accent_ink)
+
+
+def test_kivymds_turns_for_ever_and_is_never_freed(ui):
+    ring = weakref.ref(ui.show(MDCircularProgressIndicator(), (20, 20)))
+    ui.show(Widget())
+    ui.advance(2)
+    gc.collect()
+    assert ring() is not None
+    ring().active = False
+
+
+# ------------------------------------------------------------------ messages
+def test_a_long_message_wraps_beside_its_button(ui):
+    bars = Snackbars()
+    bars.undo("Schedule deleted: deliver full pallets to dispatch and return to the charger, on all robots, every Monday", "Undo", list)
+    ui.advance(.3)
+    bar = ui.find(Snackbar)
+    text, action = ui.find(Txt, text=bar.text), ui.find(Txt, text="Undo")
+    assert text.right <= action.to_window(*action.pos)[0]
+    assert text.height <= bar.height
+    assert isinstance(bar, MDSnackbar)
+    bars.clear()
