@@ -52,7 +52,7 @@ Charts (chart.py, charts.py, timeline.py, robot_map.py)
     Meter Sparkline StackedBars RobotBars Timeline(on_bar(key), on_window(first, hours)) RobotMap Swatch AmrGlyph WorkingRing; a new one:
     subclass ``Chart``
 
-Dialogs (dialogs.py, pickers.py; screens open them through ``app.screens.common.overlays.Dialogs``)
+Dialogs (dialogs.py, pickers.py; all are MDDialog; screens open them through ``app.screens.common.overlays.Dialogs``)
     FormDialog ConfirmDialog ChoiceDialog Menu TimeDialog DateDialog; new ones: see dialogs.py. ``Snackbars`` (snackbar.py): show, undo.
 
 The frame (frame.py): ``Frame`` holds TopBar (an MDTopAppBar), AlarmBanner, Screens (an MDScreenManager) and NavBar (an MDNavigationBar);

@@ -1,4 +1,4 @@
-"""Dialogs on kivy's ModalView: Esc and Android's back button close the topmost one, and a closed dialog is freed (not so with KivyMD's).
+"""Dialogs and menus on KivyMD's dialog: Esc and Android's back button close the topmost one, and none is larger than the window.
 
 A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the content scrolls when the window is low:
 
@@ -14,7 +14,9 @@ A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the
 from collections.abc import Hashable
 from dataclasses import dataclass
 
+from kivy.animation import Animation
 from kivy.clock import Clock
+from kivy.core.window import Window
 from kivy.metrics import dp
 from kivy.properties import (
     AliasProperty,
@@ -24,36 +26,118 @@ from kivy.properties import (
     ObjectProperty,
     StringProperty,
 )
-from kivy.uix.modalview import ModalView
+from kivymd.uix.behaviors import MotionDialogBehavior
+from kivymd.uix.dialog import MDDialog, MDDialogButtonContainer, MDDialogHeadlineText, MDDialogSupportingText
+from kivymd.uix.dialog.dialog import MDDialogScrim
 
 from app.widgets.dock import dock
 from app.widgets.lists import Row
-from app.widgets.surfaces import SeenBox, Surface, TonedTap
+from app.widgets.surfaces import OnlySeen, Passive, TonedTap
+from app.widgets.text import Body, ScreenTitle
 
 ESCAPE = 27                              # also Android's back button
 
 
-class Overlay(ModalView):
-    """A modal view that Esc closes even if a tap beside it doesn't (``auto_dismiss`` False, as in forms)."""
-    dims = BooleanProperty(True)             # darkens what is behind it
+class Fade(MotionDialogBehavior):
+    """In place of KivyMD's motion, that draws the window 24 times, with stretched letters. A duration of 0 s opens and closes at once."""
+    show_duration = NumericProperty(.1)      # s
+    hide_duration = NumericProperty(.1)
+
+    def on_open(self, *_):
+        self._fade(1, self.show_duration)
+
+    def on_dismiss(self, *_):
+        self._fade(0, self.hide_duration)
+
+    def _fade(self, opacity, duration):
+        for widget in (self, self._scrim):
+            Animation.stop_all(widget, "opacity")
+            if duration:
+                fade = Animation(opacity=opacity, d=duration)
+                fade.bind(on_complete=self._faded)
+                fade.start(widget)
+            else:
+                widget.opacity = opacity
+                self._faded(None, widget)
+
+    @staticmethod
+    def _faded(_animation, widget):
+        if not widget.opacity:
+            Window.remove_widget(widget)
+
+
+class Overlay(MDDialog, Fade):
+    """KivyMD's dialog that keys close even if a tap beside it doesn't (``auto_dismiss`` False, as in forms). It lies on whole pixels: text
+    and lines would be blurred elsewhere."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.fbind("pos", self._on_whole_pixels)
+        Window.unbind(on_resize=self.update_width)       # only bound while it is open
+        self.fbind("size", self._place)
 
-    def _on_whole_pixels(self, *_):
-        """Keep off half pixels, where centring an odd height would put it: text and lines would be blurred."""
-        if self.pos != [round(self.x), round(self.y)]:
-            self.pos = round(self.x), round(self.y)
+    def update_width(self, *_):
+        """Said in kv."""
 
-    def _handle_keyboard(self, _window, key, *_):
+    def open(self):
+        self._scrim = MDDialogScrim(color=self.scrim_color, opacity=0)
+        self.on_scrim_color()
+        Window.bind(on_keyboard=self._key, on_resize=self._place)        # the one bound last is asked first
+        super().open()
+        self._place()
+
+    def dismiss(self, *_):
+        if self._is_open:
+            Window.unbind(on_keyboard=self._key, on_resize=self._place)
+            super().dismiss()
+
+    def on_scrim_color(self, *_):
+        if self._scrim:
+            self._scrim.color, self._scrim.alpha = self.scrim_color, self.scrim_color[3]
+
+    def corner(self) -> tuple[float, float]:
+        """Where its lower left corner belongs, px."""
+        return (Window.width - self.width) / 2, (Window.height - self.height) / 2
+
+    def _place(self, *_):
+        if self._is_open:
+            x, y = self.corner()
+            self.pos = round(x), round(y)
+
+    def takes_key(self, key: int, text: str) -> bool:
+        """A key was pressed while nothing above this takes keys; whether it was for this dialog."""
         if key == ESCAPE:
             self.dismiss()
-            return True
-        return False
+        return key == ESCAPE
+
+    def _key(self, _window, key, _scancode=None, text=None, *_modifiers):
+        return self.takes_key(key, text or "")
+
+    def on_touch_down(self, touch):
+        """No touch gets through, and none presses the card that KivyMD's dialog is."""
+        if self._is_open and self.collide_point(*touch.pos):
+            Passive.on_touch_down(self, touch)
+        elif self.auto_dismiss:
+            self.dismiss()
+        return True
+
+    def on_touch_move(self, touch):
+        super().on_touch_move(touch)
+        return True
+
+    def on_touch_up(self, touch):
+        super().on_touch_up(touch)
+        return True
 
 
-class DialogActions(SeenBox):
+class DialogTitle(ScreenTitle, MDDialogHeadlineText):
+    """What a dialog is about."""
+
+
+class DialogText(Body, MDDialogSupportingText):
+    """What is asked or explained, under the title."""
+
+
+class DialogActions(OnlySeen, MDDialogButtonContainer):
     """The buttons at the bottom of a dialog; they share the width, the main one is on the right."""
 
 
@@ -72,30 +156,26 @@ class Dialog(Overlay):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         for name in ("room", "tucked"):
-            self.fbind(name, self._align_center)
+            self.fbind(name, self._place)
 
-    def _align_center(self, *_):
-        """ModalView calls this whenever it would centre itself in the window."""
-        if self._is_open:
-            bottom = dock.height - self.tucked if self.tucked else self._window.height - (self.room + self.height) / 2
-            self.pos = round((self._window.width - self.width) / 2), round(bottom)
+    def corner(self):
+        x, _y = super().corner()
+        return x, dock.height - self.tucked if self.tucked else Window.height - (self.room + self.height) / 2
 
     def add_widget(self, widget, *args, **kwargs):
-        if "content" not in self.ids:
-            return super().add_widget(widget, *args, **kwargs)
-        if isinstance(widget, DialogActions):
-            return self.ids.foot.add_widget(widget, *args, **kwargs)
-        return self.add_content(widget, *args, **kwargs)
+        if "button_container" in self.ids and not isinstance(widget, MDDialogButtonContainer):
+            return self.add_content(widget, *args, **kwargs)
+        return super().add_widget(widget, *args, **kwargs)
 
     def add_content(self, widget, *args, **kwargs):
-        return self.ids.content.add_widget(widget, *args, **kwargs)
+        return self.ids.content_container.add_widget(widget, *args, **kwargs)
 
 
 class FormDialog(Dialog):
     """A dialog whose content is one column that scrolls when there isn't enough room."""
 
     def add_content(self, widget, *args, **kwargs):
-        target = self.ids.page if "page" in self.ids else self.ids.content
+        target = self.ids.page if "page" in self.ids else self.ids.content_container
         return target.add_widget(widget, *args, **kwargs)
 
 
@@ -204,37 +284,25 @@ class MenuRow(Row, TonedTap):
 
 
 class Menu(Overlay):
-    """Commands beside a widget: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``."""
+    """Commands under the widget ``anchor``, or above it where there is no room: ``items`` have ``key``, ``text``, ``icon``, ``tone``,
+    ``disabled``; fires ``on_choose(key)``."""
     items = ListProperty()
-    anchor = ObjectProperty(None, allownone=True)
+    anchor = ObjectProperty(None)
 
     __events__ = ("on_choose",)
 
     def on_choose(self, key):
         """A command was tapped; the menu is closing."""
 
-    def open_at(self, widget, **kwargs) -> None:
-        """Show the menu under ``widget``, or above it where there is no room, inside the window."""
-        self.anchor = widget
-        self.fbind("size", self._align_center)
-        self.open(**kwargs)
-
-    def _align_center(self, *_):
-        """ModalView calls this whenever it would centre itself: stay at the anchor instead."""
-        if not self._is_open or self.anchor is None:
-            return
+    def corner(self):
         edge = dp(8)
         x, y = self.anchor.to_window(self.anchor.x, self.anchor.y)
         left = x + self.anchor.width - self.width
         below = y - edge - self.height
         above = y + self.anchor.height + edge
-        bottom = below if below >= edge else min(above, self._window.height - edge - self.height)
-        self.pos = (min(max(left, edge), self._window.width - edge - self.width), max(edge, bottom))
+        bottom = below if below >= edge else min(above, Window.height - edge - self.height)
+        return min(max(left, edge), Window.width - edge - self.width), max(edge, bottom)
 
     def chosen(self, key) -> None:
         self.dispatch("on_choose", key)
         self.dismiss()
-
-
-class DialogPanel(Surface):
-    """The visible sheet of a dialog."""

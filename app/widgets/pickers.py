@@ -5,7 +5,6 @@ Their words come from the caller; ``app.screens.common.overlays.Dialogs`` fills 
 from calendar import Calendar
 from datetime import date, time
 
-from kivy.core.window import Window
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 
 from app.widgets.dialogs import Dialog, FormDialog
@@ -91,12 +90,6 @@ class TimeDialog(Dialog):
     def on_pick(self, value):
         """The time was confirmed; the dialog is closing."""
 
-    def on_pre_open(self):
-        Window.bind(on_key_down=self._key)
-
-    def on_pre_dismiss(self):
-        Window.unbind(on_key_down=self._key)
-
     def select(self, part: str) -> None:
         self._entry.select(part)
         self._show()
@@ -117,15 +110,15 @@ class TimeDialog(Dialog):
         self.dispatch("on_pick", time(self._entry.hour, self._entry.minute))
         self.dismiss()
 
-    def _key(self, _window, key, _scancode, text, _modifiers):
-        if text and text.isdecimal():
+    def takes_key(self, key, text):
+        if text.isdecimal():
             self.digit(int(text))
         elif key == BACKSPACE:
             self.erase()
         elif key in ENTER:
             self.picked()
         else:
-            return False
+            return super().takes_key(key, text)
         return True
 
     def _show(self):

@@ -90,12 +90,9 @@ def confirm(studio):
 @picture("gallery-menu", sizes=BOTH)
 def menu(studio):
     page(studio, "GalleryLists")
-    menu = Menu(items=[MenuItem("run", "Run now", "play"), MenuItem("skip", "Skip next", "skip-next"),
-                       MenuItem("copy", "Duplicate", "content-copy", disabled=True),
-                       MenuItem("delete", "Delete", "delete-outline", "fault")])
-    dots = studio.driver.find(icon="dots-vertical")
-    menu.open_at(dots, animation=False)
-    return menu
+    return studio.dialogs.open(Menu(anchor=studio.driver.find(icon="dots-vertical"), items=[
+        MenuItem("run", "Run now", "play"), MenuItem("skip", "Skip next", "skip-next"),
+        MenuItem("copy", "Duplicate", "content-copy", disabled=True), MenuItem("delete", "Delete", "delete-outline", "fault")]))
 
 
 @picture("gallery-snackbar", sizes=BOTH)

@@ -17,6 +17,7 @@ from kivy.base import EventLoop  # noqa: E402
 from kivy.core.window import Window  # noqa: E402
 from kivy.uix.widget import Widget  # noqa: E402
 from kivymd.app import MDApp  # noqa: E402
+from kivymd.uix.dialog import MDDialog  # noqa: E402
 
 import app.widgets  # noqa: E402
 from app.container import Container  # noqa: E402
@@ -148,8 +149,7 @@ def silent_robots() -> Iterator[None]:
 
 def clear_window() -> None:
     for child in list(Window.children):
-        close = getattr(child, "dismiss", None)
-        if close is not None:
-            close(force=True, animation=False)
+        if isinstance(child, MDDialog):
+            child.dismiss()                  # lets go of the window's keys
         Window.remove_widget(child)
     Window.release_all_keyboards()

@@ -7,6 +7,7 @@ import pytest
 from kivy.core.window import Window
 
 from app.screens.common.options import Option
+from app.screens.common.overlays import Dialogs
 from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.keyboard import DockedKeyboard
@@ -84,8 +85,7 @@ def test_every_field_of_the_apps_dialogs_is_above_the_keyboard(ui, walk, name):
 
 @pytest.mark.parametrize("make", [long_form, choice])
 def test_the_focused_field_is_above_the_keyboard(ui, keys, make):
-    dialog = make()
-    dialog.open(animation=False)
+    dialog = Dialogs(animate=False).open(make())
     ui.advance(.3)
     fields = fields_of(ui, dialog)
     assert fields
@@ -101,8 +101,7 @@ def test_the_focused_field_is_above_the_keyboard(ui, keys, make):
 
 
 def test_tab_leads_through_a_form_in_sight(ui, keys):
-    dialog = long_form()
-    dialog.open(animation=False)
+    dialog = Dialogs(animate=False).open(long_form())
     ui.advance(.3)
     first, *_others = fields = fields_of(ui, dialog)
     first.focus = True
@@ -115,8 +114,7 @@ def test_tab_leads_through_a_form_in_sight(ui, keys):
 
 
 def test_a_form_can_be_scrolled_to_its_last_field_while_the_keyboard_is_there(ui, keys):
-    dialog = long_form()
-    dialog.open(animation=False)
+    dialog = Dialogs(animate=False).open(long_form())
     ui.advance(.3)
     first, *_others, last = fields_of(ui, dialog)
     first.focus = True

@@ -8,6 +8,8 @@ from datetime import date, time
 import pytest
 from kivy.core.window import Window
 from kivy.lang import Builder
+from kivy.tests.common import UnitTestTouch
+from kivymd.uix.dialog.dialog import MDDialogScrim
 
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
@@ -17,6 +19,7 @@ from app.widgets.long_list import LongList
 from app.widgets.pickers import DateDialog, DayCell, TimeDialog, TimeEntry, TimePart
 from app.widgets.rows import OptionRow
 from app.widgets.text import Txt
+from app.widgets.tokens import apply_theme, tk
 
 ESCAPE, BACKSPACE, ENTER = 27, 8, 13
 
@@ -84,14 +87,31 @@ def test_what_lies_behind_a_dialog_cannot_be_pressed(ui, dialogs):
     assert taps == []
 
 
+def test_a_finger_on_the_sheet_of_a_dialog_presses_nothing(ui, dialogs):
+    dialog = dialogs.confirm("Sure?", "", "Yes", lambda: None)
+    ui.advance()
+    UnitTestTouch(dialog.x + 4, dialog.center_y).touch_down()
+    ui.advance()
+    assert dialog.state == "normal"
+    assert dialogs.top is dialog
+
+
+def test_what_darkens_the_window_behind_follows_the_theme(ui, dialogs):
+    dialogs.confirm("Sure?", "", "Yes", lambda: None)
+    ui.advance()
+    behind = ui.find(MDDialogScrim)
+    for theme in ("dark", "light"):
+        apply_theme(ui.app.theme_cls, theme)
+        assert [*behind.color[:3], behind.alpha] == list(tk.scrim)
+
+
 # ---------------------------------------------------------------------- choose
 MISSIONS = [Option(n, f"Mission {n}", note="on Aino only" if n == 7 else "") for n in range(30)]
 
 
 @pytest.mark.parametrize("body", [100, 101, 102.5])
 def test_a_dialog_lies_on_whole_pixels(ui, dialogs, body):
-    dialog = Dialog(title="Odd", body_height=body)
-    dialogs.open(dialog)
+    dialog = dialogs.open(Dialog(title="Odd", body_height=body))
     ui.advance(.3)
     assert dialog.pos == [round(dialog.x), round(dialog.y)]
     assert abs(dialog.center_y - Window.height / 2) <= 1
@@ -288,7 +308,7 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
         assert menu.y >= 0
         assert menu.top <= Window.height
         assert menu.top <= button.y or menu.y >= button.top
-        menu.dismiss(animation=False)
+        menu.dismiss()
         ui.advance()
 
 
@@ -309,7 +329,7 @@ class TallDialog(FormDialog):
     pass
 
 
-def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui):
+def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui, dialogs):
     Builder.load_string("""
 <TallDialog>:
     title: "Tall"
@@ -318,10 +338,9 @@ def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui):
             text: "Close"
 """, filename="tall-dialog")
     try:
-        dialog = TallDialog()
+        dialog = dialogs.open(TallDialog())
         for _n in range(3):
             dialog.add_widget(CommandButton(text="x"))
-        dialog.open(animation=False)
         ui.advance()
         low = dialog.height
         assert low < 500
@@ -336,33 +355,52 @@ def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui):
         Builder.unload_file("tall-dialog")
 
 
-def kinds() -> dict:
-    return {
-        "confirm": lambda: ConfirmDialog(title="Sure?", confirm="Yes", decline="No"),
-        "choice": lambda: ChoiceDialog(title="Mission", options=MISSIONS),
-        "time": lambda: TimeDialog(time(6, 30)),
-        "date": lambda: DateDialog(today=date(2026, 11, 20)),
-        "menu": lambda: Menu(items=[MenuItem(1, "Run")]),
-    }
+KINDS = {
+    "confirm": lambda: ConfirmDialog(title="Sure?", confirm="Yes", decline="No"),
+    "choice": lambda: ChoiceDialog(title="Mission", options=MISSIONS),
+    "time": lambda: TimeDialog(time(6, 30)),
+    "date": lambda: DateDialog(today=date(2026, 11, 20)),
+    "menu": lambda: Menu(items=[MenuItem(1, "Run")], anchor=Window.children[0]),
+}
 
 
-@pytest.mark.parametrize("kind", list(kinds()))
-def test_closed_dialogs_are_freed(ui, kind):
-    references = []
-    for _n in range(2):
-        dialog = kinds()[kind]()
-        if isinstance(dialog, Dialog):
-            dialog.open(animation=False)
-        else:
-            anchor = ui.show(CommandButton(text="More"), (200, 64))
-            dialog.open_at(anchor, animation=False)
-        ui.advance()
-        dialog.dismiss(animation=False)
-        references.append(weakref.ref(dialog))
-        del dialog
-    for _stage in range(5):                  # a dialog goes in stages: what kv bound to its children keeps it until they are gone
+def all_gone(ui, references: list[weakref.ref]) -> bool:
+    """A dialog goes in stages, within half a second: what kv bound to its children keeps it until they are gone, as do delayed calls."""
+    for _stage in range(10):
         ui.advance()
         gc.collect()
-        if (alive := sum(reference() is not None for reference in references)) == 0:
-            break
-    assert alive <= (kind == "choice")       # kivy itself keeps the TextInput made last, and with it its dialog, until the next one
+        if all(reference() is None for reference in references):
+            return True
+    return False
+
+
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_closed_dialogs_are_freed(ui, dialogs, kind):
+    references = []
+    ui.show(CommandButton(text="More"), (200, 64))
+    for _n in range(2):
+        dialog = dialogs.open(KINDS[kind]())
+        ui.advance()
+        dialog.dismiss()
+        references.append(weakref.ref(dialog))
+        del dialog
+    assert all_gone(ui, references)
+
+
+def test_of_a_hundred_dialogs_that_faded_out_none_is_alive(ui):
+    ui.show(CommandButton(text="More"), (200, 64))
+    dialogs, behind = Dialogs(), list(Window.children)
+    references = []
+    for _round in range(20):
+        for make in KINDS.values():
+            dialog = dialogs.open(make())
+            ui.advance(.15)
+            assert dialog.opacity == pytest.approx(1)
+            dialog.dismiss()
+            ui.advance(.15)
+            references.append(weakref.ref(dialog))
+            del dialog
+        gc.collect()
+    assert len(references) == 100
+    assert Window.children == behind
+    assert all_gone(ui, references)

@@ -25,7 +25,9 @@ class Dialogs:
         """Show a dialog built by the caller."""
         self._open.append(dialog)
         dialog.bind(on_dismiss=self._closed)
-        dialog.open(animation=self._animate)
+        if not self._animate:
+            dialog.show_duration = dialog.hide_duration = 0
+        dialog.open()
         return dialog
 
     @property
@@ -35,7 +37,8 @@ class Dialogs:
 
     def close_all(self) -> None:
         for dialog in reversed(self._open[:]):
-            dialog.dismiss(animation=False)
+            dialog.hide_duration = 0
+            dialog.dismiss()
 
     def confirm(self, title: str, text: str, action: str, done: Callable[[], object], *, danger: bool = False,
                 decline: str = "", declined: Callable[[], object] | None = None) -> Overlay:
@@ -47,7 +50,7 @@ class Dialogs:
     def choose(self, title: str, options: Sequence[Option], done: Callable[[Any], object], *,
                selected: Hashable | None = None) -> Overlay:
         """Pick one of ``options``; ``done(key)``. Eight and more can be searched."""
-        dialog = ChoiceDialog(title=title, options=options, selected=[] if selected is None else [selected],
+        dialog = ChoiceDialog(title=title, options=list(options), selected=[] if selected is None else [selected],
                               hint=_("Search"), nothing=_("Nothing found"))
         dialog.bind(on_choose=lambda _dialog, key: done(key))
         return self.open(dialog)
@@ -55,7 +58,7 @@ class Dialogs:
     def choose_many(self, title: str, options: Sequence[Option], action: str, done: Callable[[list[Any]], object], *,
                     selected: Iterable[Hashable] = ()) -> Overlay:
         """Tick any of ``options``; ``action`` is the word on the confirming button; ``done(keys)``."""
-        dialog = ChoiceDialog(title=title, options=options, selected=list(selected), multiple=True, confirm=action,
+        dialog = ChoiceDialog(title=title, options=list(options), selected=list(selected), multiple=True, confirm=action,
                               decline=_("Cancel"), hint=_("Search"), nothing=_("Nothing found"))
         dialog.bind(on_choose_many=lambda _dialog, keys: done(keys))
         return self.open(dialog)
@@ -76,13 +79,11 @@ class Dialogs:
         dialog.bind(on_pick=lambda _dialog, value: done(value))
         return self.open(dialog)
 
-    def menu(self, anchor: Widget, items: Sequence[MenuItem], done: Callable[[Any], object]) -> Menu:
+    def menu(self, anchor: Widget, items: Sequence[MenuItem], done: Callable[[Any], object]) -> Overlay:
         """Hang a menu on ``anchor``; ``done(key)``."""
-        menu = Menu(items=items)
-        menu.bind(on_choose=lambda _menu, key: done(key), on_dismiss=self._closed)
-        self._open.append(menu)
-        menu.open_at(anchor, animation=self._animate)
-        return menu
+        menu = Menu(items=list(items), anchor=anchor)
+        menu.bind(on_choose=lambda _menu, key: done(key))
+        return self.open(menu)
 
     def _closed(self, dialog: Overlay) -> None:
         if dialog in self._open:

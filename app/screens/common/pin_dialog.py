@@ -52,8 +52,7 @@ class PinDialog(FormDialog):
         self.pin, self.problem, self.busy = "", problem, False
         self.text = text or self.text
 
-    def _handle_keyboard(self, window: Any, key: int, *rest: Any) -> bool:
-        text = rest[1] if len(rest) > 1 and isinstance(rest[1], str) else ""
+    def takes_key(self, key: int, text: str) -> bool:
         if text.isascii() and text.isdecimal():
             self.add_digit(text)
         elif key == BACKSPACE:
@@ -61,5 +60,5 @@ class PinDialog(FormDialog):
         elif key in (ENTER, KEYPAD_ENTER):
             self.done()
         else:
-            return bool(super()._handle_keyboard(window, key, *rest))
+            return bool(super().takes_key(key, text))
         return True

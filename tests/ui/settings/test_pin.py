@@ -54,7 +54,8 @@ def current(app) -> str:
 
 def unlock(ui, app) -> None:
     press(ui, "4711")
-    ui.wait(lambda: current(app) == "settings" and not ui.find_all(PinDialog))
+    ui.wait(lambda: ui.find_all(SectionRow) and not ui.find_all(PinDialog))
+    assert current(app) == "settings"
 
 
 def to_settings(ui) -> None:
