@@ -42,7 +42,7 @@ class Disc(TonedSurface):
     loud = BooleanProperty(False)
 
 
-class ValueTile(TonedSurface):
+class ValueTile(Toned, Tile):
     """A live value with its age: a stale one is grey and its note says since when. ``level`` 0..1 draws a bar, ``mark`` 0..1 a limit on it;
     -1: none."""
     icon = StringProperty()

@@ -16,12 +16,13 @@ SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")          # where an address, a p
 class Txt(MDLabel):
     """A label that shows all of its text, unless ``most_lines`` > 0 says how many lines there may be: the last one then ends with "…".
 
-    ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, and wraps only beyond ``max_width``
-    (0: never). Either way it is as high as its ``lines``, whatever the font scale. A word wider than a line breaks before its port, after
-    a slash and the like; only one without such a place breaks anywhere.
+    ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, at least ``least_width``, and wraps only
+    beyond ``max_width`` (0: never). Either way it is as high as its ``lines``, whatever the font scale. A word wider than a line breaks
+    before its port, after a slash and the like; only one without such a place breaks anywhere.
     """
     fit = BooleanProperty(False)
     max_width = NumericProperty(0)
+    least_width = NumericProperty(0)
     most_lines = NumericProperty(0)
     lines = NumericProperty(0)               # that are shown
     font_hinting = OptionProperty("light", options=["normal", "light", "mono", None], allownone=True)
@@ -33,7 +34,7 @@ class Txt(MDLabel):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        for name in ("fit", "max_width", "text", "font_size", "font_name", "markup"):
+        for name in ("fit", "max_width", "least_width", "text", "font_size", "font_name", "markup"):
             self.fbind(name, self._mode)
         self.fbind("most_lines", self._trigger_texture)
         self.fbind("width", self._wrap)
@@ -47,10 +48,11 @@ class Txt(MDLabel):
             return
         self.size_hint = None, None
         self.text_size = None, None
-        if self.max_width > 0:
+        if self.max_width > 0 or self.least_width > 0:
             self.texture_update()
-            if self.texture_size[0] > self.max_width:
-                self.text_size = self.max_width, None
+            width = self.texture_size[0]
+            if width > self.max_width > 0 or width < self.least_width:
+                self.text_size = (self.least_width if width < self.least_width else self.max_width), None
         self._resize()
 
     def _wrap(self, *_):

@@ -16,7 +16,7 @@ from app.screens.home.view import HomeView
 from app.services.robots.map_picture import MapPicture
 from app.widgets import flow  # noqa: F401  (registers kivy classess classes)
 from app.widgets.buttons import CommandButton
-from app.widgets.display import SectionCard
+from app.widgets.display import SectionCard, Tile
 from app.widgets.pages import LowPage
 from app.widgets.rows import DoneRow, PlanRow
 from app.widgets.surfaces import Surface, Tap, TonedSurface
@@ -98,7 +98,7 @@ class MissionTile(OfHome, TonedSurface):
     """What runs, or what is wrong and what to do."""
 
 
-class RobotMessage(OfHome, Surface):
+class RobotMessage(OfHome, Tile):
     """The robot's own words, with its speed and distance where there is room."""
     labelled = BooleanProperty(False)
     roomy = BooleanProperty(False)

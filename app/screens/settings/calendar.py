@@ -21,12 +21,11 @@ from app.services.planning import public_holidays
 from app.services.planning.working_days import Ground
 from app.widgets import month  # noqa: F401  (registers kivy classes)
 from app.widgets.dialogs import FormDialog
-from app.widgets.display import SectionCard
+from app.widgets.display import SectionCard, Tile
 from app.widgets.lists import Row
-from app.widgets.surfaces import Surface
 
 
-class DaysRow(Row, Surface):
+class DaysRow(Row, Tile):
     """An entry of the calendar. Actions: "edit", "remove"."""
     text = StringProperty()
     note = StringProperty()

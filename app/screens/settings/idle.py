@@ -12,11 +12,11 @@ from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.settings.missions_view import idle_panels, mission_options
 from app.screens.settings.page import PageContext, SettingsPage
+from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
-from app.widgets.surfaces import Surface
 
 
-class IdlePanel(RecycledRow, Surface):
+class IdlePanel(RecycledRow, SectionCard):
     """One robot's rule. Actions: "switch" (wanted), "mission", "minutes" (number)."""
     name = StringProperty()
     active = BooleanProperty(False)

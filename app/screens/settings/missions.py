@@ -26,13 +26,13 @@ from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.catalogue.catalogue import Edit
 from app.widgets.dialogs import FormDialog
+from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
-from app.widgets.surfaces import Surface
 
 SEARCH_FROM = 8                          # missions
 
 
-class MissionRow(RecycledRow, Surface):
+class MissionRow(RecycledRow, SectionCard):
     """A mission: star, name and use, warning. Actions: "favourite" (with the wanted state), "edit", "remove"."""
     name = StringProperty()
     note = StringProperty()

@@ -12,12 +12,13 @@ from app.screens.settings.missions_view import robot_removal_sentence
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.view import NoticeView, asking_robot, connection_found, failed_test, robot_panels
+from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
-from app.widgets.surfaces import Surface, TonedSurface
+from app.widgets.surfaces import Surface, Toned
 from app.widgets.tokens import TONES
 
 
-class RobotPanel(RecycledRow, TonedSurface):
+class RobotPanel(RecycledRow, Toned, SectionCard):
     """A robot's data sheet. Actions: "test", "edit"."""
     name = StringProperty()
     model = StringProperty()
