@@ -26,13 +26,14 @@ from kivy.properties import (
     ObjectProperty,
     StringProperty,
 )
+from kivy.uix.widget import Widget
 from kivymd.uix.behaviors import MotionDialogBehavior
 from kivymd.uix.dialog import MDDialog, MDDialogButtonContainer, MDDialogHeadlineText, MDDialogSupportingText
 from kivymd.uix.dialog.dialog import MDDialogScrim
 
 from app.widgets.dock import dock
 from app.widgets.lists import Row
-from app.widgets.surfaces import OnlySeen, Passive, TonedTap
+from app.widgets.surfaces import OnlySeen, TonedTap
 from app.widgets.text import Body, ScreenTitle
 
 ESCAPE = 27                              # also Android's back button
@@ -115,7 +116,7 @@ class Overlay(MDDialog, Fade):
     def on_touch_down(self, touch):
         """No touch gets through, and none presses the card that KivyMD's dialog is."""
         if self._is_open and self.collide_point(*touch.pos):
-            Passive.on_touch_down(self, touch)
+            Widget.on_touch_down(self, touch)
         elif self.auto_dismiss:
             self.dismiss()
         return True
