@@ -9,10 +9,10 @@ from kivy.properties import (
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.card import MDCard
 
-from app.widgets.surfaces import Passive, Surface, Tap, Toned, TonedSurface
+from app.widgets.surfaces import OnlySeen, Passive, Surface, Tap, Toned, TonedSurface
 
 
-class SectionCard(Passive, MDCard):
+class SectionCard(OnlySeen, Passive, MDCard):
     """A card; ``vm`` is its view model."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
 

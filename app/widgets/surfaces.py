@@ -59,11 +59,11 @@ class Tap(OnlySeen, MDCard):
     """A card that can be pressed: ``on_press``, ``on_release``. It shows the press at once, with Material's state layer."""
 
 
-class Passive(OnlySeen):
+class Passive:
     """Mixin of cards that only show something: they leave touches to what is in them."""
 
     def on_touch_down(self, touch):
-        return self.is_seen and Widget.on_touch_down(self, touch)
+        return Widget.on_touch_down(self, touch)
 
 
 class TonedSurface(Toned, Surface):
