@@ -90,9 +90,11 @@ def test_what_lies_behind_a_dialog_cannot_be_pressed(ui, dialogs):
 def test_a_finger_on_the_sheet_of_a_dialog_presses_nothing(ui, dialogs):
     dialog = dialogs.confirm("Sure?", "", "Yes", lambda: None)
     ui.advance()
-    UnitTestTouch(dialog.x + 4, dialog.center_y).touch_down()
+    touch = UnitTestTouch(dialog.x + 4, dialog.center_y)
+    touch.touch_down()
     ui.advance()
     assert dialog.state == "normal"
+    touch.touch_up()
     assert dialogs.top is dialog
 
 

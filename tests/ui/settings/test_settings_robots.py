@@ -128,6 +128,7 @@ def test_the_panel_tests_the_stored_connection(site, app, ui):
     assert panel.result.text.startswith("Veikko answers in")
     aino = ui.find(RobotPanel, name="Aino")
     site.container.catalogue.save_robot(next(robot for robot in robots(site) if robot.name == "Aino"), password="changed there")
+    ui.wait(lambda: app.shell.background.idle)
     press(ui, "Test connection", aino)
     ui.wait(lambda: aino.result.tone == "fault")
     assert "doesn't accept" in aino.result.text
