@@ -11,7 +11,7 @@ from kivy.properties import StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.snackbar import MDSnackbar
 
-from app.widgets.surfaces import Passive
+from app.widgets.surfaces import OnlySeen, Passive
 
 AT_ONCE = 3
 SECONDS = 4.
@@ -29,7 +29,7 @@ class Message:
     seconds: float = SECONDS
 
 
-class Snackbar(Passive, MDSnackbar):
+class Snackbar(OnlySeen, Passive, MDSnackbar):
     """One message on screen; only its button takes touches. When it is shown, and for how long, is up to ``Snackbars``."""
     text = StringProperty()
     icon = StringProperty()
