@@ -131,6 +131,13 @@ def test_corners_are_smooth(ui):
     assert not any(isinstance(shape, RoundedRectangle) for shape in drawn(box))
 
 
+def test_a_label_has_one_background_and_a_smooth_one(ui):
+    label = ui.show(MDLabel(text="Deliver", md_bg_color=RED, radius=12))
+    ui.advance(.2)
+    assert colours(label).count(RED) == 1
+    assert [type(shape) for shape in drawn(label) if isinstance(shape, BorderImage | RoundedRectangle)] == [BorderImage]
+
+
 def test_a_background_follows_its_widget(ui):
     box = MDBoxLayout(md_bg_color=RED, radius=12)
     ui.show(box, (200, 100))
@@ -194,6 +201,14 @@ def test_what_is_disabled_from_the_start_can_be_made(ui):
     disabled = ui.show(card(disabled=True, md_bg_color=RED))
     ui.press(disabled)()
     assert disabled.state == "normal"
+
+
+def test_a_press_that_ends_in_a_disabled_button_leaves_no_tint(ui):
+    pressed = ui.show(card(md_bg_color=RED))
+    lift = ui.press(pressed)
+    pressed.disabled = True
+    lift()
+    assert pressed.state_layer_color[3] == 0
 
 
 def test_the_state_layer_still_needs_the_cure():

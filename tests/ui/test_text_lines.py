@@ -49,6 +49,15 @@ def test_a_text_that_fits_has_no_dots(ui):
     assert shown_lines(ui, "Short", 300, most_lines=2) == ["Short"]
 
 
+def test_a_text_that_fits_keeps_its_least_width(ui):
+    label = Factory.Body(text="6", fit=True, least_width=60)
+    ui.show(label)
+    assert (label.width, label.lines) == (60, 1)
+    label.text = "longer than it has to be"
+    ui.advance()
+    assert label.width > 60
+
+
 def test_the_limit_can_change(ui):
     label = Factory.Body(text="word " * 100, most_lines=2)
     ui.show(label, (300, 20))
