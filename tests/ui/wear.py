@@ -95,7 +95,7 @@ class Wear:
     def turn(self, count: int) -> int:
         """So often the other orientation, in which Home is built anew; returns how often it was."""
         built = 0
-        self._ui.advance()                   # Home chooses its layout in the frame after it was made
+        self._ui.wait(lambda: self._shell.navigator.screen("home").children)         # made in a frame after its first facts
         for _n in range(count):
             shown = self._shell.navigator.screen("home").children[0]
             Window.size = Window.height, Window.width
