@@ -327,15 +327,19 @@ class Judge:
         self._judge_liveness(self._items_of.keys() | self._late)
 
     def _judge_numbers(self) -> None:
-        """Where robots forget whose an item is: not more of a mission than there were starts of it."""
+        """Where robots forget whose an item is: not more of a mission than there were starts of it. What a restored backup has forgotten
+        is sent to them again (docs/reliability.md, Not shown)."""
         posts = self.world.site.network.submissions
-        starts = {(post.robot, post.mission_id, post.token) for post in posts}
-        starts_of = Counter((robot, mission) for robot, mission, _token in starts)
+        starts = {(post.robot, post.mission_id, post.token, self._restores_before(post.at)) for post in posts}
+        starts_of = Counter((robot, mission) for robot, mission, _token, _restores in starts)
         late = Counter((post.robot, post.mission_id) for post in posts if post.fate is Fate.LATE)
         items_of = Counter((found.robot, found.item.mission_id) for items in self._items_of.values() for found in items)
         for key, number in items_of.items():
             if number > starts_of[key] + late[key] and not self.diary.excused:
                 self.object(f"safety: more items with one token than starts: {key[0]} {number} for {starts_of[key]}")
+
+    def _restores_before(self, at: float) -> int:
+        return sum(each.at <= at for each in self.diary.restores)
 
     def _judge_copies(self, token: str, items: list[Found]) -> None:
         posts = [post for post in self.world.site.network.submissions if post.token == token]
