@@ -16,7 +16,7 @@ from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
 from app.widgets.rows import RobotChip
 from tests.hostile.capture import capture, pin_of
-from tests.ui.integrator import enter, fill_in, go, press, robots, says, schedules, undo
+from tests.ui.integrator import enter, fill_in, go, page, press, robots, says, schedules, undo
 from tests.ui.whole_app import PASSWORD, USER
 
 
@@ -128,7 +128,7 @@ def test_the_panel_tests_the_stored_connection(site, app, ui):
     assert panel.result.text.startswith("Veikko answers in")
     aino = ui.find(RobotPanel, name="Aino")
     site.container.catalogue.save_robot(next(robot for robot in robots(site) if robot.name == "Aino"), password="changed there")
-    ui.wait(lambda: app.shell.background.idle)
+    ui.wait(lambda: page(app).context.facts.robots == tuple(robots(site)))     # the page has read what was saved
     press(ui, "Test connection", aino)
     ui.wait(lambda: aino.result.tone == "fault")
     assert "doesn't accept" in aino.result.text
