@@ -17,11 +17,13 @@ from app.domain.problems import in_words
 from app.domain.robot import RobotProblem, UserPrompt
 from app.i18n import _, translator
 from app.screens.frame.facts import OpenIssues
+from app.screens.common.pin_dialog import PinDialog
 from app.screens.home.cards import Answers, PromptOption, QueueCard
 from app.screens.home.screen import HomeScreen
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, Frame
+from app.widgets.number_pad import PadKey
 from app.widgets.tokens import tk
 from tests.screenshots.home import home
 from tests.support import home_facts as sample
@@ -108,6 +110,17 @@ def test_a_question_and_each_answer_can_be_reached(ui, small):
         label = next(widget for widget in answer.walk() if isinstance(widget, Label) and widget.text == answer.text)
         assert label.height <= answer.height
     reach(ui, next(label for label in ui.find_all(Label) if label.text == view.prompt.question))
+
+
+def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
+    dialog = PinDialog(title="Settings", text="Enter the PIN of this tablet")
+    dialog.open()
+    ui.advance(.5)
+    for key in ui.find_all(PadKey):
+        assert checks.visible_area(key, checks.parents(key)) == pytest.approx(checks.area(key), abs=1)
+    assert "\n".join(checks.problems(dialog)) == ""
+    dialog.dismiss()
+    ui.advance(.5)
 
 
 @pytest.mark.parametrize("size", [(800, 480), (600, 480)])

@@ -21,6 +21,7 @@ class PinDialog(FormDialog):
     ready = BooleanProperty(False)
     busy = BooleanProperty(False)            # it is being checked
     waiting = BooleanProperty(False)         # after too many wrong ones
+    beside = BooleanProperty(False)          # the dots beside the keys
 
     __events__ = ("on_entered",)
 
