@@ -6,6 +6,7 @@ from kivy.core.window import Window
 
 from app.widgets.buttons import CommandButton
 from app.widgets.snackbar import Snackbars
+from app.widgets.text import Txt
 
 
 @pytest.fixture
@@ -79,3 +80,14 @@ def test_clearing_says_that_nobody_undid_anything(ui, bars):
     bars.clear()
     assert calls == ["ended"] * 5
     assert bars.texts == []
+
+
+def test_undo_is_hit_beside_its_word(ui, bars):
+    undone: list[str] = []
+    for x in (-27, 27):
+        bars.undo("Schedule deleted", "Undo", lambda: undone.append("undo"))
+        ui.advance(.3)
+        word = ui.find(Txt, text="Undo")
+        left, y = word.to_window(word.x, word.center_y)
+        ui.tap_at(left + x if x < 0 else left + word.width + x, y)
+    assert undone == ["undo"] * 2
