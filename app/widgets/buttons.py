@@ -66,8 +66,8 @@ class ButtonText(BodyStrong, MDButtonText):
 class CommandButton(OnlySeen, Styled, MDButton):
     """A button with text and icon. ``stacked``: icon above the text; ``large``: 20 sp. A text that is too long wraps.
 
-    While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon. For a button as wide as its text use
-    ``size_hint_x: None`` and ``width: self.natural_width``; ``natural_height`` is what its lines need.
+    While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon, or of the text if there is none. For a button
+    as wide as its text use ``size_hint_x: None`` and ``width: self.natural_width``; ``natural_height`` is what its lines need.
     """
     style = OptionProperty("outlined", options=("filled", "tonal", "outlined", "text"))
     icon = StringProperty()
@@ -99,6 +99,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
         """Icon and text beside or above each other, in the middle; as wide and high as both is natural."""
         icon, word = self._button_icon, self._button_text
         side = dp(24) if self.icon else 0
+        word.opacity = 0 if self._ring is not None and not self.icon else 1
         gap = 0 if not self.icon or not self.text else dp(4) if self.stacked else dp(8)
         beside = 0 if self.stacked else side + gap
         edge = dp(4) if self.stacked else dp(8)
@@ -113,7 +114,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
             icon.pos = x - wide / 2, y - side / 2
             word.pos = x - wide / 2 + beside, y - word.height / 2
         if self._ring is not None:
-            self._ring.center = icon.center
+            self._ring.center = icon.center if self.icon else word.center
 
     def on_busy(self, *_):
         self._patience.cancel()
@@ -123,6 +124,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
             self.remove_widget(self._ring)
             self._ring = None
             self._button_icon.opacity = 1
+            self._place()
 
     def _show_work(self, _dt):
         if self._ring is None:

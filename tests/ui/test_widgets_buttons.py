@@ -141,3 +141,14 @@ def test_targets_grow_with_gloves(ui):
     tk.use("light", gloves=True)
     ui.advance()
     assert (icon.height, icon.width, chip.height, button.height) == (64, 64, 64, 120)
+
+
+def test_the_ring_of_a_busy_button_without_an_icon_covers_no_text(ui):
+    button = ui.show(CommandButton(text="Restore", busy=True), (200, 64))
+    ui.advance(.5)
+    ring, word = ui.find(WorkingRing), button._button_text
+    assert word.opacity == 0
+    assert ring.center == word.center
+    button.busy = False
+    ui.advance()
+    assert ui.texts() == ["Restore"]
