@@ -215,6 +215,7 @@ class LongList(LowPage):
         wanted = bool(self.empty_text) and not self._keys
         if wanted and not labels:
             labels = [Factory.Note(size_hint_x=None)]
+            labels[0].fbind("height", self._arrange)         # which follows its text later
             self._content.add_widget(labels[0])
         for label in labels:
             if wanted:

@@ -336,3 +336,14 @@ def test_a_long_list_says_when_it_is_empty(ui):
     rows.data = runs(2)
     ui.advance(.1)
     assert "No run matches" not in ui.texts()
+
+
+def test_an_empty_list_shows_all_lines_of_a_long_text(ui):
+    rows = LongList(viewclass="LogRow", empty_text="Nothing")
+    ui.show(rows, (300, 400))
+    rows.empty_text = "Missions from a schedule, from Run now or from the robot's own screen appear here. " * 3
+    ui.advance(.5)
+    label = ui.find(Txt)
+    assert label.lines > 3
+    assert label.to_window(label.x, label.top)[1] <= rows.top
+    assert rows.content_height >= label.height
