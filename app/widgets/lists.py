@@ -180,6 +180,7 @@ class ScrollRows(FloatLayout):
     empty_text = StringProperty()
     whole = BooleanProperty(True)
     view_height = NumericProperty(0)
+    bar_margin = NumericProperty(0)     # px between the bar and the right edge; < 0: outside, in the padding around the rows
     paged = BooleanProperty(False)       # a strip that does not fit
 
     __events__ = ("on_action",)
