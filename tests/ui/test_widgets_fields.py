@@ -7,6 +7,7 @@ from kivymd.uix.textfield import MDTextField
 
 from app.widgets.buttons import IconButton
 from app.widgets.fields import FieldInput, FormField, PickField, RepeatButton, SearchField, StepField
+from app.widgets.text import BodyStrong
 from app.widgets.tokens import THEMES, apply_theme, tk
 from tests.ui.checks import contrast_ratio
 
@@ -206,3 +207,8 @@ def test_the_range_may_come_after_the_value(ui):
     assert not field.outside
     field.maximum = 20
     assert field.outside
+
+
+def test_a_narrow_pick_field_breaks_no_word(ui):
+    field = ui.show(PickField(label="Battery ≥", value="No minimum"), (126, 90))
+    assert ui.find(BodyStrong, field).lines == 2
