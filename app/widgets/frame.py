@@ -46,7 +46,8 @@ class AlarmBanner(TonedSurface):
     """The most serious alarm or hold in one sentence, since when, how many others there are, and a button that leads to its solution
     (``on_solve``). A tap on the sentence or on that number fires ``on_list_alarms``.
 
-    Sentence and note have ``most_lines`` together, of which one is the note's, as that says what to do; a ``narrow`` one leaves out the number, which the bell shows too."""
+    Sentence and note have ``most_lines`` together, of which one is the note's, as that says what to do; a ``narrow`` one leaves out the
+    number, which the bell shows too."""
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()

@@ -16,8 +16,8 @@ from app.domain.models import Alarm, Priority
 from app.domain.problems import in_words
 from app.domain.robot import RobotProblem, UserPrompt
 from app.i18n import _, translator
-from app.screens.frame.facts import OpenIssues
 from app.screens.common.pin_dialog import PinDialog
+from app.screens.frame.facts import OpenIssues
 from app.screens.home.cards import Answers, PromptOption, QueueCard
 from app.screens.home.screen import HomeScreen
 from app.widgets import load_kv
