@@ -91,6 +91,11 @@ class Overlay(MDDialog, Fade):
             Window.unbind(on_keyboard=self._key, on_resize=self._place)
             super().dismiss()
 
+    @property
+    def is_open(self) -> bool:
+        """Not while it fades away."""
+        return self._is_open
+
     def on_scrim_color(self, *_):
         if self._scrim:
             self._scrim.color, self._scrim.alpha = self.scrim_color, self.scrim_color[3]

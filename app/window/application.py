@@ -34,6 +34,7 @@ from app.screens.frame.controller import FrameController
 from app.screens.rescue import Damage, RescuePage
 from app.screens.settings.gate import Gate
 from app.services.live.changes import Topic
+from app.widgets.key_focus import KeyFocus
 from app.widgets.keyboard import DockedKeyboard, has_keyboard
 from app.widgets.tokens import apply_theme
 
@@ -61,6 +62,7 @@ class SchedulerApp(MDApp):
         self._frame: FrameController | None = None
         self._gate: Gate | None = None
         self._keyboard: DockedKeyboard | None = None
+        self._keys = KeyFocus()
         self._poll: ClockEvent | None = None
         self._bus: UiBus | None = None
         self._unsubscribe: Callable[[], object] = lambda: None       # from the services
@@ -102,6 +104,7 @@ class SchedulerApp(MDApp):
         self._gate.start()
         self._keyboard = DockedKeyboard(self._wants_keyboard)
         self._keyboard.start()
+        self._keys.start()
         self._set_poll(container.settings())
         bus = self._bus
         container.runner.on_damage = lambda damage: bus.post(lambda: self._show_damage(damage))
@@ -131,6 +134,7 @@ class SchedulerApp(MDApp):
             self._gate.stop()
         if self._keyboard is not None:
             self._keyboard.stop()
+        self._keys.stop()
         if self.shell is not None:
             self.shell.dialogs.close_all()
             self.shell.snackbars.clear()

@@ -1,0 +1,133 @@
+"""By keys alone: every target gets the ring, is seen with it, and Enter presses it; the topmost dialog only."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from kivy.core.window import Window
+from kivy.uix.boxlayout import BoxLayout
+
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ConfirmDialog
+from app.widgets.fields import FieldInput, FormField
+from app.widgets.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB, KeyFocus
+from app.widgets.lists import ScrollPage
+from tests.ui import checks
+
+UP, DOWN, RIGHT, LEFT = ARROWS
+
+
+@pytest.fixture
+def keys(ui) -> Iterator[KeyFocus]:
+    keys = KeyFocus()
+    keys.start()
+    yield keys
+    keys.stop()
+
+
+def page_of(*words: str, height: float = 64) -> ScrollPage:
+    page = ScrollPage()
+    for word in words:
+        page.add_widget(CommandButton(text=word, height=height))
+    return page
+
+
+def ring_at() -> int:
+    return len(Window.canvas.after.children)
+
+
+def test_tab_goes_round_and_back(ui, keys):
+    ui.show(page_of("One", "Two", "Three"), (300, 300))
+    seen = []
+    for _press in range(4):
+        ui.key(TAB)
+        seen.append(keys.target.text)
+    assert seen == ["One", "Two", "Three", "One"]
+    Window.dispatch("on_keyboard", TAB, 0, "", ["shift"])
+    assert keys.target.text == "Three"
+
+
+def test_the_ring_is_drawn_while_keys_are_used(ui, keys):
+    ui.show(page_of("One", "Two"), (300, 300))
+    before = ring_at()
+    ui.key(TAB)
+    assert ring_at() > before
+    ui.key(ESCAPE)
+    assert ring_at() == before
+    ui.key(TAB)
+    ui.tap_text("Two")
+    assert ring_at() == before
+    assert keys.target is None
+
+
+@pytest.mark.parametrize("key", [ENTER, SPACE])
+def test_enter_presses_what_has_the_ring_once(ui, keys, key):
+    page = ui.show(page_of("One", "Two"), (300, 300))
+    calls: list[str] = []
+    for button in ui.find_all(CommandButton, page):
+        button.bind(on_release=lambda button: calls.append(button.text))
+    ui.key(key)
+    ui.key(TAB)
+    ui.key(TAB)
+    ui.key(key)
+    assert calls == ["Two"]
+    keys.target.busy = True
+    ui.key(key)
+    assert calls == ["Two"]
+
+
+def test_what_is_reached_is_scrolled_into_sight(ui, keys):
+    ui.show(page_of(*map(str, range(12))), (300, 200))
+    for _press in range(12):
+        ui.key(TAB)
+        whole, seen = checks.area(keys.target), checks.visible_area(keys.target, checks.parents(keys.target))
+        assert seen == pytest.approx(whole, abs=1)
+
+
+def test_arrows_go_to_the_nearest_on_that_side(ui, keys):
+    grid = BoxLayout(spacing=8)
+    grid.add_widget(page_of("a", "b"))
+    grid.add_widget(page_of("c", "d"))
+    ui.show(grid, (600, 300))
+    seen = []
+    for key in (TAB, RIGHT, DOWN, LEFT, UP, UP):
+        ui.key(key)
+        seen.append(keys.target.text)
+    assert seen == ["a", "c", "d", "b", "a", "a"]
+
+
+def test_a_disabled_or_hidden_button_is_passed_over(ui, keys):
+    page = ui.show(page_of("One", "Two", "Three", "Four"), (300, 400))
+    ui.find(CommandButton, page, text="Two").disabled = True
+    ui.find(CommandButton, page, text="Three").opacity = 0
+    assert [target.text for target in keys.targets()] == ["One", "Four"]
+
+
+def test_only_the_topmost_dialog_is_reached_and_what_was_before_it_comes_back(ui, keys):
+    ui.show(page_of("One", "Two"), (300, 300))
+    ui.key(TAB)
+    dialog = ConfirmDialog(title="Sure?", text="It is gone then.", confirm="Delete", decline="Keep")
+    dialog.open()
+    ui.advance(.5)
+    ui.key(TAB)
+    assert [target.text for target in keys.targets()] == ["Keep", "Delete"]
+    assert keys.target.text == "Keep"
+    Window.dispatch("on_keyboard", ESCAPE, 0, "", [])
+    assert dialog.parent                                 # it fades away
+    assert {target.text for target in keys.targets()} == {"One", "Two"}
+    ui.advance(.5)
+
+
+def test_tab_leaves_a_field_for_the_button_after_it(ui, keys):
+    page = page_of()
+    for widget in (FormField(label="Name"), CommandButton(text="Save")):
+        page.add_widget(widget)
+    ui.show(page, (300, 300))
+    ui.key(TAB)
+    field = ui.find(FieldInput)
+    assert field.focus
+    Window.dispatch("on_key_down", TAB, 0, "", [])
+    assert not field.focus
+    assert keys.target.text == "Save"
+    Window.dispatch("on_keyboard", TAB, 0, "", ["shift"])
+    assert field.focus
