@@ -100,11 +100,11 @@ class SchedulerApp(MDApp):
         self.root_box.add_widget(frame)
         self._unsubscribe = forward(container.changes, self._bus)
         self._frame.start()
+        self._keys.start()                   # before the gate, which wants to know of every key
         self._gate = Gate(pick(Gate.Services, container), self.shell)
         self._gate.start()
         self._keyboard = DockedKeyboard(self._wants_keyboard)
         self._keyboard.start()
-        self._keys.start()
         self._set_poll(container.settings())
         bus = self._bus
         container.runner.on_damage = lambda damage: bus.post(lambda: self._show_damage(damage))

@@ -20,7 +20,7 @@ from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.integrator import go, says
 
-F1 = 282
+F1, TAB = 282, 9
 
 
 @pytest.fixture
@@ -185,6 +185,8 @@ def test_settings_closes_when_nobody_is_there_for_two_minutes(site, app, ui, clo
     unlock(ui, app)
     clock[0] += LEFT_ALONE_S - 10
     ui.tap(ui.find(SectionRow, key="robots"))                  # somebody is there
+    clock[0] += 30
+    ui.key(TAB)                                                # and still is
     clock[0] += LEFT_ALONE_S - 10
     ui.advance(1.1)
     assert current(app) == "settings"
