@@ -219,7 +219,7 @@ class LongList(LowPage):
             self._content.add_widget(labels[0])
         for label in labels:
             if wanted:
-                label.text, label.width = self.empty_text, self.width
+                label.text, label.width = self.empty_text, self.width - dp(12)         # rows leave the bar that much, too
                 self._content.height = label.height + dp(16)
             else:
                 self._content.remove_widget(label)

@@ -347,3 +347,10 @@ def test_an_empty_list_shows_all_lines_of_a_long_text(ui):
     assert label.lines > 3
     assert label.to_window(label.x, label.top)[1] <= rows.top
     assert rows.content_height >= label.height
+
+
+@pytest.mark.parametrize("kind", [LongList, ScrollRows])
+def test_the_text_of_an_empty_list_ends_where_rows_do(ui, kind):
+    rows = ui.show(kind(viewclass="LogRow", empty_text="Nothing is waiting " * 9), (300, 400))
+    ui.advance(.5)
+    assert ui.find(Txt).right <= rows.right - 12
