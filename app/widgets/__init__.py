@@ -1,12 +1,7 @@
 """The app's own widgets, and how to use them. They depend on no service, and get all their texts from outside.
 
-Call ``load()`` once before the first widget; then kv knows all classes and the constants below. A screen's kv starts with
-
-    #:kivy 2.3.1
-    #:import tk app.widgets.tokens.tk
-    #:import tr app.widgets.tr.tr
-
-and is loaded by its screen's module: ``load_kv("home/screen")`` loads kv/home/screen.kv, once per process.
+Call ``load()`` once before the first widget; then all kv knows the classes, the constants below, ``tk`` (the tokens) and ``tr`` (the
+translator: ``tr._("Save")``). A screen's kv is loaded by its module: ``load_kv("home/screen")`` loads kv/home/screen.kv, once per process.
 
 Colours and sizes
     ``tk.<colour>``        listed in tokens.py: bg surface surface2 line outline, ink ink2 ink3 (text, from strong to faint), accent…,
