@@ -64,7 +64,7 @@ class LongList(LowPage):
         self._arrange = Clock.create_trigger(self._place_rows, -1)
         self._content = RelativeLayout(size_hint_y=None, height=0)
         self._content.bind(height=self.setter("content_height"))
-        super().__init__(do_scroll_x=False, **kwargs)
+        super().__init__(**kwargs)
         self.add_widget(self._content)
         for name in ("size", "empty_text"):
             self.fbind(name, self._arrange)

@@ -1,10 +1,12 @@
 """Digits for gloved fingers: a telephone's keypad with backspace and done."""
 from kivy.properties import BooleanProperty
 from kivy.uix.gridlayout import GridLayout
+from kivy.uix.widget import Widget
 
 from app.widgets.buttons import CommandButton
 
 BACKSPACE, DONE = "backspace", "done"
+ICONS = {BACKSPACE: "backspace-outline", DONE: "check"}
 
 
 class PadKey(CommandButton):
@@ -13,20 +15,22 @@ class PadKey(CommandButton):
 
 class NumberPad(GridLayout):
     """Fires ``on_digit(digit)``, ``on_backspace`` and ``on_done``."""
+    KEYS = (*"123456789", BACKSPACE, "0", DONE)      # "": none in that place
     ready = BooleanProperty(True)        # whether enough was entered: enables and highlights the done key
 
     __events__ = ("on_digit", "on_backspace", "on_done")
 
     def __init__(self, **kwargs):
         super().__init__(cols=3, **kwargs)
-        for key in (*"123456789", BACKSPACE, "0", DONE):
-            button = PadKey(text=key if key.isdigit() else "", icon={BACKSPACE: "backspace-outline", DONE: "check"}.get(key, ""))
-            button.bind(on_release=lambda _button, key=key: self._pressed(key))
-            self.add_widget(button)
-            if key == DONE:
-                self._done = button
+        for key in self.KEYS:
+            self.add_widget(self._key(key) if key else Widget())
         self.fbind("ready", self._light)
         self._light()
+
+    def _key(self, key):
+        button = PadKey(icon=ICONS[key]) if key in ICONS else PadKey(text=key)
+        button.bind(on_release=lambda _button: self._pressed(key))
+        return button
 
     def on_digit(self, digit):
         """A digit was pressed."""
@@ -38,7 +42,9 @@ class NumberPad(GridLayout):
         """The done key was pressed."""
 
     def _light(self, *_):
-        self._done.style, self._done.disabled = ("filled", False) if self.ready else ("outlined", True)
+        for button in self.children:
+            if getattr(button, "icon", "") == ICONS[DONE]:
+                button.style, button.disabled = ("filled", False) if self.ready else ("outlined", True)
 
     def _pressed(self, key):
         if key.isdigit():

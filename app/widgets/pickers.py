@@ -8,9 +8,10 @@ from datetime import date, time
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 
 from app.widgets.dialogs import Dialog, FormDialog
+from app.widgets.number_pad import BACKSPACE, NumberPad
 from app.widgets.surfaces import Tap
 
-BACKSPACE = 8
+ERASE = 8                                # keys of a keyboard
 ENTER = (13, 271)
 
 
@@ -65,8 +66,12 @@ class TimeEntry:
 class TimePart(Tap):
     """Hour or minute, large; tapped it is the one typed into."""
     text = StringProperty()
-    label = StringProperty()
     selected = BooleanProperty(False)
+
+
+class TimePad(NumberPad):
+    """The digits of a time, which is confirmed elsewhere."""
+    KEYS = (*"123456789", "", "0", BACKSPACE)
 
 
 class TimeDialog(Dialog):
@@ -113,7 +118,7 @@ class TimeDialog(Dialog):
     def takes_key(self, key, text):
         if text.isdecimal():
             self.digit(int(text))
-        elif key == BACKSPACE:
+        elif key == ERASE:
             self.erase()
         elif key in ENTER:
             self.picked()

@@ -6,7 +6,7 @@ from typing import Any
 from kivy.properties import BooleanProperty, StringProperty
 
 from app.services.live.access import LONGEST, SHORTEST
-from app.widgets import load_kv, number_pad  # noqa: F401  (registers kivy classes)
+from app.widgets import load_kv
 from app.widgets.dialogs import FormDialog
 
 BACKSPACE, ENTER, KEYPAD_ENTER = 8, 13, 271
