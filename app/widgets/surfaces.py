@@ -1,5 +1,5 @@
 """Surfaces: a box with a background, one that can be pressed, and tones that colour both."""
-from kivy.properties import OptionProperty
+from kivy.properties import BooleanProperty, OptionProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 from kivymd.uix.boxlayout import MDBoxLayout
@@ -37,7 +37,12 @@ class Toned:
 
 class OnlySeen:
     """Mixin that ignores touches while the widget is invisible, for its children as well. In kivy, layouts forward touches to invisible
-    children, and disabled widgets consume those on them."""
+    children, and disabled widgets consume those on them. What is not ``visible`` keeps its place, unless its size says otherwise."""
+    visible = BooleanProperty(True)
+
+    def on_visible(self, *_):
+        self.opacity = 1 if self.visible else 0
+        self.disabled = not self.visible
 
     @property
     def is_seen(self):
