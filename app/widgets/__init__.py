@@ -23,7 +23,7 @@ Cards and facts (display.py)
     KpiCard(label, value, note, history) · EmptyState(icon, title, text, action, action_icon; on_release) · LegendItem(kind, text)
 
 Buttons (buttons.py; ``on_release`` unless another event is given)
-    CommandButton(style filled|tonal|outlined|text, tone, over_solid, icon, text, stacked, large, busy, natural_width) ·
+    CommandButton(style filled|tonal|outlined|text, tone, over_solid, icon, text, stacked, large, busy, fit, least_width) ·
     IconButton(icon, style standard|filled|tonal|outlined) · what destroys is ``outlined`` with ``tone: "fault"`` ·
     ChoiceChip(text, icon, active, limit) · MenuChip(text, trailing, active) · Toggle(active, controlled; on_switch(wanted)) ·
     Segments(options [(key, label)], selected; on_choose(key)) · Segment

@@ -66,8 +66,9 @@ class ButtonText(BodyStrong, MDButtonText):
 class CommandButton(OnlySeen, Styled, MDButton):
     """A button with text and icon. ``stacked``: icon above the text; ``large``: 20 sp. A text that is too long wraps.
 
-    While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon, or of the text if there is none. For a button
-    as wide as its text use ``size_hint_x: None`` and ``width: self.natural_width``; ``natural_height`` is what its lines need.
+    While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon, or of the text if there is none. ``fit``: as
+    wide as its text, at least ``least_width``, and without width while it is not ``visible``. ``natural_width`` and ``natural_height`` are
+    what icon and text need.
     """
     style = OptionProperty("outlined", options=("filled", "tonal", "outlined", "text"))
     icon = StringProperty()
@@ -75,6 +76,8 @@ class CommandButton(OnlySeen, Styled, MDButton):
     stacked = BooleanProperty(False)
     large = BooleanProperty(False)
     busy = BooleanProperty(False)
+    fit = BooleanProperty(False)
+    least_width = NumericProperty(0)
     natural_width = NumericProperty(0)
     natural_height = NumericProperty(0)
 
@@ -86,7 +89,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
 
     def on_kv_post(self, _base):
         self._button_text.fbind("size", self._arrange)
-        for name in ("pos", "size", "stacked", "icon", "text"):
+        for name in ("pos", "size", "stacked", "icon", "text", "fit", "least_width", "visible"):
             self.fbind(name, self._arrange)
         self._place()
 
@@ -106,6 +109,9 @@ class CommandButton(OnlySeen, Styled, MDButton):
         word.max_width = max(dp(24), self.width - 2 * edge - (dp(32) if side and not self.stacked else 0)) if self.width > dp(100) else 0
         wide, high = (max(side, word.width), side + gap + word.height) if self.stacked else (beside + word.width, max(side, word.height))
         self.natural_width, self.natural_height = wide + dp(32), high + dp(16)
+        if self.fit:
+            self.size_hint_x = None
+            self.width = max(self.least_width, self.natural_width) if self.visible else 0
         x, y = self.x - round(self.x) + self.width / 2, self.y - round(self.y) + self.height / 2      # drawing begins at a whole pixel
         if self.stacked:
             icon.pos = x - side / 2, y - high / 2 + word.height + gap
