@@ -1,11 +1,5 @@
 """Widgets that only show something: cards, badges, tiles, facts, empty states. Their texts come from the view models."""
-from kivy.properties import (
-    BooleanProperty,
-    ListProperty,
-    NumericProperty,
-    ObjectProperty,
-    StringProperty,
-)
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.card import MDCard
 

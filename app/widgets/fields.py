@@ -4,14 +4,7 @@ The line that is typed into is KivyMD's text field. Its own hint and helper text
 widgets, and on one line.
 """
 from kivy.clock import Clock
-from kivy.properties import (
-    AliasProperty,
-    BooleanProperty,
-    NumericProperty,
-    ObjectProperty,
-    OptionProperty,
-    StringProperty,
-)
+from kivy.properties import AliasProperty, BooleanProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.textinput import TextInput
 from kivymd.uix.textfield import MDTextField

@@ -2,17 +2,7 @@
 from itertools import pairwise
 from math import cos, hypot, pi, radians, sin
 
-from kivy.graphics import (
-    Color,
-    Mesh,
-    Rectangle,
-    RoundedRectangle,
-    SmoothLine,
-    StencilPop,
-    StencilPush,
-    StencilUnUse,
-    StencilUse,
-)
+from kivy.graphics import Color, Mesh, Rectangle, RoundedRectangle, SmoothLine, StencilPop, StencilPush, StencilUnUse, StencilUse
 from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 

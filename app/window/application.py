@@ -34,9 +34,9 @@ from app.screens.frame.controller import FrameController
 from app.screens.rescue import Damage, RescuePage
 from app.screens.settings.gate import Gate
 from app.services.live.changes import Topic
-from app.widgets.key_focus import KeyFocus
 from app.widgets.keyboard import DockedKeyboard, has_keyboard
 from app.widgets.tokens import apply_theme
+from app.window.key_focus import KeyFocus
 
 log = logging.getLogger(__name__)
 RESULT_SHOWN_FOR = 8.0       # s for the outcome of restoring a backup

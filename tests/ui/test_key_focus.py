@@ -10,8 +10,8 @@ from kivy.uix.boxlayout import BoxLayout
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FieldInput, FormField
-from app.widgets.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB, KeyFocus
 from app.widgets.lists import ScrollPage
+from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB, KeyFocus
 from tests.ui import checks
 
 UP, DOWN, RIGHT, LEFT = ARROWS
