@@ -187,7 +187,7 @@ class Stress:
                                      text=True, env=environment())
         time.sleep(for_seconds)
         app.kill()
-        importing.communicate(timeout=60)
+        importing.communicate(timeout=300)     # a bound, no measure: the machine may be busy
         self._read_errors(app.stderr)
 
     def _come_to_rest(self, patience: float) -> None:
