@@ -1,0 +1,239 @@
+"""A random finger on the whole app: taps, drags, keys and turns of the window over all screens and dialogs, while robots get into trouble.
+
+    uv run python -m tests.ui.monkey [--acts 20000] [--seed 1]
+
+prints what the process has resident every thousand acts and ends with an error at the first exception, the first error in the log, or when
+memory has grown by more than ``MOST_GROWTH_MIB`` since act ``WARM``. The same seed does the same, but for what robots answer meanwhile.
+"""
+from __future__ import annotations
+
+import argparse
+import gc
+import logging
+import os
+import random
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from unittest import mock
+
+from tests.ui import headless
+
+headless.install()
+
+from kivy.core.window import Window  # noqa: E402
+from kivy.uix.behaviors import ButtonBehavior  # noqa: E402
+
+import app.widgets  # noqa: E402
+from app.widgets.dialogs import Overlay  # noqa: E402
+from app.window.application import SchedulerApp  # noqa: E402
+from app.window.window import quiet_garbage  # noqa: E402
+from mir_sim.faults import FaultKind  # noqa: E402
+from tests.ui.driver import Driver  # noqa: E402
+from tests.ui.whole_app import GUIDS, Plant, plant, shown  # noqa: E402
+
+ROBOTS = 5
+WARM = 2_000                             # acts, after which all there is has been built
+MOST_GROWTH_MIB = 10.0
+SIZES = ((1280, 800), (800, 1280), (1024, 600), (1920, 1200), (600, 480))
+KEYS = {"tab": 9, "enter": 13, "escape": 27, "space": 32, "backspace": 8, "up": 273, "down": 274, "right": 275, "left": 276}
+PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2 ** 20
+
+
+class Monkey:
+    """What it does next is drawn from ``seed``. Every hundred acts the PIN of ``site`` is removed, and robots are there again if
+    all were deleted."""
+
+    def __init__(self, site: Plant, app: SchedulerApp, ui: Driver, seed: int) -> None:
+        self._site, self._app, self._ui, self._rng = site, app, ui, random.Random(seed)
+        self._acts: dict[Callable[[], object], int] = {
+            self.tap_target: 60, self.tap_anywhere: 8, self.double_tap: 3, self.hold: 2, self.drag: 12, self.wheel: 3, self.key: 8,
+            self.type: 3, self.turn: 1, self.trouble: 3,
+        }
+        self.done = 0
+
+    def act(self) -> str:
+        """One act; returns its name."""
+        what, = self._rng.choices(list(self._acts), list(self._acts.values()))
+        what()
+        self.done += 1
+        if self.done % 100 == 0:
+            self._keep_going()
+        return what.__name__
+
+    # ------------------------------------------------------------------ hands
+    def tap_target(self) -> None:
+        """Something that can be pressed, of what is topmost."""
+        targets = self._targets()
+        if targets:
+            self._touch(self._place(self._rng.choice(targets)))
+
+    def tap_anywhere(self) -> None:
+        self._touch((self._rng.uniform(0, Window.width), self._rng.uniform(0, Window.height)))
+
+    def double_tap(self) -> None:
+        targets = self._targets()
+        if targets:
+            place = self._place(self._rng.choice(targets))
+            self._touch(place, frames=1)
+            self._touch(place)
+
+    def hold(self) -> None:
+        targets = self._targets()
+        if targets:
+            self._touch(self._place(self._rng.choice(targets)), frames=60)
+
+    def drag(self) -> None:
+        x, y = self._rng.uniform(0, Window.width), self._rng.uniform(0, Window.height)
+        self._touch((x, y), (self._rng.uniform(-400, 400), self._rng.uniform(-600, 600)))
+
+    def wheel(self) -> None:
+        from kivy.tests.common import UnitTestTouch
+        touch = UnitTestTouch(self._rng.uniform(0, Window.width), self._rng.uniform(0, Window.height))
+        touch.profile, touch.button = ["pos", "button"], self._rng.choice(("scrollup", "scrolldown"))
+        touch.touch_down()
+        self._ui.advance()
+        touch.touch_up()
+        self._ui.advance()
+
+    def key(self) -> None:
+        code = self._rng.choice(list(KEYS.values()))
+        modifiers = ["shift"] if self._rng.random() < .2 else []
+        Window.dispatch("on_key_down", code, 0, "", modifiers)
+        Window.dispatch("on_keyboard", code, 0, "", modifiers)
+        Window.dispatch("on_key_up", code, 0)
+        self._ui.advance()
+
+    def type(self) -> None:
+        for character in self._rng.choices("aä 12.:/-%[]☂", k=self._rng.randint(1, 6)):
+            Window.dispatch("on_textinput", character)
+        self._ui.advance()
+
+    def turn(self) -> None:
+        """Another size of the window."""
+        Window.size = self._rng.choice(SIZES)
+        self._ui.advance()
+
+    def trouble(self) -> None:
+        """Something happens to a robot, or all is well with it again."""
+        robot = self._rng.choice(self._site.fleet.robots)
+        robot.control(self._rng.choice((
+            {"battery": self._rng.uniform(1, 100)}, {"emergency_stop": True}, {"error": {"code": 7, "description": "Cart not found"}},
+            {"user_prompt": {"question": "May I go on?", "options": ["Yes", "No", "Later"], "timeout": 60}}, {"reboot_seconds": 2},
+            {"fault": {"kind": self._rng.choice(list(FaultKind)), "count": 3, "seconds": .2}},
+            *[{"fault": None, "error": None, "emergency_stop": False, "user_prompt": None}] * 4)))
+
+    # ------------------------------------------------------------------ around it
+    @property
+    def where(self) -> str:
+        """The screen, and what was opened on it."""
+        opened = [type(top).__name__ for top in Window.children if top is not self._app.root]
+        return " ".join([self._app.shell.navigator.current, *opened])
+
+    def rest(self) -> None:
+        """Back on Home in the first size, with nothing open and nothing under way."""
+        Window.size = SIZES[0]
+        self._keep_going()
+        self._app.shell.dialogs.close_all()
+        self._app.shell.go("home")
+        self._ui.wait(lambda: self._app.shell.background.idle)
+        self._ui.skip(200)                   # kivy's caches forget
+        self._ui.advance(1)
+        for _n in range(3):
+            gc.collect()
+            self._ui.advance()
+
+    def _keep_going(self) -> None:
+        catalogue = self._site.container.catalogue
+        self._site.container.access.remove()
+        if not catalogue.robots():
+            self._site.add_robots()
+        if not catalogue.missions():
+            self._site.add_missions(*list(GUIDS)[:6])
+
+    def _targets(self) -> list:
+        tops = [top for top in Window.children if getattr(top, "is_open", True)]
+        last = next((n for n, top in enumerate(tops) if isinstance(top, Overlay)), len(tops) - 1)
+        return [widget for top in tops[:last + 1] for widget in self._ui.seen(top)
+                if isinstance(widget, ButtonBehavior) and not widget.disabled and widget.width > 1 and widget.height > 1]
+
+    @staticmethod
+    def _place(target) -> tuple[float, float]:
+        return target.to_window(*target.center)
+
+    def _touch(self, place: tuple[float, float], by: tuple[float, float] = (0, 0), frames: int = 4) -> None:
+        from kivy.tests.common import UnitTestTouch
+        touch = UnitTestTouch(*place)
+        touch.touch_down()
+        for n in range(1, frames + 1):
+            self._ui.advance()
+            if any(by):
+                touch.touch_move(place[0] + by[0] * n / frames, place[1] + by[1] * n / frames)
+        touch.touch_up()
+        self._ui.advance(self._rng.choice((0, .1, .5)))
+
+
+class Errors(logging.Handler):
+    """What the log says that it never should."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.said: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.said.append(f"{record.name}: {self.format(record)}")
+
+
+def play(directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str], object] = lambda _line: None) -> tuple[list[str], float]:
+    """``acts`` acts on a fresh tablet; returns the errors in the log and the growth of resident memory since act ``WARM`` in MiB."""
+    errors = Errors()
+    logging.getLogger().addHandler(errors)
+    before, first = Path.cwd(), 0.0
+    os.chdir(directory)                      # for what is exported to a name without a directory
+    home = mock.patch.dict(os.environ, HOME=str(directory))       # and with the one that is proposed
+    home.start()
+    try:
+        with plant(directory / "data", robots=ROBOTS, time_scale=20) as site:
+            site.add_robots()
+            site.add_missions(*list(GUIDS)[:6])
+            with shown(site.container, ui) as app, quiet_garbage():
+                monkey = Monkey(site, app, ui, seed)
+                while monkey.done < acts and not errors.said:
+                    try:
+                        name = monkey.act()
+                    except Exception:
+                        tell(f"act {monkey.done} with seed {seed} raised")
+                        raise
+                    if errors.said:
+                        tell(f"act {monkey.done} with seed {seed}, {name}, at {Window.size} on {monkey.where}")
+                    if monkey.done in (WARM, acts):
+                        monkey.rest()
+                        first = first or resident()
+                    if monkey.done % 1000 == 0:
+                        tell(f"{monkey.done:>6} acts, the last was {name}; resident {resident():.1f} MiB")
+                return errors.said, resident() - first
+    finally:
+        home.stop()
+        os.chdir(before)
+        logging.getLogger().removeHandler(errors)
+
+
+def resident() -> float:
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * PAGE_MIB
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(prog="python -m tests.ui.monkey")
+    options.add_argument("--acts", type=int, default=20_000)
+    options.add_argument("--seed", type=int, default=1)
+    given = options.parse_args()
+    app.widgets.load()
+    with tempfile.TemporaryDirectory() as directory:
+        said, growth = play(Path(directory), Driver(), given.acts, given.seed, lambda line: print(line, flush=True))
+    print("\n".join(said) or f"no error; {growth:+.1f} MiB since act {WARM}")
+    if said or growth > MOST_GROWTH_MIB:
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    main()
