@@ -98,6 +98,22 @@ class LongList(LowPage):
         """The rows that exist now, from the top."""
         return [seat.view for seat in sorted(self._live.values(), key=lambda seat: -seat.y)]
 
+    @property
+    def whole_rows(self) -> list:
+        """Those of them that are not out of view because they would be cut off."""
+        return [view for view in self.views if view.parent.x < self.width]
+
+    def reveal(self, view) -> None:
+        """Scroll until all of that row can be seen."""
+        top = self._content.height - (1 - self.scroll_y) * max(0, self._content.height - self.height)      # what the upper edge shows
+        if view.parent.top > top + 1 or view.parent.y < top - self.height - 1:
+            self.show(view.key)
+
+    def key_beside(self, key, by: int):
+        """Of the row that is ``by`` rows below (above: < 0) that of ``key``; None beyond the ends."""
+        n = self._places.get(key, -1) + by
+        return self._keys[n] if key in self._places and 0 <= n < len(self._keys) else None
+
     # ------------------------------------------------------------------ what is where
     def _changed(self, *_):
         self._keys = [row.key for row in self.data]

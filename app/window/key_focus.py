@@ -10,65 +10,106 @@ from app.widgets.dialogs import Overlay
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
+from app.widgets.lists import RecycledRow
+from app.widgets.long_list import LongList
 from app.widgets.surfaces import Passive
 from app.widgets.tokens import tk
 
 TAB, ENTER, KEYPAD_ENTER, ESCAPE, SPACE = 9, 13, 271, 27, 32
+PRESSES = (ENTER, KEYPAD_ENTER, SPACE)
 ARROWS = {273: (0, 1), 274: (0, -1), 275: (1, 0), 276: (-1, 0)}          # key: direction
 
 
-def parents(widget):
+def parents(widget) -> list:
     """``widget`` and what it is in, up to the child of the window; empty when it is not in the window."""
+    if widget is None:
+        return []
     found = [widget]
     while found[-1].parent not in (None, Window) and found[-1].parent is not found[-1]:
         found.append(found[-1].parent)
     return found if found[-1].parent is Window else []
 
 
+def _list_of(widget):
+    """The long list that it is in, or None."""
+    return next((around for around in parents(widget) if isinstance(around, LongList)), None)
+
+
+def _row_of(widget):
+    """The row that it is or is in, or None."""
+    return next((around for around in parents(widget) if isinstance(around, RecycledRow)), None)
+
+
 class KeyFocus:
-    """From ``start`` to ``stop``. Only what is topmost is reached: in a dialog its targets, else those of the screen. A touch ends it."""
+    """From ``start`` to ``stop``. Only what is topmost is reached: in a dialog its targets, else those of the screen. A touch ends it.
+
+    What has the ring comes before what a dialog does with Enter; all other keys are the dialog's first. A key that is held presses once.
+    """
 
     def __init__(self) -> None:
         self.target = None                   # what has the ring
+        self._left: list = []                # what had it below the dialogs that are open
+        self._down: set[int] = set()         # keys that are held
         self._shown = None
         self._follow = Clock.create_trigger(self._draw, 0, interval=True)
 
     def start(self) -> None:
-        Window.bind(on_key_down=self._key_in_field, on_keyboard=self._key, on_touch_down=self._touched)
+        Window.bind(on_key_down=self._key_down, on_key_up=self._key_up, on_keyboard=self._key, on_touch_down=self._touched,
+                    focus=self._forget_held)
 
     def stop(self) -> None:
-        Window.unbind(on_key_down=self._key_in_field, on_keyboard=self._key, on_touch_down=self._touched)
+        Window.unbind(on_key_down=self._key_down, on_key_up=self._key_up, on_keyboard=self._key, on_touch_down=self._touched,
+                      focus=self._forget_held)
         self.forget()
 
     def forget(self) -> None:
         self.target = None
+        self._left.clear()
         self._follow.cancel()
         self._clear()
 
     def targets(self) -> list:
-        """What can be pressed or typed into now, in reading order of the tree."""
+        """What can be pressed or typed into now, in the order of the tree, rows of lists from above."""
+        return [widget for widget in self._reached() if not widget.disabled]
+
+    def _reached(self) -> list:
+        """The same with what is disabled."""
         tops = [top for top in Window.children if not isinstance(top, DockedKeyboard) and getattr(top, "is_open", True)]
         dialog = next((n for n, top in enumerate(tops) if isinstance(top, Overlay)), len(tops) - 1)
         found = []
         waiting = tops[dialog::-1]           # messages above it come last
         while waiting:
             widget = waiting.pop(0)
-            if not widget.opacity or widget.disabled or widget.width < 1 or widget.height < 1:
+            if not widget.opacity or widget.width < 1 or widget.height < 1:
                 continue
             presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive | Overlay)
             if presses or isinstance(widget, FieldInput):
                 found.append(widget)
-            waiting[:0] = widget.children[::-1]
+            waiting[:0] = widget.whole_rows if isinstance(widget, LongList) else widget.children[::-1]
         return found
 
     # ------------------------------------------------------------------ keys
-    def _key_in_field(self, _window, key, _scancode=None, _text=None, modifiers=()):
-        """Kivy's Tab goes to fields only, past the buttons."""
-        if key != TAB or dock.field is None:
+    def _key_down(self, _window, key, _scancode=None, _text=None, modifiers=()):
+        """Before fields and dialogs see the key."""
+        is_held = key in self._down
+        self._down.add(key)
+        if dock.field is not None:           # kivy's Tab goes to fields only, past the buttons; Enter in one is no press
+            if key == TAB:
+                self.target = dock.field
+                self._step(-1 if "shift" in modifiers else 1)
+            return key == TAB
+        if key not in PRESSES or isinstance(self.target, FieldInput) or self.target not in self.targets():
             return False
-        self.target = dock.field
-        self._step(-1 if "shift" in modifiers else 1)
+        if not is_held and not getattr(self.target, "busy", False):
+            self.target.trigger_action(.1)
         return True
+
+    def _key_up(self, _window, key, *_args):
+        self._down.discard(key)
+
+    def _forget_held(self, *_args):
+        """Another window gets what is let go now."""
+        self._down.clear()
 
     def _key(self, _window, key, _scancode=None, _text=None, modifiers=()):
         if dock.field is not None:
@@ -77,9 +118,6 @@ class KeyFocus:
             self._step(-1 if "shift" in modifiers else 1)
         elif key in ARROWS:
             self._turn(*ARROWS[key])
-        elif key in (ENTER, KEYPAD_ENTER, SPACE) and self.target in self.targets():
-            if not getattr(self.target, "busy", False):
-                self.target.trigger_action(.1)
         elif key == ESCAPE and self.target is not None:
             self.forget()
         else:
@@ -91,13 +129,20 @@ class KeyFocus:
             self.forget()
 
     def _step(self, by) -> None:
-        targets = self.targets()
-        if targets:
-            at = targets.index(self.target) + by if self.target in targets else 0 if by > 0 else -1
-            self._go(targets[at % len(targets)])
+        self._come_back()
+        reached = self._reached()
+        at = reached.index(self.target) if self.target in reached else -1 if by > 0 else len(reached)
+        if self._turn_list(by, reached[at + by] if 0 <= at + by < len(reached) else None):
+            return
+        for n in range(1, len(reached) + 1):
+            target = reached[(at + n * by) % len(reached)]
+            if not target.disabled:
+                self._go(target)
+                return
 
     def _turn(self, right, up) -> None:
         """To the nearest target in that direction."""
+        self._come_back()
         targets = self.targets()
         if self.target not in targets:
             self._step(1)
@@ -109,27 +154,55 @@ class KeyFocus:
             ahead, aside = (left - x, top - y) if right else (top - y, left - x)
             if ahead * (right + up) > 1:
                 near.append((abs(ahead) + 3 * abs(aside), len(near), target))
-        if near:
-            self._go(min(near)[2])
+        found = min(near)[2] if near else None
+        if not (up and self._turn_list(-up, found)) and found is not None:
+            self._go(found)
+
+    def _turn_list(self, by: int, following) -> bool:
+        """Whether the ring goes to a row of a long list that is not there yet, since ``following`` lies outside of the list."""
+        rows, row = _list_of(self.target), _row_of(self.target)
+        key = rows.key_beside(row.key, by) if rows is not None and row is not None else None
+        if key is None or (following is not None and (_list_of(following) is rows)):
+            return False
+        rows.show(key)
+        Clock.schedule_once(lambda _dt: self._go_to_row(rows, key), 0)
+        return True
+
+    def _go_to_row(self, rows, key) -> None:
+        target = next((target for target in self.targets() if _list_of(target) is rows and _row_of(target).key == key), None)
+        if target is not None:
+            self._go(target)
+
+    def _come_back(self) -> None:
+        """To what had the ring before the dialog that is closed now."""
+        while self._left and not (parents(self.target) and self.target in self._reached()):
+            self.target = self._left.pop()
 
     def _go(self, target) -> None:
         if dock.field is not None:
             dock.field.focus = False
+        if self.target is not None and parents(target)[-1:] != parents(self.target)[-1:]:
+            self._left.append(self.target)
         self.target = target
         for view in parents(target)[1:]:
-            if isinstance(view, ScrollView) and any(inside.height > view.height or inside.width > view.width for inside in view.children):
+            if isinstance(view, LongList):
+                view.reveal(_row_of(target))
+            elif isinstance(view, ScrollView) and any(inside.height > view.height or inside.width > view.width for inside in view.children):
                 view.scroll_to(target, padding=dp(24), animate=False)
         if isinstance(target, FieldInput):
             target.focus = True              # which shows it in its own way
+            target.select_all()
         self._follow()
 
     # ------------------------------------------------------------------ the ring
     def _draw(self, _dt) -> None:
+        if not parents(self.target):
+            self._come_back()
         target = self.target
         if target is None or not parents(target):
             self.forget()
             return
-        seen = target in self.targets() and not isinstance(target, FieldInput)
+        seen = target in self.targets() and not (isinstance(target, FieldInput) and target.focus)
         place = (*target.to_window(*target.pos), *target.size, *tk.ink) if seen else None
         if place != self._shown:
             self._clear()
@@ -140,7 +213,7 @@ class KeyFocus:
                 right, top = min(x + width + dp(3), Window.width - dp(2)), min(y + height + dp(3), Window.height - dp(2))
                 with Window.canvas.after:
                     self._ring = (Color(rgba=tk.ink), SmoothLine(
-                        width=dp(1.5), rounded_rectangle=(left, bottom, right - left, top - bottom, dp(12))))
+                        width=dp(3 if tk.strong else 1.5), rounded_rectangle=(left, bottom, right - left, top - bottom, dp(12))))
 
     def _clear(self) -> None:
         if self._shown is not None:

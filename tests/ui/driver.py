@@ -149,10 +149,14 @@ class Driver:
 
     def key(self, code: int, text: str = "") -> None:
         """Press and release a key: 27 Esc, 13 Enter, 8 backspace."""
-        Window.dispatch("on_key_down", code, 0, text, [])
-        Window.dispatch("on_keyboard", code, 0, text, [])
+        self.key_down(code, text)
         Window.dispatch("on_key_up", code, 0)
         self.advance(.3)
+
+    def key_down(self, code: int, text: str = "", modifiers: tuple[str, ...] = ()) -> None:
+        """As kivy's window says it, again and again while a key is held."""
+        if not Window.dispatch("on_key_down", code, 0, text, list(modifiers)):
+            Window.dispatch("on_keyboard", code, 0, text, list(modifiers))
 
     # ------------------------------------------------------------------ eyes
     def seen(self, root: Widget | None = None) -> Iterator[Widget]:

@@ -98,9 +98,7 @@ class Monkey:
 
     def key(self) -> None:
         code = self._rng.choice(list(KEYS.values()))
-        modifiers = ["shift"] if self._rng.random() < .2 else []
-        Window.dispatch("on_key_down", code, 0, "", modifiers)
-        Window.dispatch("on_keyboard", code, 0, "", modifiers)
+        self._ui.key_down(code, modifiers=("shift",) if self._rng.random() < .2 else ())
         Window.dispatch("on_key_up", code, 0)
         self._ui.advance()
 

@@ -2,15 +2,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from datetime import time
 
 import pytest
 from kivy.core.window import Window
 from kivy.uix.boxlayout import BoxLayout
 
+from app.screens.common.options import Option
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.lists import ScrollPage
+from app.widgets.long_list import LongList
+from app.widgets.pickers import TimeDialog
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB, KeyFocus
 from tests.ui import checks
 
@@ -74,6 +78,104 @@ def test_enter_presses_what_has_the_ring_once(ui, keys, key):
     keys.target.busy = True
     ui.key(key)
     assert calls == ["Two"]
+
+
+def test_a_key_that_is_held_presses_once(ui, keys):
+    page = ui.show(page_of("One"), (300, 300))
+    calls: list[str] = []
+    ui.find(CommandButton, page).bind(on_release=lambda button: calls.append(button.text))
+    ui.key(TAB)
+    for _repeat in range(5):
+        ui.key_down(ENTER)
+        ui.advance(.5)
+    assert calls == ["One"]
+    Window.dispatch("on_key_up", ENTER, 0)
+    ui.key(ENTER)
+    assert calls == ["One", "One"]
+
+
+def test_enter_presses_the_ring_also_where_a_dialog_has_a_use_for_it(ui, keys):
+    ui.show(page_of("One"), (300, 300))
+    dialog = TimeDialog(time(6, 30), confirm="Set", decline="Cancel")
+    picked: list[time] = []
+    dialog.bind(on_pick=lambda _dialog, value: picked.append(value))
+    dialog.open()
+    ui.advance(.5)
+    while getattr(keys.target, "text", "") != "Cancel":
+        ui.key(TAB)
+    ui.key(ENTER)
+    assert (picked, dialog.is_open) == ([], False)
+    ui.advance(1)
+    again = TimeDialog(time(6, 30), confirm="Set", decline="Cancel")
+    again.bind(on_pick=lambda _dialog, value: picked.append(value))
+    again.open()
+    ui.advance(.5)
+    ui.key(ENTER)                            # no ring in it: Enter is the dialog's
+    assert picked == [time(6, 30)]
+
+
+def test_enter_ends_a_field_and_leaves_its_place_in_the_round(ui, keys):
+    page = page_of()
+    for widget in (FormField(label="Name"), CommandButton(text="Save")):
+        page.add_widget(widget)
+    ui.show(page, (300, 300))
+    ui.key(TAB)
+    field = ui.find(FieldInput)
+    Window.dispatch("on_key_down", ENTER, 0, "", [])
+    field.focus = False                      # as kivy's field does
+    Window.dispatch("on_keyboard", ENTER, 0, "", [])
+    Window.dispatch("on_key_up", ENTER, 0)
+    ui.key(TAB)
+    assert keys.target.text == "Save"
+
+
+def test_tab_into_a_field_selects_what_is_in_it(ui, keys):
+    field = ui.show(FormField(label="Minutes", text="15"), (300, 90))
+    ui.key(TAB)
+    assert field.ids.input.selection_text == "15"
+
+
+@pytest.mark.parametrize(("forth", "back"), [((TAB, ()), (TAB, ("shift",))), ((DOWN, ()), (UP, ()))])
+def test_every_row_of_a_long_list_is_reached_in_its_order_and_all_of_it_seen(ui, keys, forth, back):
+    rows = LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)])
+    ui.show(rows, (400, 300))
+    ui.key(TAB)
+    seen = []
+    for key, modifiers in (*[forth] * 39, *[back] * 39):
+        seen.append(keys.target.key)
+        bottom, top = (keys.target.to_window(0, y)[1] for y in (keys.target.y, keys.target.top))
+        assert rows.to_window(*rows.pos)[1] - 1 <= bottom < top <= rows.to_window(0, rows.top)[1] + 1
+        ui.key_down(key, modifiers=modifiers)
+        Window.dispatch("on_key_up", key, 0)
+        ui.advance(.5)
+    assert seen == [*range(39), *range(39, 0, -1)]
+    assert keys.target.key == 0
+
+
+def test_after_a_dialog_the_ring_is_where_it_was(ui, keys):
+    ui.show(page_of("One", "Two", "Three"), (300, 300))
+    ui.key(TAB)
+    ui.key(TAB)
+    dialog = ConfirmDialog(title="Sure?", text="It is gone then.", confirm="Delete", decline="Keep")
+    dialog.open()
+    ui.advance(.5)
+    ui.key(TAB)
+    assert keys.target.text == "Keep"
+    ui.key(ENTER)
+    ui.advance(1)
+    assert keys.target.text == "Two"
+    ui.key(TAB)
+    assert keys.target.text == "Three"
+
+
+def test_what_is_disabled_while_it_has_the_ring_keeps_its_place(ui, keys):
+    page = ui.show(page_of("One", "Two", "Three"), (300, 300))
+    ui.key(TAB)
+    ui.key(TAB)
+    ui.find(CommandButton, page, text="Two").disabled = True
+    ui.key(ENTER)
+    ui.key(TAB)
+    assert keys.target.text == "Three"
 
 
 def test_what_is_reached_is_scrolled_into_sight(ui, keys):
