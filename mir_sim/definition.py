@@ -13,7 +13,7 @@ from typing import Any, TypeGuard
 
 from mir_sim.errors import argument_error
 
-SOFTWARE = ("2.14.7", "3.5.4")
+SOFTWARE = ("2.14.7", "3.5.4", "3.8.1")
 Schema = Mapping[str, Any]
 
 
@@ -155,5 +155,18 @@ def load(version: str) -> Definition:
     """Read the definition of a software version. Raises ValueError for an unknown version."""
     if version not in SOFTWARE:
         raise ValueError(f"unknown software {version}: choose one of {', '.join(SOFTWARE)}")
+    return Definition(_document(version))
+
+
+def _document(version: str) -> dict[str, Any]:
+    """The file of a version. One that names another as ``same_as`` holds only what is new in it or differs."""
     text = (Path(__file__).parent / "definitions" / f"robot-{version}.json").read_text(encoding="utf-8")
-    return Definition(json.loads(text))
+    document: dict[str, Any] = json.loads(text)
+    older = document.pop("same_as", None)
+    return document if older is None else _merged(_document(older), document)
+
+
+def _merged(older: dict[str, Any], newer: dict[str, Any]) -> dict[str, Any]:
+    both = {name: _merged(older[name], newer[name]) for name in older.keys() & newer.keys()
+            if isinstance(older[name], dict) and isinstance(newer[name], dict)}
+    return {**older, **newer, **both}

@@ -41,7 +41,7 @@ class SimulatedRobot:
         seed: with the name, decides everything random.
         clock: returns simulated seconds; without one, time advances only by ``advance_to``.
         time_scale: simulated seconds per real second; matters only for /sim and for faults, which count real seconds.
-        software: "3.5.4" or "2.14.7".
+        software: one of ``definition.SOFTWARE``.
         model: ``robot_model`` of /status.
         start: true time at simulated second 0.
         timezone: IANA zone of the robot's naive timestamps; the default is that of the manufacturer.

@@ -21,7 +21,7 @@ USER_GROUPS = {"Distributors": "mirconst-guid-0000-0003-user_groups0", "Administ
 MISSION_ACTIONS = "/missions/{mission_id}/actions"
 KEYS = {"/registers": "id", "/position_types": "id", "/settings": "id", "/settings/advanced": "id", "/setting_groups": "id",
         "/modbus": "id", "/log/error_reports": "id", "/docking_offsets/types": "id", "/system/setup/serial_devices": "id",
-        "/wifi/connections": "uuid", "/wifi/certificates": "file_name"}
+        "/wifi/connections": "uuid", "/wifi/certificates": "file_name", "/guided_move": "guided_move_id"}
 
 
 def password_hash(password: str) -> str:

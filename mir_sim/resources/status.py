@@ -58,7 +58,10 @@ def get_status(call: Call) -> dict[str, Any]:
 
 
 def put_status(call: Call) -> dict[str, Any]:
-    """Apply all fields or none: they are checked before the first takes effect. Errors are cleared before a state is set."""
+    """Apply all fields or none: they are checked before the first takes effect. Errors are cleared before a state is set.
+
+    ``prompt_user_group_from_fleet`` (3.8.1) is accepted and has no effect (guess).
+    """
     robot, fields = call.robot, call.changes()
     pose = _pose(fields["position"]) if "position" in fields else None
     map_id = fields.get("map_id", robot.map_id)

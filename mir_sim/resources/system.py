@@ -1,4 +1,4 @@
-"""The machine: registers, software, distances, time zone, diagnostics."""
+"""The machine: registers, software, distances, time zone, diagnostics, guided moves."""
 from __future__ import annotations
 
 from datetime import timedelta
@@ -77,6 +77,28 @@ def set_timezone(call: Call) -> dict[str, Any]:
     return get_timezone(call)
 
 
+def guided_moves(call: Call) -> list[dict[str, Any]]:
+    """Drives on which a fleet lets the robot go on from waypoint to waypoint. None was recorded: all of it is a guess."""
+    return list(call.robot.site.table("/guided_move"))
+
+
+def guide(call: Call) -> dict[str, Any]:
+    """Let the robot go as far as a waypoint. A move begins when it is first named; the simulated robot doesn't drive it (guess)."""
+    fields, moves = call.changes(), call.robot.site.table("/guided_move")
+    if "guided_move_id" not in fields:
+        raise argument_error()
+    move = moves.get(fields["guided_move_id"]) or moves.add({
+        **fields, "url": "/v2.0.0/guided_move", "current_waypoint_index": 0, "assigned_waypoint_index": 0,
+        "node_resource_handling_enabled": "false"})
+    move.update(fields)
+    return move
+
+
+def waypoints(call: Call) -> list[dict[str, Any]]:
+    return [{"url": "/v2.0.0/guided_move/waypoints", "guided_move_id": move["guided_move_id"], "waypoints": "[]"}
+            for move in call.robot.site.table("/guided_move")]
+
+
 def diagnostics(call: Call) -> dict[str, Any]:
     """Health of each part of the robot, in the shape that was reported."""
     robot = call.robot
@@ -131,5 +153,8 @@ HANDLERS: Handlers = {
     ("get", "/platform/timezone"): get_timezone,
     ("post", "/platform/timezone"): set_timezone,
     ("get", "/experimental/diagnostics"): diagnostics,
+    ("get", "/guided_move"): guided_moves,
+    ("put", "/guided_move"): guide,
+    ("get", "/guided_move/waypoints"): waypoints,
     ("get", "/metrics"): metrics,
 }

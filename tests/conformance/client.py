@@ -3,18 +3,16 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
-from functools import lru_cache
 from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import mir_sim
 from mir_sim import MISSIONS, Request, Response, SimulatedRobot
+from mir_sim.definition import load
 from mir_sim.missions import DEFAULT_GROUP
 from mir_sim.site import USER_GROUPS
 from mir_sim.world import BY_NAME, MAP_GUID, SESSION_GUID
 
-SOFTWARE = ("2.14.7", "3.5.4")
 CREDENTIALS = "Basic " + b64encode(b"distributor:" + sha256(b"distributor").hexdigest().encode()).decode()
 JSON = {"Authorization": CREDENTIALS, "Content-Type": "application/json", "Accept-Language": "en_US"}
 
@@ -35,18 +33,11 @@ BODIES: dict[tuple[str, str], Any] = {
 KEYS = ("guid", "id", "uuid", "file_name", "action_type")
 
 
-@lru_cache
-def load(software: str) -> dict[str, Any]:
-    path = Path(mir_sim.__file__).parent / "definitions" / f"robot-{software}.json"
-    document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return document
-
-
 class Client:
     """Sends requests to a new robot, without a network."""
 
     def __init__(self, software: str) -> None:
-        self.document = load(software)
+        self.document = load(software).document
         self.robot = SimulatedRobot("Aino", seed=1, software=software)
 
     def send(self, verb: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:

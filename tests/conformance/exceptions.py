@@ -15,7 +15,7 @@ class Deviation:
         operation: "GET /status".
         field: dotted path of the field within the answer, list positions left out; empty for the answer as a whole.
         instead: "null" (may be null), "absent" (may be missing), or the JSON type that it has instead of the definition's.
-        software: the software that it holds for; empty for all.
+        software: the first part of the software that it holds for, "3." for all of that generation; empty for all.
         reason: where it comes from.
     """
 
@@ -26,7 +26,7 @@ class Deviation:
     software: str = ""
 
     def allows(self, operation: str, software: str, field: str, value: Any, missing: bool) -> bool:
-        if self.operation != operation or self.field != field or self.software not in ("", software):
+        if self.operation != operation or self.field != field or not software.startswith(self.software):
             return False
         if self.instead == "absent" or missing:
             return self.instead == "absent" and missing

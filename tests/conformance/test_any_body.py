@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.conformance.client import REFERENCES, SOFTWARE, Client
+from mir_sim.definition import SOFTWARE
+from tests.conformance.client import REFERENCES, Client
 from tests.conformance.test_operations import WITH_BODY, path_of
 from tests.support.examples import examples
 

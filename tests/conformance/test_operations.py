@@ -1,16 +1,18 @@
-"""Every operation of MiR's definitions, of both software generations: codes, bodies, schemas, refusals."""
+"""Every operation of MiR's definitions, of every software version: codes, bodies, schemas, refusals."""
 from __future__ import annotations
 
 from typing import Any
 
 import pytest
 
+from mir_sim.definition import SOFTWARE, load
 from tests.conformance import exceptions
-from tests.conformance.client import CREDENTIALS, JSON, SOFTWARE, Client, load
+from tests.conformance.client import CREDENTIALS, JSON, Client
 from tests.conformance.schema import differences
 
 DEVIATIONS = exceptions.load()
-OPERATIONS = [(software, verb, template) for software in SOFTWARE for template, verbs in load(software)["paths"].items() for verb in verbs]
+OPERATIONS = [(software, verb, template) for software in SOFTWARE
+              for template, verbs in load(software).document["paths"].items() for verb in verbs]
 ERROR = {"$ref": "#/definitions/Error"}
 
 
@@ -109,7 +111,7 @@ def test_what_does_not_exist_is_not_found(software: str, verb: str, template: st
 
 
 WITH_BODY = [(software, verb, template) for software, verb, template in OPERATIONS
-             if any(parameter["in"] == "body" for parameter in load(software)["paths"][template][verb]["parameters"])]
+             if any(parameter["in"] == "body" for parameter in load(software).document["paths"][template][verb]["parameters"])]
 
 
 @pytest.mark.parametrize(("software", "verb", "template"), WITH_BODY)
@@ -150,6 +152,41 @@ def test_paths_outside_the_definition_are_not_found(software: str, path: str) ->
 def test_paths_of_the_newer_software_are_not_in_the_older(path: str) -> None:
     assert Client("3.5.4").send("GET", path).status == 200
     assert Client("2.14.7").send("GET", path).status == 404
+
+
+def test_3_8_1_is_3_5_4_with_guided_moves_and_three_fields() -> None:
+    older, newer = load("3.5.4").document, load("3.8.1").document
+    assert set(newer["paths"]) - set(older["paths"]) == {"/guided_move", "/guided_move/waypoints"}
+    assert {path: newer["paths"][path] for path in older["paths"]} == older["paths"]
+    assert {name: set(schema["properties"]) - set(older["definitions"][name].get("properties", ()))
+            for name, schema in newer["definitions"].items() if name in older["definitions"] and schema != older["definitions"][name]} == {
+        "GetSetting": {"disclaimer_text"}, "GetSetting_advanced": {"disclaimer_text"}, "PostRobots": {"time"},
+        "PutStatus": {"prompt_user_group_from_fleet"}}
+    properties = sum(len(schema.get("properties", ())) for schema in newer["definitions"].values())
+    operations = sum(map(len, newer["paths"].values()))
+    assert (len(newer["paths"]), operations, len(newer["definitions"]), properties) == (159, 289, 249, 1307)      # as reported of it
+
+
+def test_a_guided_move_is_there_once_it_was_named() -> None:
+    client = Client("3.8.1")
+    assert client.send("GET", "/guided_move").json() == []
+    client.send("PUT", "/guided_move", {"guided_move_id": "a", "assigned_waypoint_index": 2})
+    moved, = client.send("GET", "/guided_move").json()
+    assert (moved["guided_move_id"], moved["assigned_waypoint_index"], moved["current_waypoint_index"]) == ("a", 2, 0)
+    assert client.send("GET", "/guided_move/waypoints").json()[0]["guided_move_id"] == "a"
+    assert client.send("PUT", "/guided_move", {"assigned_waypoint_index": 3}).status == 400
+    assert Client("3.5.4").send("GET", "/guided_move").status == 404
+
+
+def test_the_fields_that_3_8_1_added() -> None:
+    client, older = Client("3.8.1"), Client("3.5.4")
+    assert client.send("GET", "/settings/101").json()["disclaimer_text"] == ""
+    assert "disclaimer_text" not in older.send("GET", "/settings/101").json()
+    for one, with_time, without in ((client, 201, 400), (older, 201, 201)):
+        assert one.send("POST", "/robots", {"robots": [], "time": 1.5}).status == with_time
+        assert one.send("POST", "/robots", {"robots": []}).status == without
+    assert client.send("PUT", "/status", {"prompt_user_group_from_fleet": "Operators"}).status == 200
+    assert older.send("PUT", "/status", {"prompt_user_group_from_fleet": "Operators"}).json()["error_human"] == "No fields"
 
 
 @pytest.mark.parametrize("software", SOFTWARE)

@@ -14,12 +14,13 @@ from app.mir.credentials import Token
 from app.mir.errors import Busy, ConnectionLost, Delivery, Rejected, RobotError, TimedOut, Unauthorized, Unreachable
 from app.mir.transport import Timeouts
 from mir_sim import FleetRobot, serve
+from mir_sim.definition import SOFTWARE
 
 QUICK = Timeouts(connect=5.0, read=0.5, total=1.0)
 BOUND = 30.0                  # s; only to end a test that would wait for ever
 
 
-@pytest.fixture(params=["2.14.7", "3.5.4"])
+@pytest.fixture(params=SOFTWARE)
 def machine(request: pytest.FixtureRequest) -> Iterator[FleetRobot]:
     """A robot of each software generation, whose time runs 200 times as fast."""
     with serve(robots=1, time_scale=200, software=request.param) as fleet:

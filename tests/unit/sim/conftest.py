@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pytest
 
+from mir_sim.definition import SOFTWARE
 from tests.unit.sim.asking import Asker
 
 
@@ -10,7 +11,7 @@ def aino() -> Asker:
     return Asker()
 
 
-@pytest.fixture(params=["2.14.7", "3.5.4"])
+@pytest.fixture(params=SOFTWARE)
 def either(request: pytest.FixtureRequest) -> Asker:
-    """A robot of each software generation."""
+    """A robot of each software version."""
     return Asker(software=request.param)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from mir_sim import Fate
+from mir_sim.definition import SOFTWARE
 from tests.support.examples import examples
 from tests.unit.sim.asking import GUIDS, Asker
 
@@ -22,7 +23,7 @@ FAULTS = st.sampled_from(["drop_request", "drop_response", "delay", "late", "han
 class RobotMachine(RuleBasedStateMachine):
     """A robot and a client that sends anything."""
 
-    @initialize(software=st.sampled_from(["2.14.7", "3.5.4"]), seed=st.integers(0, 5), battery=st.sampled_from([0.4, 30.0, 95.0]))
+    @initialize(software=st.sampled_from(SOFTWARE), seed=st.integers(0, 5), battery=st.sampled_from([0.4, 30.0, 95.0]))
     def switch_on(self, software: str, seed: int, battery: float) -> None:
         self.asker = Asker(software=software, seed=seed, battery=battery, failure_rate=0.2, history=3)
         self.items: dict[int, dict[str, Any]] = {}
