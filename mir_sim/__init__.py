@@ -15,6 +15,8 @@ from mir_sim.exchange import Exchange, Fate, exchange
 from mir_sim.fleet import Fleet, FleetRobot, serve
 from mir_sim.messages import Request, Response
 from mir_sim.missions import MISSIONS
+from mir_sim.profile import DEVIANTS, Profile, deviant
 from mir_sim.robot import SimulatedRobot
 
-__all__ = ["MISSIONS", "Exchange", "Fate", "Fleet", "FleetRobot", "Request", "Response", "SimulatedRobot", "exchange", "handle", "serve"]
+__all__ = ["DEVIANTS", "MISSIONS", "Exchange", "Fate", "Fleet", "FleetRobot", "Profile", "Request", "Response", "SimulatedRobot", "deviant",
+           "exchange", "handle", "serve"]

@@ -7,15 +7,19 @@ import queue
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import FrameType
-from typing import NoReturn
-from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+from typing import NoReturn, TypeVar
 
+from mir_sim import checks
+from mir_sim.checks import WrongValue
 from mir_sim.definition import SOFTWARE
 from mir_sim.fleet import Fleet, make_robots
 from mir_sim.history import MAX_ITEMS
+from mir_sim.profile import DEVIANTS, FAITHFUL, deviant, read
 
 USAGE_ERROR = 2
+T = TypeVar("T")
 
 
 class Parser(argparse.ArgumentParser):
@@ -37,12 +41,13 @@ def _number_from(low: float, high: float, kind: Callable[[str], float]) -> Calla
     return parse
 
 
-def _zone(name: str) -> str:
-    try:
-        ZoneInfo(name)
-    except (ZoneInfoNotFoundError, ValueError, OSError):
-        raise argparse.ArgumentTypeError(f"{name!r} is not a time zone, such as Europe/Helsinki") from None
-    return name
+def _checked(check: Callable[[str], T]) -> Callable[[str], T]:
+    def parse(text: str) -> T:
+        try:
+            return check(text)
+        except WrongValue as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+    return parse
 
 
 def parser() -> argparse.ArgumentParser:
@@ -55,17 +60,21 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--robots", type=_number_from(1, 500, int), default=3, help="how many (default %(default)s)")
     options.add_argument("--time-scale", type=_number_from(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000")
     options.add_argument("--seed", type=int, default=1, help="decides everything random (default %(default)s)")
-    options.add_argument("--software", choices=SOFTWARE, default="3.5.4", help="software generation of the robots (default %(default)s)")
+    options.add_argument("--software", choices=SOFTWARE, help=f"software of the robots (default {FAITHFUL.software})")
+    differing = options.add_mutually_exclusive_group()
+    differing.add_argument("--profile", type=_checked(lambda name: read(Path(name))), default=FAITHFUL, metavar="FILE",
+                           help="how the robots differ from faithful ones; the options of software and clock win over it")
+    differing.add_argument("--deviant", dest="profile", type=_checked(deviant), metavar="NAME",
+                           help=f"a profile that is built in: {', '.join(DEVIANTS)}")
     options.add_argument("--chaos", type=_number_from(0, 1, float), default=0.0, metavar="RATE",
                          help="share of requests that meet a random fault")
     options.add_argument("--failure-rate", type=_number_from(0, 1, float), default=0.0, metavar="RATE", help="share of missions that fail")
     options.add_argument("--history", type=_number_from(0, MAX_ITEMS, int), default=0, metavar="ITEMS",
                          help="ended items that each queue begins with")
-    options.add_argument("--timezone", type=_zone, default="Europe/Copenhagen", help="zone of the robots' clocks (default %(default)s)")
-    options.add_argument("--clock-offset", type=_number_from(-1e6, 1e6, float), default=0.0, metavar="SECONDS",
-                         help="error of the robots' clocks")
-    options.add_argument("--clock-drift", type=_number_from(-3600, 3600, float), default=0.0, metavar="SECONDS",
-                         help="seconds gained per day")
+    options.add_argument("--timezone", type=_checked(lambda name: checks.zone(name, "it")),
+                         help=f"zone of the robots' clocks (default {FAITHFUL.timezone})")
+    options.add_argument("--clock-offset", type=_number_from(-1e6, 1e6, float), metavar="SECONDS", help="error of the robots' clocks")
+    options.add_argument("--clock-drift", type=_number_from(-3600, 3600, float), metavar="SECONDS", help="seconds gained per day")
     return options
 
 
@@ -81,9 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
-    robots = make_robots(args.robots, time_scale=args.time_scale, seed=args.seed, software=args.software, chaos=args.chaos,
-                         failure_rate=args.failure_rate, history=args.history, timezone=args.timezone, clock_offset=args.clock_offset,
-                         clock_drift=args.clock_drift)
+    robots = make_robots(args.robots, time_scale=args.time_scale, seed=args.seed, profile=args.profile, software=args.software,
+                         chaos=args.chaos, failure_rate=args.failure_rate, history=args.history, timezone=args.timezone,
+                         clock_offset=args.clock_offset, clock_drift=args.clock_drift)
     fleet = Fleet(robots, args.host, args.port, args.key)
     try:
         fleet.start()

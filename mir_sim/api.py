@@ -27,6 +27,7 @@ def handle(robot: SimulatedRobot, request: Request) -> Response:
         robot.catch_up()
         if request.path.rstrip("/") in (PATH, MAP_PATH):
             return control(robot, request)
+        robot.note_request()
         if not robot.online:
             return refuse(robot, ApiError(503))
         return answer(robot, request)
@@ -48,7 +49,7 @@ def answer(robot: SimulatedRobot, request: Request) -> Response:
 
 
 def refuse(robot: SimulatedRobot, error: ApiError) -> Response:
-    return Response.json_of(error.status, error.body(), _headers(robot))
+    return Response.json_of(error.status, {**error.body(), "error_human": robot.profile.text(error.text)}, _headers(robot))
 
 
 def below_base(path: str) -> str | None:
@@ -98,6 +99,8 @@ def _call(robot: SimulatedRobot, request: Request, verb: str, path: str, user: R
 
 
 def _search(robot: SimulatedRobot, request: Request, path: str, user: Row | None) -> Any:
+    if not robot.profile.search:
+        raise ApiError(404)
     call = _call(robot, request, "get", path, user)
     body = call.json()
     filters = body.get("filters", []) if isinstance(body, dict) else None
@@ -111,13 +114,16 @@ def _search(robot: SimulatedRobot, request: Request, path: str, user: Row | None
 
 def _listed(call: Call, value: Any, filters: list[Any] | tuple[()]) -> Any:
     """Apply whitelist, sort_by, limit, offset and filters to the result of a GET."""
-    if isinstance(value, Response) or (isinstance(value, dict) and "whitelist" not in call.request.query):
+    profile = call.robot.profile
+    query = {name: one for name, one in call.request.query.items() if name not in profile.ignores}
+    if isinstance(value, Response) or (isinstance(value, dict) and "whitelist" not in query):
         return value
     properties = set(call.robot.definition.properties(call.operation.schema))
     if isinstance(value, dict):
-        return listing.pick(value, call.request.query, properties)
+        return listing.pick(value, query, properties)
     entries = [_PlainEntry(entry) if isinstance(entry, dict) else entry for entry in value] if isinstance(value, list) else value
-    return listing.show(entries, call.request.query, properties | _fields(call, entries), filters)
+    wanted = () if "filters" in profile.ignores else filters
+    return listing.show(entries, query, properties | _fields(call, entries), wanted, profile.page_limit)
 
 
 def _fields(call: Call, entries: Iterable[listing.Listed]) -> set[str]:

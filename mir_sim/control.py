@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import hmac
 import json
-import math
 from collections.abc import Callable
 from ipaddress import ip_address
 from typing import Any
 
-from mir_sim.definition import is_number
+from mir_sim import checks
+from mir_sim.checks import WrongValue
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.floor_plan import live_view
 from mir_sim.messages import Request, Response
@@ -21,10 +21,6 @@ from mir_sim.state import RobotError
 PATH, MAP_PATH = "/sim", "/sim/map.png"
 KEY_HEADER = "X-Sim-Key"
 Action = Callable[[SimulatedRobot], object]
-
-
-class ControlError(ValueError):
-    """A command is not possible; the text is a sentence that says why."""
 
 
 def refusal(request: Request, peer: str, key: str) -> Response | None:
@@ -62,7 +58,7 @@ def control(robot: SimulatedRobot, request: Request) -> Response:
         return _refusal(400, "The body is not JSON.")
     try:
         apply(robot, commands)
-    except ControlError as error:
+    except WrongValue as error:
         return _refusal(400, str(error))
     return Response.json_of(200, robot.snapshot())
 
@@ -79,13 +75,13 @@ def apply(robot: SimulatedRobot, commands: Any) -> None:
         commands: parsed JSON, to be an object of command names and their values.
 
     Raises:
-        ControlError: says what is wrong.
+        WrongValue: says what is wrong.
     """
     if not isinstance(commands, dict) or not commands:
-        raise ControlError("The body must be an object with at least one command.")
+        raise WrongValue("The body must be an object with at least one command.")
     for name in commands:
         if name not in COMMANDS:
-            raise ControlError(f"There is no command {name!r}; known are {', '.join(COMMANDS)}.")
+            raise WrongValue(f"There is no command {name!r}; known are {', '.join(COMMANDS)}.")
     actions = [COMMANDS[name](value) for name, value in commands.items()]
     with robot.lock:
         robot.catch_up()
@@ -93,46 +89,33 @@ def apply(robot: SimulatedRobot, commands: Any) -> None:
             action(robot)
 
 
-def _number(value: Any, name: str, low: float, high: float = math.inf) -> float:
-    if not is_number(value) or not low <= value <= high:
-        raise ControlError(f"{name} must be a number from {low:g}{f' to {high:g}' if high < math.inf else ''}.")
-    return float(value)
-
-
-def _text(value: Any, name: str) -> str:
-    if not isinstance(value, str) or not value:
-        raise ControlError(f"{name} must be a text.")
-    return value
-
-
 def _battery(value: Any) -> Action:
-    percent = _number(value, "battery", 0, 100)
+    percent = checks.number(value, "battery", 0, 100)
     return lambda robot: robot.set_battery(percent)
 
 
 def _emergency_stop(value: Any) -> Action:
-    if not isinstance(value, bool):
-        raise ControlError("emergency_stop must be true or false.")
-    return lambda robot: robot.press_emergency_stop(value)
+    pressed = checks.boolean(value, "emergency_stop")
+    return lambda robot: robot.press_emergency_stop(pressed)
 
 
 def _error(value: Any) -> Action:
     if value is None:
         return lambda robot: robot.remove_error_causes()
     if not isinstance(value, dict) or isinstance(value.get("code"), bool) or not isinstance(value.get("code"), int):
-        raise ControlError('error must be null or an object with an integer "code" and a "description".')
-    error = RobotError(value["code"], _text(value.get("description"), "error.description"), str(value.get("module", "MissionController")),
-                       value.get("non_resettable") is True)
+        raise WrongValue('error must be null or an object with an integer "code" and a "description".')
+    description = checks.text(value.get("description"), "error.description")
+    error = RobotError(value["code"], description, str(value.get("module", "MissionController")), value.get("non_resettable") is True)
     return lambda robot: robot.raise_error(error, lasting=True)
 
 
 def _fail_next(value: Any) -> Action:
-    text = None if value is None else _text(value, "fail_next_mission")
+    text = None if value is None else checks.text(value, "fail_next_mission")
     return lambda robot: setattr(robot, "fail_next", text)
 
 
 def _reboot(value: Any) -> Action:
-    seconds = _number(value, "reboot_seconds", 0, 3600)
+    seconds = checks.number(value, "reboot_seconds", 0, 3600)
     return lambda robot: robot.reboot(seconds)
 
 
@@ -140,12 +123,12 @@ def _user_prompt(value: Any) -> Action:
     if value is None:
         return lambda robot: robot.withdraw_prompt(robot.prompt.guid) if robot.prompt else None
     if not isinstance(value, dict):
-        raise ControlError("user_prompt must be null or an object with question, options and timeout.")
-    question = _text(value.get("question"), "user_prompt.question")
+        raise WrongValue("user_prompt must be null or an object with question, options and timeout.")
+    question = checks.text(value.get("question"), "user_prompt.question")
     options = value.get("options", ["Yes", "No"])
     if not isinstance(options, list) or not all(isinstance(option, str) for option in options):
-        raise ControlError("user_prompt.options must be a list of texts.")
-    timeout = _number(value.get("timeout", 60), "user_prompt.timeout", 0)
+        raise WrongValue("user_prompt.options must be a list of texts.")
+    timeout = checks.number(value.get("timeout", 60), "user_prompt.timeout", 0)
     return lambda robot: robot.ask(question, options, timeout, expires=robot.in_real(timeout), blocks=True)
 
 
@@ -153,18 +136,18 @@ def _fault(value: Any) -> Action:
     if value is None:
         return lambda robot: robot.faults.clear()
     if not isinstance(value, dict) or value.get("kind") not in set(FaultKind):
-        raise ControlError(f"fault must be null or an object whose kind is one of {', '.join(FaultKind)}.")
+        raise WrongValue(f"fault must be null or an object whose kind is one of {', '.join(FaultKind)}.")
     unknown = set(value) - {"kind", "method", "path", "count", "seconds"}
     if unknown:
-        raise ControlError(f"A fault has no {', '.join(sorted(unknown))}.")
+        raise WrongValue(f"A fault has no {', '.join(sorted(unknown))}.")
     count = value.get("count", 1)
     if count is not None and (isinstance(count, bool) or not isinstance(count, int) or count < 1):
-        raise ControlError("fault.count must be null or a whole number above 0.")
-    path = _text(value.get("path", "*"), "fault.path")
+        raise WrongValue("fault.count must be null or a whole number above 0.")
+    path = checks.text(value.get("path", "*"), "fault.path")
     if path != "*" and not path.startswith("/"):
-        raise ControlError('fault.path must be "*" or begin with a slash.')
-    seconds = _number(value.get("seconds", 5), "fault.seconds", 0)
-    kind, method = FaultKind(value["kind"]), _text(value.get("method", "*"), "fault.method").upper()
+        raise WrongValue('fault.path must be "*" or begin with a slash.')
+    seconds = checks.number(value.get("seconds", 5), "fault.seconds", 0)
+    kind, method = FaultKind(value["kind"]), checks.text(value.get("method", "*"), "fault.method").upper()
     return lambda robot: robot.faults.add(Fault(kind, path.rstrip("/") or "/", method, count, seconds))
 
 

@@ -55,11 +55,13 @@ class FaultList:
     Args:
         chaos: share of requests (0…1) that meet a random fault.
         rng: used for nothing else, so that chaos doesn't change what the robot does.
+        latency: least and most real seconds for which every other request waits for its answer, which is a fault too.
     """
 
-    def __init__(self, chaos: float, rng: random.Random) -> None:
+    def __init__(self, chaos: float, rng: random.Random, latency: tuple[float, float] | None = None) -> None:
         self._faults: list[Fault] = []
         self._chaos = chaos
+        self._latency = latency
         self._rng = rng
 
     def add(self, fault: Fault) -> None:
@@ -82,4 +84,4 @@ class FaultList:
                 return fault
         if self._chaos and self._rng.random() < self._chaos:
             return Fault(self._rng.choice(list(FaultKind)), path, method, seconds=round(self._rng.uniform(0.2, 8.0), 3))
-        return None
+        return None if self._latency is None else Fault(FaultKind.DELAY, path, method, seconds=self._rng.uniform(*self._latency))

@@ -41,7 +41,7 @@ class FleetRobot:
         return f"http://{f'[{host}]' if ':' in host else host}:{self.port}"
 
     def control(self, commands: dict[str, Any]) -> dict[str, Any]:
-        """The same as POST /sim: execute the commands and return the new state. Raises ControlError with a sentence."""
+        """The same as POST /sim: execute the commands and return the new state. Raises WrongValue with a sentence."""
         control.apply(self.model, commands)
         return self.model.snapshot()
 

@@ -24,13 +24,15 @@ class Listed(Protocol):
         """One field."""
 
 
-def show(entries: Iterable[Listed], query: Mapping[str, str], fields: set[str], filters: Sequence[Any] = ()) -> list[dict[str, Any]]:
+def show(entries: Iterable[Listed], query: Mapping[str, str], fields: set[str], filters: Sequence[Any] = (),
+         largest_page: int | None = None) -> list[dict[str, Any]]:
     """Filter, sort, page and reduce a list as the client asks.
 
     Args:
         query: the URL's query; unknown parameters are ignored.
         fields: every field an entry may have.
         filters: the ``filters`` of a search.
+        largest_page: entries that are shown at most, whatever the client asks for; None: any number.
 
     Raises:
         ApiError: 400 with the text that MiR's definition gives for it.
@@ -39,7 +41,7 @@ def show(entries: Iterable[Listed], query: Mapping[str, str], fields: set[str], 
     for accepts, name in [_filter(one, fields) for one in filters]:
         found = [entry for entry in found if accepts(entry.value(name))]
     found = _sorted(found, query.get("sort_by"), fields)
-    found = _page(found, query)
+    found = _page(found, query)[:largest_page]
     whitelist = query.get("whitelist")
     if whitelist is None:
         return [entry.summary() for entry in found]

@@ -9,7 +9,9 @@ import heapq
 import itertools
 import random
 import threading
+from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -21,8 +23,9 @@ from mir_sim.mission_controller import WAITING_TEXT, Event, MissionController
 from mir_sim.mission_queue import ItemState, MissionQueue, QueueItem
 from mir_sim.motion import Motion, Pose
 from mir_sim.power import Battery
+from mir_sim.profile import FAITHFUL, Profile
 from mir_sim.run import Run
-from mir_sim.site import USER_GROUPS, Row, Site
+from mir_sim.site import ADMINISTRATOR, USER_GROUPS, Row, Site
 from mir_sim.state import BATTERY_EMPTY, MISSION_CONTROLLER, ModeId, Prompt, RobotError, StateId
 
 GOING_DOWN = 1.0              # s in state ShuttingDown before a reboot (guess)
@@ -41,11 +44,12 @@ class SimulatedRobot:
         seed: with the name, decides everything random.
         clock: returns simulated seconds; without one, time advances only by ``advance_to``.
         time_scale: simulated seconds per real second; matters only for /sim and for faults, which count real seconds.
-        software: one of ``definition.SOFTWARE``.
+        profile: how it differs from the faithful robot.
+        software: one of ``definition.SOFTWARE``. This and the next ones: None for that of the profile.
         model: ``robot_model`` of /status.
-        start: true time at simulated second 0.
-        timezone: IANA zone of the robot's naive timestamps; the default is that of the manufacturer.
+        timezone: IANA zone of the robot's naive timestamps; in the faithful profile, that of the manufacturer.
         clock_offset, clock_drift: error of the robot's clock, in seconds and seconds per day.
+        start: true time at simulated second 0.
         battery: charge at the start in percent; random when None.
         failure_rate: share of missions (0…1) that fail by themselves.
         chaos: share of API requests (0…1) that meet a random fault.
@@ -53,18 +57,22 @@ class SimulatedRobot:
     """
 
     def __init__(self, name: str = "MiR_S042", *, seed: int = 1, clock: Callable[[], float] | None = None, time_scale: float = 1.0,
-                 software: str = "3.5.4", model: str = "MiR250", start: datetime = MONDAY, timezone: str = "Europe/Copenhagen",
-                 clock_offset: float = 0.0, clock_drift: float = 0.0, battery: float | None = None, failure_rate: float = 0.0,
-                 chaos: float = 0.0, history: int = 0) -> None:
+                 profile: Profile = FAITHFUL, software: str | None = None, model: str | None = None, timezone: str | None = None,
+                 clock_offset: float | None = None, clock_drift: float | None = None, start: datetime = MONDAY,
+                 battery: float | None = None, failure_rate: float = 0.0, chaos: float = 0.0, history: int = 0) -> None:
+        own: dict[str, Any] = {"software": software, "model": model, "timezone": timezone, "clock_offset": clock_offset,
+                               "clock_drift": clock_drift}
+        self.profile = profile = replace(profile, **{name: value for name, value in own.items() if value is not None})
         self.lock = threading.RLock()
         self.rng = random.Random(f"{seed}/{name}")
-        self.definition = definition.load(software)
-        self.name, self.software, self.model, self.time_scale = name, software, model, time_scale
+        self.definition = definition.load(profile.software)
+        self.name, self.software, self.model, self.time_scale = name, profile.software, profile.model, time_scale
         self.serial_number = f"2502{self.rng.randrange(10**11):011d}"
-        self.clock = RobotClock(start, timezone, clock_offset, clock_drift)
-        self.site = Site(self.rng, software)
+        self.clock = RobotClock(start, profile.timezone, profile.clock_offset, profile.clock_drift)
+        self.site = Site(self.rng, profile.software)
         self.queue = MissionQueue()
-        self.faults = FaultList(chaos, random.Random(f"{seed}/{name}/chaos"))
+        latency = profile.latency and (profile.latency[0] / time_scale, profile.latency[1] / time_scale)
+        self.faults = FaultList(chaos, random.Random(f"{seed}/{name}/chaos"), latency)
         self.battery = Battery(self.rng.uniform(60, 95) if battery is None else battery)
         self.failure_rate = failure_rate
         self.now = 0.0
@@ -86,6 +94,9 @@ class SimulatedRobot:
         self._calls: list[tuple[float, int, Callable[[], object]]] = []
         self._call_order = itertools.count()
         self._battery_empty = False
+        self._asked_at: deque[float] = deque()
+        if profile.fleet is not None:
+            self.call_at(profile.fleet.every_seconds, self._take_fleet_order)
         fill(self.queue, self.clock, history, random.Random(f"{seed}/{name}/history"))
 
     # Time
@@ -300,7 +311,7 @@ class SimulatedRobot:
     def add_error(self, error: RobotError) -> None:
         """Enter the state Error and file a report of it."""
         self.errors.append(error)
-        self.file_report(error.module, error.description)
+        self.file_report(error.module, self.profile.text(error.description))
 
     def file_report(self, module: str, description: str) -> Row:
         """Add to /log/error_reports."""
@@ -334,6 +345,27 @@ class SimulatedRobot:
         else:
             self._go_offline(real_seconds)
         self._settle()
+
+    def note_request(self) -> None:
+        """A client has asked for something. Robots whose profile says so reboot when that comes too often."""
+        limit = self.profile.reboots
+        if limit is None or self.shutting_down or not self.online:
+            return
+        self._asked_at.append(self.now)
+        while self._asked_at[0] <= self.now - limit.within_seconds:
+            self._asked_at.popleft()
+        if len(self._asked_at) > limit.requests:
+            self._asked_at.clear()
+            self.reboot(limit.offline_seconds / self.time_scale)
+
+    def _take_fleet_order(self) -> None:
+        """Queue what the fleet of the profile orders, as an administrator (guess)."""
+        fleet, administrator = self.profile.fleet, self.site.table("/users").get(ADMINISTRATOR)
+        if fleet is None or administrator is None:
+            return
+        self.call_at(self.now + fleet.every_seconds, self._take_fleet_order)
+        if self.online and not any(item.fleet_schedule_guid for item in self.queue.pending()):
+            self.order(fleet.mission, administrator, fleet_schedule_guid=self.site.new_guid())
 
     def _go_offline(self, real_seconds: float) -> None:
         self.shutting_down = False

@@ -1,20 +1,61 @@
 """/mission_queue: queue missions, read and cancel them."""
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from mir_sim.errors import ApiError, argument_error
-from mir_sim.mission_queue import ItemState, QueueAction, QueueItem
+from mir_sim.messages import Response
+from mir_sim.mission_queue import PLAIN_FIELDS, ItemState, QueueAction, QueueItem
 from mir_sim.resources.call import Call, Handlers
+from mir_sim.robot import SimulatedRobot
 from mir_sim.site import Row
+
+IN_OWN_WORDS = ("state", "message", "description")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """An item as the robot's profile lets it show in one kind of answer: "list", "search", "item" or "order"."""
+
+    robot: SimulatedRobot
+    item: QueueItem
+    kind: str
+
+    def summary(self) -> dict[str, Any]:
+        return self.only(self.item.summary())
+
+    def full(self) -> dict[str, Any]:
+        return self.only(self.item.full())
+
+    def only(self, usual: dict[str, Any]) -> dict[str, Any]:
+        """The usual fields, or those that the profile says, in the robot's words."""
+        profile = self.robot.profile
+        if self.kind in profile.fields:
+            usual = profile.only(self.kind, self.item.full() | self.item.summary())
+        return self._in_own_words(usual) if profile.has_words_for_items else usual
+
+    def value(self, name: str) -> Any:
+        """One field, shown or not: filters work on what is stored. None for a field that items don't have under this name."""
+        if name in PLAIN_FIELDS and name not in IN_OWN_WORDS:
+            return self.item.value(name)
+        return self._in_own_words(self.item.full() | self.item.summary()).get(name)
+
+    def _in_own_words(self, fields: dict[str, Any]) -> dict[str, Any]:
+        profile, item = self.robot.profile, self.item
+        mission = self.robot.site.table("/missions").get(item.mission_id)
+        own = {"state": profile.state_of(item), "message": profile.text(item.message),
+               "description": profile.description_of(item, mission["name"] if mission else "")}
+        return {profile.description_field if name == "description" else name: own.get(name, value) for name, value in fields.items()}
 
 
 def list_items(call: Call) -> Any:
-    return call.robot.queue
+    robot, kind = call.robot, "list" if call.request.method == "GET" else "search"
+    is_plain = not robot.profile.has_words_for_items and kind not in robot.profile.fields
+    return robot.queue if is_plain else [Shown(robot, item, kind) for item in robot.queue]
 
 
-def order(call: Call) -> dict[str, Any]:
+def order(call: Call) -> Response:
     """Queue a mission. Software 2.x also answers with the full item, 3.x only with what the definition says."""
     robot, fields = call.robot, call.fields()
     mission = robot.site.table("/missions").get(fields["mission_id"])
@@ -27,7 +68,8 @@ def order(call: Call) -> dict[str, Any]:
     item = robot.order(
         mission["guid"], call.asker, message=fields.get("message", ""), description=description,
         parameters=parameters, priority=fields.get("priority", 0), fleet_schedule_guid=fields.get("fleet_schedule_guid", ""))
-    return item.full() | item.summary() if robot.software.startswith("2.") else item.summary()
+    usual = item.full() | item.summary() if robot.software.startswith("2.") else item.summary()
+    return Response.json_of(robot.profile.order_status, Shown(robot, item, "order").only(usual))
 
 
 def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> None:
@@ -57,7 +99,7 @@ def _item(call: Call, name: str = "id") -> QueueItem:
 
 
 def get_item(call: Call) -> dict[str, Any]:
-    return _item(call).full()
+    return Shown(call.robot, _item(call), "item").full()
 
 
 def change_item(call: Call) -> dict[str, Any]:
@@ -68,7 +110,7 @@ def change_item(call: Call) -> dict[str, Any]:
             raise argument_error()
         item.mission_id = fields.get("mission_id", item.mission_id)
         item.priority = fields.get("priority", item.priority)
-    return item.full()
+    return Shown(call.robot, item, "item").full()
 
 
 def cancel_item(call: Call) -> None:
@@ -94,7 +136,8 @@ def get_action(call: Call) -> dict[str, Any]:
     item = _item(call, "mission_queue_id")
     for action in item.actions:
         if str(action.id) == call.params["id"]:
-            return {**asdict(action), "mission_queue_id": item.id, "url": _action_url(item, action), "allowed_methods": ["GET"]}
+            return {**asdict(action), "message": call.robot.profile.text(action.message), "mission_queue_id": item.id,
+                    "url": _action_url(item, action), "allowed_methods": ["GET"]}
     raise ApiError(404)
 
 

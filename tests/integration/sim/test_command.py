@@ -8,7 +8,9 @@ import sys
 import pytest
 import requests
 
+from mir_sim import DEVIANTS
 from mir_sim.__main__ import main
+from tests.unit.sim.asking import HEADERS
 
 BOUND = 20.0
 
@@ -57,7 +59,8 @@ def test_ports_follow_each_other() -> None:
     (["--robots", "0"], "--robots"), (["--robots", "many"], "--robots"), (["--port", "65536"], "--port"),
     (["--port", "65535", "--robots", "3"], "65535"), (["--software", "9.9"], "--software"), (["--chaos", "2"], "--chaos"),
     (["--timezone", "Mars/Crater"], "Mars/Crater"), (["--speed", "1"], "--speed"), (["--history", "-1"], "--history"),
-    (["--seed", "x"], "--seed")])
+    (["--seed", "x"], "--seed"), (["--deviant", "odd"], "no-search"), (["--profile", "no-such-file"], "no-such-file"),
+    (["--deviant", "fleet", "--profile", "x"], "--profile")])
 def test_wrong_options_are_one_line_and_exit_2(arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main(arguments)
@@ -75,7 +78,22 @@ def test_a_process_that_cannot_start_says_so_in_one_line_and_ends(arguments: lis
     assert says in done.stderr
 
 
+@pytest.mark.parametrize("how", ["--deviant", "--profile"])
+def test_robots_differ_as_a_profile_says_and_the_options_win(how: str) -> None:
+    process = start("--port", "0", "--robots", "1", "--software", "3.8.1",
+                    how, "other-zone" if how == "--deviant" else str(DEVIANTS["other-zone"]))
+    try:
+        assert process.stdout is not None
+        url = process.stdout.readline().split()[2]
+        response = requests.get(f"{url}/api/v2.0.0/platform/timezone", headers=HEADERS, timeout=5)
+        assert (response.json(), response.headers["Robot-Version"]) == ({"value": "Asia/Tokyo"}, "3.8.1")
+    finally:
+        process.terminate()
+        process.communicate(timeout=BOUND)
+
+
 def test_help_names_every_option() -> None:
     text = subprocess.run([sys.executable, "-m", "mir_sim", "--help"], capture_output=True, text=True, timeout=BOUND, check=True).stdout
-    for option in ("--host", "--port", "--robots", "--time-scale", "--seed", "--software", "--chaos", "--history", "--clock-offset"):
+    for option in ("--host", "--port", "--robots", "--time-scale", "--seed", "--software", "--chaos", "--history", "--clock-offset",
+                   "--profile", "--deviant"):
         assert option in text

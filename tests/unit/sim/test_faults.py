@@ -7,7 +7,8 @@ from collections import Counter
 import pytest
 
 from mir_sim import Fate
-from mir_sim.control import ControlError, apply
+from mir_sim.checks import WrongValue
+from mir_sim.control import apply
 from mir_sim.faults import FaultKind
 from tests.unit.sim.asking import GUIDS, Asker
 
@@ -104,7 +105,7 @@ def test_chaos_does_not_change_what_the_robot_does() -> None:
     {"fault": {"kind": "hang", "times": 3}}, {"fly": True}, {"battery": 50, "fly": True}])
 def test_wrong_commands_are_refused_with_a_sentence_and_none_is_executed(aino: Asker, commands: object) -> None:
     before = aino.robot.snapshot()
-    with pytest.raises(ControlError, match=r"\.$"):
+    with pytest.raises(WrongValue, match=r"\.$"):
         apply(aino.robot, commands)
     assert aino.robot.snapshot() == before
 

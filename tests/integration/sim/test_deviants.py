@@ -1,0 +1,290 @@
+"""Each built-in deviant over HTTP beside a faithful robot: asked the same, it differs in what its sentence says and in nothing else."""
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+import requests
+
+import mir_sim
+from mir_sim import DEVIANTS, Fleet, Profile, SimulatedRobot, deviant, serve
+from mir_sim.definition import load
+from tests.unit.sim.asking import GUIDS, HEADERS
+
+BOUND = 20.0       # s; only to end a test that would wait for ever
+STEP = 0.5         # simulated s between two requests: 20 in 10 s
+OLD = 120          # items that the queue begins with
+ANY = object()     # a difference whose value is not written down here
+
+
+class Client:
+    """Of one robot; its time passes when the test says so, and a step before each request."""
+
+    def __init__(self, profile: Profile) -> None:
+        self.now, self._session = 0.0, requests.Session()
+        self.robot = SimulatedRobot("Aino", seed=1, battery=80.0, history=OLD, time_scale=1000, clock=lambda: self.now, profile=profile)
+        self.url = ""
+
+    def ask(self, method: str, path: str, body: Any = None, step: float = STEP) -> Any:
+        """Status code and body of an answer; "refused" where there is none."""
+        self.now += step
+        try:
+            answer = self._session.request(method, f"{self.url}/api/v2.0.0{path}", json=body, headers=HEADERS, timeout=BOUND)
+        except requests.ConnectionError:
+            return "refused"
+        return answer.status_code, answer.json() if answer.headers.get("Content-Type") == "application/json" else answer.text
+
+    def get(self, path: str) -> Any:
+        return self.ask("GET", path)[1]
+
+    def order(self, description: str = "order 17") -> Any:
+        return self.ask("POST", "/mission_queue", {"mission_id": GUIDS["Deliver"], "description": description})
+
+
+@contextmanager
+def client_of(profile: Profile) -> Iterator[Client]:
+    client = Client(profile)
+    fleet = Fleet([client.robot])
+    fleet.start()
+    try:
+        client.url = fleet.robots[0].url
+        yield client
+    finally:
+        fleet.stop()
+
+
+# ---------------------------------------------------------------------- what is asked, in this order
+def refused(client: Client) -> Any:
+    return client.ask("GET", "/nothing")
+
+
+def ready(client: Client) -> Any:
+    return client.get("/status")
+
+
+def answer_to_an_order(client: Client) -> Any:
+    return client.order()
+
+
+def item(client: Client) -> Any:
+    shown = client.get(f"/mission_queue/{OLD + 1}")
+    return {name: shown[name] for name in sorted(shown) if name not in ("state", "message", "description", "ordered", "order_description")}
+
+
+def description(client: Client) -> Any:
+    shown = client.get(f"/mission_queue/{OLD + 1}")
+    return {name: value for name, value in shown.items() if "description" in name}
+
+
+def descriptions_in_lists(client: Client) -> Any:
+    return client.get(f"/mission_queue?whitelist=description&offset={OLD}")
+
+
+def found_by_description(client: Client) -> Any:
+    return search(client, "description", "LIKE", "order%")
+
+
+def found_by_state(client: Client) -> Any:
+    return search(client, "state", "IN", ["Pending", "Executing"])
+
+
+def search(client: Client, name: str, operator: str, value: Any) -> Any:
+    """The ids that are found, or the code of the refusal."""
+    filters = [{"fieldname": name, "operator": operator, "value": value}]
+    code, found = client.ask("POST", "/mission_queue/search?whitelist=id", {"filters": filters})
+    return [one["id"] for one in found] if code == 201 else code
+
+
+def positions_found(client: Client) -> Any:
+    code, found = client.ask("POST", "/positions/search", {"filters": [{"fieldname": "name", "operator": "=", "value": "Press"}]})
+    return [one["name"] for one in found] if code == 201 else code
+
+
+def executing(client: Client) -> Any:
+    client.now += 5
+    shown = client.get("/status")
+    return shown["state_id"], shown["state_text"], shown["mission_text"]
+
+
+def executing_item(client: Client) -> Any:
+    return client.get(f"/mission_queue/{OLD + 1}")["state"]
+
+
+def cancelled_item(client: Client) -> Any:
+    client.ask("DELETE", f"/mission_queue/{OLD + 1}")
+    client.now += 2
+    shown = client.get(f"/mission_queue/{OLD + 1}")
+    return shown["state"], shown["message"]
+
+
+def failed_item(client: Client) -> Any:
+    mir_sim.control.apply(client.robot, {"fail_next_mission": "Failed to reach goal position 'Line 1'"})
+    client.order("order 18")
+    client.now += 20
+    shown = client.get(f"/mission_queue/{OLD + 2}")
+    return shown["state"], shown["message"]
+
+
+def error(client: Client) -> Any:
+    shown = client.get("/status")
+    return shown["state_text"], [one["description"] for one in shown["errors"]]
+
+
+def cleared(client: Client) -> Any:
+    client.ask("PUT", "/status", {"clear_error": True})
+    shown = client.ask("PUT", "/status", {"state_id": 3})[1]
+    return shown["state_id"], shown["errors"]
+
+
+def times(client: Client) -> Any:
+    return [client.get(f"/mission_queue/{OLD + 1}?whitelist={name}") for name in ("ordered", "started", "finished")]
+
+
+def every_item(client: Client) -> Any:
+    return [one["id"] for one in client.get("/mission_queue")]
+
+
+def long_page(client: Client) -> Any:
+    return [one["id"] for one in client.get("/mission_queue?limit=60&offset=30")]
+
+
+def short_page(client: Client) -> Any:
+    return client.get("/mission_queue?limit=2&offset=3&whitelist=id,mission_id")
+
+
+def newest(client: Client) -> Any:
+    return [one["id"] for one in client.get("/mission_queue?sort_by=id,desc&limit=2")]
+
+
+def old_states(client: Client) -> Any:
+    return [client.get(f"/mission_queue/{number}")["state"] for number in (1, 2, 3)]
+
+
+def an_hour_later(client: Client) -> Any:
+    """Whether there are items that nobody here has ordered."""
+    client.now += 3600
+    return client.ask("GET", f"/mission_queue/{OLD + 3}?whitelist=id")[0]
+
+
+def many_at_once(client: Client) -> Any:
+    codes = {client.ask("GET", "/status", step=0.0)[0] for _ in range(40)}
+    return codes, "refused" if client.ask("GET", "/status", step=2.0) == "refused" else "answered"
+
+
+def afterwards(client: Client) -> Any:
+    client.now += 60
+    ends = time.monotonic() + BOUND
+    while client.ask("GET", "/status", step=0.0) == "refused" and time.monotonic() < ends:
+        pass
+    return client.get("/status")["state_id"]
+
+
+PROBES: tuple[Callable[[Client], Any], ...] = (
+    refused, ready, answer_to_an_order, item, description, descriptions_in_lists, found_by_description, found_by_state, positions_found,
+    executing, executing_item, cancelled_item, failed_item, error, cleared, times, every_item, long_page, short_page, newest, old_states)
+LAST: tuple[Callable[[Client], Any], ...] = (an_hour_later, many_at_once, afterwards)
+OTHERS = [path for path, verbs in load("3.5.4").document["paths"].items()
+          if "get" in verbs and "{" not in path and path not in ("/status", "/mission_queue", "/swagger")]
+
+
+def answers(client: Client) -> dict[str, Any]:
+    found = {probe.__name__: probe(client) for probe in PROBES}
+    found |= {path: client.ask("GET", path) for path in OTHERS}
+    return found | {probe.__name__: probe(client) for probe in LAST}
+
+
+@pytest.fixture(scope="module")
+def faithful() -> dict[str, Any]:
+    with client_of(Profile()) as client:
+        return answers(client)
+
+
+# ---------------------------------------------------------------------- in what they differ
+DIFFERENCES: dict[str, dict[str, Any]] = {
+    "forgets-descriptions": {"description": {"description": ""}, "descriptions_in_lists": [{"description": ""}],
+                             "found_by_description": []},
+    "renames-descriptions": {"description": {"description": "Deliver"}, "descriptions_in_lists": [{"description": "Deliver"}],
+                             "found_by_description": []},
+    "moves-descriptions": {"description": {"order_description": "order 17"}, "descriptions_in_lists": [{}], "found_by_description": []},
+    "no-search": {"found_by_description": 404, "found_by_state": 404, "positions_found": 404},
+    "pages-of-50": {"every_item": list(range(1, 51)), "long_page": list(range(31, 81)), "/registers": ANY},
+    "ignores-sort": {"newest": [1, 2]},
+    "german-texts": {"refused": (404, {"error_code": "not_found", "error_human": "Nicht gefunden"}), "ready": ANY,
+                     "executing": (5, "In Ausführung", ANY), "cancelled_item": ("Aborted", "Abgebrochen - Benutzeranforderung"),
+                     "failed_item": ("Aborted", "Zielposition nicht erreicht: 'Line 1'"),
+                     "error": ("Fehler", ["Zielposition nicht erreicht: 'Line 1'"])},
+    "german-states": {"answer_to_an_order": ANY, "found_by_state": [], "executing_item": "Aktiv",
+                      "cancelled_item": ("Abgebrochen", "Aborted - User Request"),
+                      "failed_item": ("Abgebrochen", "Failed to reach goal position 'Line 1'"), "old_states": ["Fertig"] * 3},
+    "cancelled": {"cancelled_item": ("Cancelled", "Aborted - User Request")},
+    "slow-disk": {},                 # only later, see below
+    "other-zone": {"times": ANY, "/platform/timezone": (200, {"value": "Asia/Tokyo"}), "/statistics/distance": ANY},
+    "no-id": {"answer_to_an_order": (201, {"state": "Pending"})},
+    "reboots-under-load": {"many_at_once": ({200}, "refused")},
+    "fleet": {"an_hour_later": 200},
+}
+
+
+def matches(answer: Any, expected: Any) -> bool:
+    if isinstance(expected, tuple) and isinstance(answer, tuple) and len(expected) == len(answer):
+        return all(map(matches, answer, expected))
+    return expected is ANY or bool(answer == expected)
+
+
+@pytest.mark.parametrize("name", DEVIANTS)
+def test_a_deviant_differs_in_what_it_says_and_in_nothing_else(name: str, faithful: dict[str, Any]) -> None:
+    with client_of(deviant(name)) as client:
+        found = answers(client)
+    differing = {probe: answer for probe, answer in found.items() if answer != faithful[probe]}
+    assert differing.keys() == DIFFERENCES[name].keys()
+    for probe, expected in DIFFERENCES[name].items():
+        assert matches(differing[probe], expected), (probe, differing[probe])
+
+
+def test_every_deviant_is_described_here() -> None:
+    assert DIFFERENCES.keys() == DEVIANTS.keys()
+
+
+def test_the_faithful_robot_answers_all_of_it(faithful: dict[str, Any]) -> None:
+    assert {faithful[path][0] for path in OTHERS} == {200}
+    assert faithful["description"] == {"description": "order 17"}
+    assert faithful["found_by_description"] == faithful["found_by_state"] == [OLD + 1]
+    assert faithful["cancelled_item"] == ("Aborted", "Aborted - User Request")
+    assert faithful["newest"] == [OLD + 2, OLD + 1]
+    assert (faithful["an_hour_later"], faithful["many_at_once"], faithful["afterwards"]) == (404, ({200}, "answered"), 3)
+
+
+# ---------------------------------------------------------------------- when they answer, and where the clock stands
+def test_a_slow_disk_takes_3_to_9_seconds_of_the_simulated_time() -> None:
+    with serve(robots=1, time_scale=30, profile=deviant("slow-disk")) as fleet:
+        began = time.monotonic()
+        for _ in range(4):
+            assert requests.get(f"{fleet.robots[0].url}/api/v2.0.0/status", timeout=BOUND).status_code == 200
+        assert time.monotonic() - began >= 4 * 3 / 30
+    with client_of(deviant("slow-disk")) as client:
+        ask = mir_sim.Request.of("GET", "/api/v2.0.0/status")
+        waits = [mir_sim.exchange(client.robot, ask).seconds * 1000 for _ in range(200)]
+    assert 3 <= min(waits) < 3.3
+    assert 8.7 < max(waits) <= 9
+
+
+def test_another_zone_is_another_time_of_day_and_no_error_of_the_clock() -> None:
+    with client_of(deviant("other-zone")) as there, client_of(Profile()) as here:
+        stamps = [client.robot.stamp() for client in (there, here)]
+        assert stamps == ["2026-11-23T15:00:00", "2026-11-23T07:00:00"]
+        assert there.robot.clock.error(0.0) == 0.0
+
+
+def test_what_a_fleet_queues_is_its_own_and_never_piles_up() -> None:
+    with client_of(deviant("fleet")) as client:
+        client.ask("PUT", "/status", {"state_id": 4})
+        client.now = 1500.0
+        pending, = [one for one in client.get(f"/mission_queue?whitelist=all&offset={OLD}") if one["state"] == "Pending"]
+        assert (pending["mission_id"], len(pending["fleet_schedule_guid"]), pending["description"]) == (GUIDS["Home"], 36, "")
+        client.ask("PUT", "/status", {"state_id": 3})
+        client.now = 2990.0
+        done = [one["state"] for one in client.get(f"/mission_queue?offset={OLD}")]
+        assert done == ["Done"] * 5      # of 300, 1800, 2100, 2400 and 2700 s
