@@ -49,7 +49,7 @@ def measure(directory: Path) -> None:
         filters = Filters(period)
         facts = read_facts(services, filters)
         steps = {"first page": lambda filters=filters: read_facts(services, filters),
-                 "figures": lambda filters=filters, facts=facts: read_figures(services, filters, facts.robot, clock.now(), ZONE),
+                 "figures": lambda filters=filters, facts=facts: read_figures(services, filters, clock.now(), ZONE),
                  "page of figures": lambda filters=filters: read_more_figures(services, filters, clock.now(), ZONE),
                  "page of robots": lambda filters=filters: read_states(services, filters, clock.now(), ZONE)}
         spent = {name: best_ms(work, 2 if period is Period.ALL else 5) for name, work in steps.items()}

@@ -52,12 +52,6 @@ class LogsFacts:
     def zone(self) -> ZoneInfo:
         return ZoneInfo(self.settings.timezone)
 
-    @property
-    def robot(self) -> Robot | None:
-        """The robot whose utilisation is shown: that of the filters, else the selected one, else the first."""
-        by_id = {robot.id: robot for robot in self.robots}
-        return by_id.get(self.filters.robot_id or 0) or by_id.get(self.settings.selected_robot_id or 0) or next(iter(self.robots), None)
-
     def with_more(self, page: LogsFacts) -> LogsFacts:
         """The same with the rows of the next page, unless they are known already."""
         known = {row.id for row in self.rows}

@@ -7,7 +7,6 @@ from datetime import date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.domain.clock import midnight
-from app.domain.models import Robot
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.view import Filters, period_start
 from app.services.history.kpi import Adherence, DayKpis, Delays, KpiFilter, ThesisKpis
@@ -22,13 +21,11 @@ SHORTEST_HISTORY, LONGEST_HISTORY = 7, 30        # days
 class Figures:
     """``days`` runs up to today without gaps; ``adherence_days`` and ``utilisation_days`` belong to them, None where there is nothing."""
     thesis: ThesisKpis
-    everyone: ThesisKpis                         # of all robots, for the comparison
     adherence: Adherence
     delays: Delays
     days: Sequence[DayKpis] = ()
     adherence_days: Sequence[float | None] = ()
     utilisation_days: Sequence[float | None] = ()
-    robot: Robot | None = None                   # whose utilisation is shown
     first_day: date | None = None                # of the period; None: from the beginning
     last_day: date | None = None
 
@@ -40,8 +37,8 @@ class MoreFigures:
     trends: Sequence[Trend] = ()
 
 
-def read_figures(services: LogsServices, filters: Filters, robot: Robot | None, now: datetime, zone: ZoneInfo) -> Figures:
-    """Called off the UI thread. ``robot`` is the one whose utilisation is shown."""
+def read_figures(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> Figures:
+    """Called off the UI thread."""
     kpis, wanted = services.kpis, _kpi_filter(filters, now, zone)
     thesis = kpis.thesis(wanted)
     today = now.astimezone(zone).date()
@@ -49,10 +46,10 @@ def read_figures(services: LogsServices, filters: Filters, robot: Robot | None, 
     dates = [today - back * DAY for back in range(count - 1, -1, -1)]
     known = {day.day: day for day in kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=filters.robot_ids))}
     return Figures(
-        thesis, thesis if filters.robot_id is None else kpis.thesis(KpiFilter(wanted.start)), kpis.adherence(wanted), kpis.delays(wanted),
+        thesis, kpis.adherence(wanted), kpis.delays(wanted),
         [known.get(day) or DayKpis(day) for day in dates],
         [kpis.adherence(KpiFilter(midnight(day, zone), midnight(day + DAY, zone), filters.robot_ids)).rate for day in dates],
-        [] if robot is None else _utilisation_by_day(services, robot, dates, zone), robot,
+        _utilisation_by_day(services, filters, dates, zone),
         first_day=wanted.start.astimezone(zone).date() if wanted.start else None, last_day=today)
 
 
@@ -66,9 +63,10 @@ def _kpi_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> KpiFilter:
     return KpiFilter(period_start(filters.period, now, zone), robot_ids=filters.robot_ids)
 
 
-def _utilisation_by_day(services: LogsServices, robot: Robot, dates: Sequence[date], zone: ZoneInfo) -> list[float | None]:
-    """Mission seconds ÷ observed seconds; None for a day on which the robot was not observed."""
-    days = services.kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=(robot.id,)))
-    mission_s = {day.day: day.mission_s for day in days}
-    observed_s = services.kpis.observed_seconds(dates[0], dates[-1], zone).get(robot.id, {})
-    return [min(1.0, mission_s.get(day, 0.0) / observed_s[day]) if observed_s.get(day) else None for day in dates]
+def _utilisation_by_day(services: LogsServices, filters: Filters, dates: Sequence[date], zone: ZoneInfo) -> list[float | None]:
+    """Mission seconds ÷ observed seconds of the robots together; None for a day on which none was observed."""
+    seen = services.kpis.observed_seconds(dates[0], dates[-1], zone)
+    robots = tuple(robot for robot in seen if filters.robot_id in (None, robot))
+    mission_s = {day.day: day.mission_s for day in services.kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=robots))}
+    observed_s = {day: sum(seen[robot].get(day, 0.0) for robot in robots) for day in dates}
+    return [min(1.0, mission_s.get(day, 0.0) / observed_s[day]) if observed_s[day] else None for day in dates]

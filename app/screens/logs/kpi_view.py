@@ -10,7 +10,7 @@ from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.logs.figures import Figures
-from app.services.history.kpi import DayKpis, RobotKpis
+from app.services.history.kpi import DayKpis
 
 MAX_POINTS = 10              # of a card's small history
 FEW_CASES = 30               # below it a share is shown with its confidence interval
@@ -95,11 +95,9 @@ def _per_day(figures: Figures) -> Card:
 
 
 def _utilisation(figures: Figures) -> Card:
-    robot = _of(figures.everyone.robots, figures.robot.id) if figures.robot else None
-    observed_s = robot.observed_s if robot else 0.0
-    note = _("of {duration} observed").format(duration=formats.rough_duration(observed_s)) if observed_s else _("never observed")
-    label = _("Utilisation, {robot}").format(robot=figures.robot.name) if figures.robot else _("Utilisation")
-    return Card("utilisation", label, _share(robot.utilisation if robot else None, 0), note, condense(figures.utilisation_days))
+    kpis = figures.thesis
+    note = _("of {duration} observed").format(duration=formats.rough_duration(kpis.observed_s)) if kpis.observed_s else _("never observed")
+    return Card("utilisation", _("Utilisation"), _share(kpis.utilisation, 0), note, condense(figures.utilisation_days))
 
 
 def _adherence(figures: Figures) -> Card:
@@ -149,10 +147,6 @@ def _ratio(part: float, whole: int) -> float | None:
     return part / whole if whole else None
 
 
-def _of(robots: Sequence[RobotKpis], robot_id: int) -> RobotKpis | None:
-    return next((robot for robot in robots if robot.robot_id == robot_id), None)
-
-
 # ---------------------------------------------------------------------- what they mean
 def explanation(key: str, figures: Figures) -> Explanation:
     """Of a card."""
@@ -195,7 +189,7 @@ def _about_per_day(figures: Figures) -> Explanation:
 
 def _about_utilisation(figures: Figures) -> Explanation:
     lines = []
-    for robot in figures.everyone.robots:
+    for robot in figures.thesis.robots:
         text = _("{missions} of {observed}").format(missions=formats.rough_duration(robot.mission_s),
                                                     observed=formats.rough_duration(robot.observed_s))
         share = formats.percent(None if robot.utilisation is None else robot.utilisation * 100)
@@ -231,9 +225,9 @@ def _interval_lines(successes: int, cases: int) -> list[FactLine]:
 
 # ---------------------------------------------------------------------- the charts
 def utilisation_bars(figures: Figures) -> list[RobotBar]:
-    """Of all robots."""
+    """One for each robot of the filter."""
     bars = []
-    for robot in figures.everyone.robots:
+    for robot in figures.thesis.robots:
         observed_s = robot.observed_s
         share = formats.percent(None if robot.utilisation is None else robot.utilisation * 100)
         time = formats.rough_duration(robot.mission_s if observed_s or robot.mission_s else None)
@@ -242,8 +236,8 @@ def utilisation_bars(figures: Figures) -> list[RobotBar]:
 
 
 def total_note(figures: Figures) -> str:
-    """Time on missions of all robots together."""
-    return _("{duration} total").format(duration=formats.rough_duration(figures.everyone.mission_s)) if figures.everyone.robots else ""
+    """Time on missions of these robots together."""
+    return _("{duration} total").format(duration=formats.rough_duration(figures.thesis.mission_s)) if figures.thesis.robots else ""
 
 
 def outcome_days(days: Sequence[DayKpis]) -> list[DayBar]:

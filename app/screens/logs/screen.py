@@ -115,7 +115,7 @@ class LogsViewModel(ViewModel):
         """They are computed from many rows, so the list does not wait for them."""
         services, filters, facts, part = self._services, self._filters, self._facts, self.part
         now, zone = services.clock.now(), facts.zone
-        return lambda: (filters, read_figures(services, filters, facts.robot, now, zone),
+        return lambda: (filters, read_figures(services, filters, now, zone),
                         read_more_figures(services, filters, now, zone) if part == "figures" else None,
                         read_states(services, filters, now, zone) if part == "robots" else None)
 

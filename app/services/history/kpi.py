@@ -94,6 +94,16 @@ class ThesisKpis:
         return sum(robot.mission_s for robot in self.robots)
 
     @property
+    def observed_s(self) -> float:
+        return sum(robot.observed_s for robot in self.robots)
+
+    @property
+    def utilisation(self) -> float | None:
+        """Mission seconds ÷ observed seconds of those that were seen, together; None when none was."""
+        seen = [robot for robot in self.robots if robot.observed_s > 0]
+        return min(1.0, sum(robot.mission_s for robot in seen) / self.observed_s) if seen else None
+
+    @property
     def completed_per_day(self) -> float | None:
         """Per recorded day."""
         return self.completed / self.recorded_days if self.recorded_days else None

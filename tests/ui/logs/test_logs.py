@@ -49,7 +49,7 @@ def rows(ui) -> list[LogRow]:
 def test_five_figures_with_their_counts_and_the_charts(screen, container, ui):
     cards = ui.find_all(FigureCard)
     assert [card.label for card in cards] == [
-        "Success rate", "Mean duration", "Missions per day", "Utilisation, Aino", "Schedule adherence"]
+        "Success rate", "Mean duration", "Missions per day", "Utilisation", "Schedule adherence"]
     kpis = container.kpis.thesis(KpiFilter(start=datetime(2026, 11, 13, 22, tzinfo=UTC)))         # Saturday's midnight there
     assert cards[0].note == f"{kpis.completed} of {kpis.completed + kpis.failed} ended runs"
     assert [bar.robot for bar in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]
@@ -107,8 +107,21 @@ def test_one_robot_can_be_looked_at_alone(screen, ui):
     tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Sisu"))
     assert {row.robot for row in screen.logs.rows} == {"Sisu"}
-    assert ui.find_all(FigureCard, label="Utilisation, Sisu")
-    assert [bar.robot for bar in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]       # still side by side
+    assert [bar.robot for bar in screen.logs.utilisation] == ["Sisu"]
+    tap(screen, ui, ui.find(FigureCard, label="Utilisation"))
+    assert [line.label for line in ui.find(FigureDialog).rows] == ["Sisu", "Period"]
+
+
+def test_utilisation_is_one_figure_wherever_it_is_shown(screen, ui):
+    """Of all robots together, and of one: the card, the bar and the explanation say the same."""
+    bars = screen.logs.utilisation
+    low, high = min(bar.busy for bar in bars), max(bar.busy for bar in bars)
+    whole = float(ui.find(FigureCard, label="Utilisation").value.partition("[")[0])
+    assert low * 100 - 1 <= whole <= high * 100 + 1
+    tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Sisu"))
+    [bar] = screen.logs.utilisation
+    assert ui.find(FigureCard, label="Utilisation").value.partition("[")[0] == bar.share.partition(" ")[0]
 
 
 def test_outcomes_missions_and_triggers_narrow_the_list_and_one_tap_takes_them_away(screen, ui):

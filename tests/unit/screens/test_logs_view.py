@@ -187,10 +187,10 @@ AINO = RobotKpis(1, "Aino", 405, 8, 2, 150_000.0, 326_000.0, 46_000.0, 432_000.0
 THESIS = ThesisKpis(405, 8, 2, 405, 150_660.0, 7, (AINO, RobotKpis(2, "Veikko")))
 DAYS = tuple(DayKpis(date(2026, 11, 14 + n), completed=n, failed=1 if n == 3 else 0, skipped=1, missed=1, timed=n, completed_s=360.0 * n)
              for n in range(7))
-FIGURES = Figures(THESIS, THESIS, Adherence(380, 372, {ReasonCode.BATTERY_LOW: 6, ReasonCode.HOLD: 2}), Delays(300, 4.0, 65.0, 1.0, 3.0),
-                  DAYS, (None, .9, 1.0, .8, 1.0, 1.0, .97), (None, .3, .4, .5, .5, .4, .46), Robot("Aino", "", id=1))
+FIGURES = Figures(THESIS, Adherence(380, 372, {ReasonCode.BATTERY_LOW: 6, ReasonCode.HOLD: 2}), Delays(300, 4.0, 65.0, 1.0, 3.0),
+                  DAYS, (None, .9, 1.0, .8, 1.0, 1.0, .97), (None, .3, .4, .5, .5, .4, .46))
 NONE = ThesisKpis(0, 0, 0, 0, 0.0, 0, ())
-EMPTY = Figures(NONE, NONE, Adherence(0, 0, {}), Delays(0, None, None, None, None))
+EMPTY = Figures(NONE, Adherence(0, 0, {}), Delays(0, None, None, None, None))
 
 
 def plain(markup):
@@ -201,7 +201,7 @@ def test_five_cards_each_with_its_count():
     cards = kpi_view.cards(FIGURES)
     assert [(card.label, plain(card.value), card.note) for card in cards] == [
         ("Success rate", "98.1 %", "405 of 413 ended runs"), ("Mean duration", "6 min 12 s", "405 completed runs"),
-        ("Missions per day", "58", "7 recorded days"), ("Utilisation, Aino", "46 %", "of 3 d 18 h observed"),
+        ("Missions per day", "58", "7 recorded days"), ("Utilisation", "46 %", "of 3 d 18 h observed"),
         ("Schedule adherence", "97.9 %", "372 of 380 planned")]
     assert cards[0].history == (None, 1.0, 1.0, .75, 1.0, 1.0, 1.0)
     assert cards[1].history == (None, 360.0, 360.0, 360.0, 360.0, 360.0, 360.0)
