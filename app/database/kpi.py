@@ -123,6 +123,13 @@ class KpiRepository:
             ends.append(row[0])
         return ends[0], ends[1]
 
+    def kept_since(self, c: sqlite3.Connection) -> str | None:
+        """When the first of the kept runs ended. Those that did not run are kept apart, and may go further back."""
+        ends = [c.execute("""SELECT min(ended_at) FROM executions INDEXED BY executions_by_robot
+                             WHERE robot_id = ? AND state = ? AND ended_at >= ?""", (robot, state, EARLIEST)).fetchone()[0]
+                for robot in self.robots(c) for state in ("completed", "failed", "cancelled")]
+        return min((end for end in ends if end), default=None)
+
     def has_any(self, c: sqlite3.Connection, span: Span) -> bool:
         robots, values = self._of_robots(span)
         row = c.execute(f"SELECT 1 FROM executions INDEXED BY executions_by_day WHERE ended_at >= ? AND ended_at < ? {robots} LIMIT 1",

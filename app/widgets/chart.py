@@ -100,30 +100,66 @@ class Meter(Chart, MDLinearProgressIndicator):
 
 
 class Sparkline(Chart):
-    """The history of one figure: ``values`` oldest first, None where there was nothing to count."""
+    """The history of one figure: ``values`` oldest first, None where there was nothing to count; the last is today's, which has not ended:
+    its line is dashed, its dot hollow. It spans ``least_span`` at least; 0: it begins at zero, and only then what is below is filled."""
     values = ListProperty()
-    watch = ("values",)
+    least_span = NumericProperty(0)
+    watch = ("values", "least_span")
+
+    def scale(self):
+        """The values at its lower and upper edge; None: a single day is no history."""
+        known = [value for value in self.values if value is not None]
+        if len(known) < 2:
+            return None
+        if not self.least_span:
+            return 0, max(known) or 1
+        low, high = min(known), max(known)
+        more = max(0., self.least_span - (high - low)) / 2
+        low = max(0., min(low - more, 1 - self.least_span))              # of shares: within 0 and 1
+        return low, max(high, low + self.least_span)
+
+    def runs(self):
+        """Points that are joined, in px: of days without a gap between them; today's are the last."""
+        low, high = self.scale()
+        pad = dp(5)
+        width, base, height = self.width - 2 * pad, self.y + pad, self.height - 2 * pad
+        found, last = [[]], len(self.values) - 1
+        for n, value in enumerate(self.values):
+            if value is None:
+                found.append([])
+            else:
+                found[-1].append((self.x + pad + width * n / last, base + height * (value - low) / (high - low)))
+        return found
 
     def draw(self):
-        known = [value for value in self.values if value is not None]
-        if not known or self.width < dp(20):     # a line so steep says nothing
+        if self.scale() is None:
             return
-        low, high = min(known), max(known)
-        span = (high - low) or 1
-        pad = dp(5)
-        width, base, height = self.width - pad, self.y + pad, self.height - 2 * pad
-        last = max(1, len(self.values) - 1)
-        points = [(self.x + width * i / last, base + height * ((value - low) / span if high > low else .5))
-                  for i, value in enumerate(self.values) if value is not None]
-        if len(points) > 1:
-            mesh = [c for x, y in points for c in (x, self.y, 0, 0, x, y, 0, 0)]
-            Color(*tk.accent[:3], .10)
-            Mesh(vertices=mesh, indices=list(range(2 * len(points))), mode="triangle_strip")
-            Color(*tk.accent)
-            SmoothLine(points=[c for point in points for c in point], width=dp(1.25))
-        x, y = points[-1]
-        self.box(x - dp(5), y - dp(5), dp(10), dp(10), tk.surface, dp(5))
-        self.box(x - dp(4), y - dp(4), dp(8), dp(8), tk.accent, dp(4))
+        *earlier, latest = self.runs()
+        today = latest[-1:]
+        for points in (*earlier, latest[:-1]):
+            if len(points) > 1:
+                if not self.least_span:
+                    Color(*tk.accent[:3], .10)
+                    Mesh(vertices=[c for x, y in points for c in (x, self.y + dp(5), 0, 0, x, y, 0, 0)],
+                         indices=list(range(2 * len(points))), mode="triangle_strip")
+                Color(*tk.accent)
+                SmoothLine(points=[c for point in points for c in point], width=dp(1.25))
+            elif points:
+                self._dot(*points[0], dp(4))
+        if len(latest) > 1:
+            self._dashes(*latest[-2:])
+        if today:
+            self._dot(*today[0], dp(8))
+            self.box(today[0][0] - dp(2.5), today[0][1] - dp(2.5), dp(5), dp(5), tk.surface, dp(2.5))
+
+    def _dot(self, x, y, size):
+        self.box(x - size / 2, y - size / 2, size, size, tk.accent, size / 2)
+
+    def _dashes(self, start, end):
+        """Three, with gaps between them."""
+        Color(*tk.accent)
+        for n in (0, 2, 4):
+            SmoothLine(points=[a + (b - a) * part / 5 for part in (n, n + 1) for a, b in zip(start, end, strict=True)], width=dp(1.25))
 
 
 class WorkingRing(MDCircularProgressIndicator):

@@ -51,11 +51,15 @@ class ValueTile(Toned, Tile):
 
 
 class KpiCard(Tap):
-    """A KPI (with markup: the unit is smaller), a note of the number of runs it is calculated from, and its history as a small chart."""
+    """A KPI (with markup: the unit is smaller), a note of the number of runs it is calculated from, its history as a small chart, and how
+    it has changed."""
     label = StringProperty()
     value = StringProperty()
     note = StringProperty()
     history = ListProperty()
+    least_span = NumericProperty(0)
+    change = StringProperty()
+    least_height = NumericProperty("104dp")
 
 
 class EmptyState(BoxLayout):

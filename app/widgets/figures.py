@@ -1,4 +1,6 @@
 """Cards of figures that explain themselves when tapped."""
+from kivy.clock import Clock
+from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -16,7 +18,7 @@ class FigureCard(Row, KpiCard):
 
 class FigureGrid(BoxLayout):
     """One FigureCard per row of ``data``, ``cols`` beside each other; a tap fires ``on_action(key, "explain")``. The cards of each line
-    share its whole width, those of the last one too."""
+    share its whole width, those of the last one too, and are as high as the highest."""
     data = ListProperty()
     cols = NumericProperty(1)
 
@@ -24,6 +26,7 @@ class FigureGrid(BoxLayout):
 
     def __init__(self, **kwargs):
         self._cards: list[FigureCard] = []
+        self._level_soon = Clock.create_trigger(self._level, -1)
         super().__init__(orientation="vertical", **kwargs)
         self.fbind("data", self._fill)
         self.fbind("cols", self._arrange)
@@ -37,6 +40,8 @@ class FigureGrid(BoxLayout):
         if len(self._cards) != len(self.data):
             kept = self._cards[:len(self.data)]
             self._cards = kept + [FigureCard(host=self, pos_hint={"top": 1}) for _ in self.data[len(kept):]]
+            for card in self._cards[len(kept):]:
+                card.fbind("minimum_height", self._level_soon)
             self._arrange()
         for card, data in zip(self._cards, self.data, strict=True):
             card.take(data)
@@ -51,6 +56,13 @@ class FigureGrid(BoxLayout):
             self.add_widget(row)
             for card in self._cards[first:first + self.cols]:
                 row.add_widget(card)
+        self._level_soon()
+
+    def _level(self, *_):
+        for row in self.children:
+            highest = max(dp(104), *(card.minimum_height for card in row.children))
+            for card in row.children:
+                card.least_height = highest
 
 
 class FactRow(Row, BoxLayout):

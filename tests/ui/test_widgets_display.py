@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from kivy.graphics import StencilUse
+from kivy.graphics import Mesh, SmoothLine, StencilUse
 from kivy.metrics import Metrics
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
@@ -350,6 +350,40 @@ def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
     ui.advance()
     assert {key for *_box, key in [*chart.boxes()]} >= {20, 21, 22, 23}
     assert len([*chart.boxes()]) <= 8
+
+
+def test_a_share_that_hardly_changes_draws_no_mountain_and_is_not_filled(ui):
+    line = ui.show(Sparkline(values=[.97, .98, .96, .97], least_span=.1), (64, 50))
+    low, high = line.scale()
+    assert high - low == pytest.approx(.1)
+    assert 0 <= low <= .96 <= .98 <= high <= 1.0001
+    assert not [one for one in instructions(line.canvas) if isinstance(one, Mesh)]
+    [points] = line.runs()
+    assert max(y for _x, y in points) - min(y for _x, y in points) < 10
+
+
+def test_what_is_filled_begins_at_zero_and_gaps_stay_open(ui):
+    line = ui.show(Sparkline(values=[20, 21, None, 19, 20, 9]), (64, 50))
+    assert line.scale() == (0, 21)
+    first, second = line.runs()
+    assert (len(first), len(second)) == (2, 3)
+    assert len([one for one in instructions(line.canvas) if isinstance(one, Mesh)]) == 2      # and nothing below today's
+
+
+def test_today_has_not_ended_and_a_single_day_is_no_line(ui):
+    line = ui.show(Sparkline(values=[5, 6, 2]), (64, 50))
+    solid, *dashes = [one for one in instructions(line.canvas) if isinstance(one, SmoothLine)]
+    assert (len(solid.points), len(dashes)) == (4, 3)
+    assert dashes[0].points[:2] == solid.points[-2:]
+    line.values = [None, None, 6]
+    ui.advance()
+    assert not line.canvas.children
+
+
+@pytest.mark.parametrize("value", ["95.6", "26 min 56 s", "1"])
+def test_every_figure_has_its_line_at_the_same_width(ui, value):
+    card = ui.show(KpiCard(label="Figure", value=value, history=[1, 2, 3]), (320, 120))
+    assert ui.find(Sparkline, card).width == 64
 
 
 @pytest.mark.parametrize("chart", [

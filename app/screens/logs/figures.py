@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import date, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.domain.clock import midnight
@@ -18,6 +18,13 @@ SHORTEST_HISTORY, LONGEST_HISTORY = 7, 30        # days
 
 
 @dataclass(frozen=True)
+class Earlier:
+    """The same figures of as many days before, until the same time of day."""
+    thesis: ThesisKpis
+    adherence: Adherence
+
+
+@dataclass(frozen=True)
 class Figures:
     """``days`` runs up to today without gaps; ``adherence_days`` and ``utilisation_days`` belong to them, None where there is nothing."""
     thesis: ThesisKpis
@@ -28,6 +35,8 @@ class Figures:
     utilisation_days: Sequence[float | None] = ()
     first_day: date | None = None                # of the period; None: from the beginning
     last_day: date | None = None
+    kept_since: date | None = None               # day of the first run that is known; None: there is none
+    earlier: Earlier | None = None               # None: the history does not reach so far back
 
 
 @dataclass(frozen=True)
@@ -43,6 +52,8 @@ def read_figures(services: LogsServices, filters: Filters, now: datetime, zone: 
     thesis = kpis.thesis(wanted)
     today = now.astimezone(zone).date()
     count = min(LONGEST_HISTORY, max(SHORTEST_HISTORY, filters.period.days or LONGEST_HISTORY))
+    kept_since = kpis.kept_since()
+    kept_day = kept_since.astimezone(zone).date() if kept_since else None
     dates = [today - back * DAY for back in range(count - 1, -1, -1)]
     known = {day.day: day for day in kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=filters.robot_ids))}
     return Figures(
@@ -50,7 +61,17 @@ def read_figures(services: LogsServices, filters: Filters, now: datetime, zone: 
         [known.get(day) or DayKpis(day) for day in dates],
         [kpis.adherence(KpiFilter(midnight(day, zone), midnight(day + DAY, zone), filters.robot_ids)).rate for day in dates],
         _utilisation_by_day(services, filters, dates, zone),
-        first_day=wanted.start.astimezone(zone).date() if wanted.start else None, last_day=today)
+        first_day=wanted.start.astimezone(zone).date() if wanted.start else None, last_day=today,
+        kept_since=kept_day, earlier=_earlier(services, filters, now, zone, kept_day))
+
+
+def _earlier(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo, kept_day: date | None) -> Earlier | None:
+    days = filters.period.days
+    if days is None or kept_day is None or (first := now.astimezone(zone).date() - (2 * days - 1) * DAY) < kept_day:
+        return None
+    end = (now.astimezone(zone) - days * DAY).astimezone(UTC)            # the same time on the clock
+    before = KpiFilter(midnight(first, zone), end, filters.robot_ids)
+    return Earlier(services.kpis.thesis(before), services.kpis.adherence(before))
 
 
 def read_more_figures(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> MoreFigures:

@@ -1,7 +1,7 @@
 """The figures of the Logs in words: cards, what each figure means, bars for the charts. Pure."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from app.domain.intervals import wilson
@@ -9,21 +9,26 @@ from app.domain.models import Reason
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.logs.figures import Figures
+from app.screens.logs.figures import Earlier, Figures
 from app.services.history.kpi import DayKpis
 
-MAX_POINTS = 10              # of a card's small history
+MAX_POINTS = 11              # of a card's small history
+LEAST_SHARE = 0.1            # that the history of a share spans: less would make a mountain of nothing
+ROUGH_FROM_S = 600.0         # a mean duration from here on has no seconds
 FEW_CASES = 30               # below it a share is shown with its confidence interval
 
 
 @dataclass(frozen=True)
 class Card:
-    """A figure, the number of runs or days it is computed from, and its history. ``value`` is markup."""
+    """A figure, the number of runs or days it is computed from, and its history, of which the last value is today's. ``value`` is markup;
+    ``change`` sets it against the period before. ``least_span``: what the history's drawing spans at least; 0: it begins at zero."""
     key: str
     label: str
     value: str
     note: str
     history: tuple[float | None, ...]
+    change: str = ""
+    least_span: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -74,14 +79,16 @@ def _success(figures: Figures) -> Card:
         if ended else _("no run has ended")
     note = with_interval(note, kpis.completed, ended)
     return Card("success", _("Success rate"), _share(kpis.success_rate, 1), note,
-                condense([_ratio(day.completed, day.completed + day.failed) for day in figures.days]))
+                condense([_ratio(day.completed, day.completed + day.failed) for day in figures.days]),
+                change(figures, kpis.success_rate, lambda earlier: earlier.thesis.success_rate, _points), LEAST_SHARE)
 
 
 def _duration(figures: Figures) -> Card:
     kpis = figures.thesis
     note = ngettext("{n} completed run", "{n} completed runs", kpis.timed).format(n=kpis.timed) if kpis.timed else _("no completed run")
     return Card("duration", _("Mean duration"), _span(kpis.mean_duration_s), note,
-                condense([_ratio(day.completed_s, day.timed) for day in figures.days]))
+                condense([_ratio(day.completed_s, day.timed) for day in figures.days]),
+                change(figures, kpis.mean_duration_s, lambda earlier: earlier.thesis.mean_duration_s, _seconds))
 
 
 def _per_day(figures: Figures) -> Card:
@@ -91,13 +98,15 @@ def _per_day(figures: Figures) -> Card:
         if kpis.recorded_days else _("no recorded day")
     digits = 0 if rate is None or rate >= 10 else 1
     return Card("per_day", _("Missions per day"), formats.number(rate, digits), note,
-                condense([float(day.completed) if day.total else None for day in figures.days]))
+                condense([float(day.completed) if day.total else None for day in figures.days]),
+                change(figures, rate, lambda earlier: earlier.thesis.completed_per_day, _number))
 
 
 def _utilisation(figures: Figures) -> Card:
     kpis = figures.thesis
     note = _("of {duration} observed").format(duration=formats.rough_duration(kpis.observed_s)) if kpis.observed_s else _("never observed")
-    return Card("utilisation", _("Utilisation"), _share(kpis.utilisation, 0), note, condense(figures.utilisation_days))
+    return Card("utilisation", _("Utilisation"), _share(kpis.utilisation, 0), note, condense(figures.utilisation_days),
+                change(figures, kpis.utilisation, lambda earlier: earlier.thesis.utilisation, _points), LEAST_SHARE)
 
 
 def _adherence(figures: Figures) -> Card:
@@ -105,7 +114,36 @@ def _adherence(figures: Figures) -> Card:
     note = ngettext("{ran} of {n} planned", "{ran} of {n} planned", found.planned).format(ran=found.ran, n=found.planned) \
         if found.planned else _("nothing was planned")
     note = with_interval(note, found.ran, found.planned)
-    return Card("adherence", _("Schedule adherence"), _share(found.rate, 1), note, condense(figures.adherence_days))
+    return Card("adherence", _("Schedule adherence"), _share(found.rate, 1), note, condense(figures.adherence_days),
+                change(figures, found.rate, lambda earlier: earlier.adherence.rate, _points), LEAST_SHARE)
+
+
+def change(figures: Figures, value: float | None, same: Callable[[Earlier], float | None], words: Callable[[float], str]) -> str:
+    """Against the same days before: "−1.9 points against the 7 days before"; empty where one of them is not known."""
+    before = None if figures.earlier is None else same(figures.earlier)
+    if value is None or before is None or figures.first_day is None or figures.last_day is None:
+        return ""
+    days = (figures.last_day - figures.first_day).days + 1
+    size = words(abs(value - before))
+    if not size:
+        return _("As yesterday by this time") if days == 1 else _("As in the {n} days before").format(n=days)
+    size = f"{'+' if value > before else '−'}{size}"
+    if days == 1:
+        return _("{change} against yesterday by this time").format(change=size)
+    return _("{change} against the {n} days before").format(change=size, n=days)
+
+
+def _points(share: float) -> str:
+    text = formats.number(share * 100, 1)
+    return _("{n} points").format(n=text) if share * 100 >= .05 else ""
+
+
+def _seconds(seconds: float) -> str:
+    return formats.duration(seconds) if seconds >= 1 else ""
+
+
+def _number(value: float) -> str:
+    return formats.number(value, 1) if value >= .05 else ""
 
 
 def _share(value: float | None, digits: int) -> str:
@@ -118,7 +156,7 @@ def _span(seconds: float | None) -> str:
     """A duration whose units are set smaller."""
     if seconds is None:
         return formats.NOTHING
-    parts = formats.duration(seconds).split()
+    parts = (formats.duration if seconds < ROUGH_FROM_S else formats.rough_duration)(seconds).split()
     return " ".join(with_unit(number, unit) for number, unit in zip(parts[::2], parts[1::2], strict=True))
 
 
@@ -136,11 +174,13 @@ def with_unit(value: str, unit: str) -> str:
 
 
 def condense(history: Sequence[float | None]) -> tuple[float | None, ...]:
-    """At most MAX_POINTS of it, the means of neighbouring days: a small line shows the trend and not every day."""
-    size = -(-len(history) // MAX_POINTS) or 1
-    groups = [history[max(0, end - size):end] for end in range(len(history), 0, -size)]
+    """At most MAX_POINTS of it, the means of neighbouring days: a small line shows the trend and not every day. Today, which has not
+    ended, stays alone."""
+    past = history[:-1]
+    size = -(-len(past) // (MAX_POINTS - 1)) or 1
+    groups = [past[max(0, end - size):end] for end in range(len(past), 0, -size)]
     known = [[value for value in group if value is not None] for group in reversed(groups)]
-    return tuple(sum(values) / len(values) if values else None for values in known)
+    return (*(sum(values) / len(values) if values else None for values in known), *history[-1:])
 
 
 def _ratio(part: float, whole: int) -> float | None:

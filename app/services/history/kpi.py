@@ -228,6 +228,11 @@ class Kpis:
                 for robot in RobotRepository().all(c)}
 
     # ------------------------------------------------------------------ beyond the five
+    def kept_since(self) -> datetime | None:
+        """The end of the first run of the history: older ones were deleted, or there never were any. None: nothing has run."""
+        first = self._repository.kept_since(self._db.read())
+        return to_instant(first) if first else None
+
     def per_day(self, wanted: KpiFilter | None = None) -> list[DayKpis]:
         """Every local day from the first to the last with something recorded in the period; days without anything are zero."""
         c, span = self._db.read(), _span(wanted)

@@ -42,7 +42,9 @@ def outcomes(app) -> set[str]:
 
 
 def rows(ui) -> list[LogRow]:
-    return sorted(ui.find_all(LogRow), key=lambda row: -row.to_window(0, row.y)[1])
+    """Those in sight, from the top; the list keeps the others beside the window."""
+    seen = [row for row in ui.find_all(LogRow) if row.to_window(row.x, 0)[0] < ui.find(RunsList).to_window(ui.find(RunsList).right, 0)[0]]
+    return sorted(seen, key=lambda row: -row.to_window(0, row.y)[1])
 
 
 # ---------------------------------------------------------------------- what is seen
@@ -101,6 +103,18 @@ def test_a_longer_period_has_more_runs_and_other_figures(screen, ui):
     tap(screen, ui, ui.find(Segment, text="Today"))
     assert screen.logs._facts.count < week
     assert len(screen.logs.days) == 7                         # a history needs more than one day
+
+
+def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(screen, container, ui):
+    cards = {card.label: card for card in ui.find_all(FigureCard)}
+    now, week = container.clock.now(), timedelta(days=7)
+    before = container.kpis.thesis(KpiFilter(datetime(2026, 11, 6, 22, tzinfo=UTC), now - week))
+    after = container.kpis.thesis(KpiFilter(datetime(2026, 11, 13, 22, tzinfo=UTC)))
+    points = f"{abs(after.success_rate - before.success_rate) * 100:.1f} points against the 7 days before"
+    assert cards["Success rate"].change == ("+" if after.success_rate > before.success_rate else "−") + points
+    assert len({card.height for card in cards.values()}) == 1
+    tap(screen, ui, ui.find(Segment, text="30 days"))
+    assert {card.change for card in ui.find_all(FigureCard)} == {""}          # 30 days of history are not 60
 
 
 def test_one_robot_can_be_looked_at_alone(screen, ui):

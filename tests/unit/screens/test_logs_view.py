@@ -9,7 +9,7 @@ from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, R
 from app.i18n import translator
 from app.screens.logs import kpi_view, view
 from app.screens.logs.facts import execution_filter, period_with
-from app.screens.logs.figures import Figures
+from app.screens.logs.figures import Earlier, Figures
 from app.screens.logs.kpi_view import DayBar, FactLine
 from app.screens.logs.view import UNDER_WAY, Filters, Period
 from app.services.history.kpi import Adherence, DayKpis, Delays, RobotKpis, ThesisKpis
@@ -208,6 +208,16 @@ def test_five_cards_each_with_its_count():
     assert cards[2].history == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
 
+@pytest.mark.parametrize(("days", "before", "words"), [
+    (7, 398, "+1.7 points against the 7 days before"), (30, 413, "−1.9 points against the 30 days before"),
+    (1, 405, "As yesterday by this time"), (7, 405, "As in the 7 days before"), (1, 413, "−1.9 points against yesterday by this time")])
+def test_a_figure_is_set_against_the_same_days_before(days, before, words):
+    earlier = Earlier(replace(THESIS, completed=before, failed=413 - before), Adherence(380, 372, {}))
+    figures = replace(FIGURES, first_day=date(2026, 11, 20) - timedelta(days=days - 1), last_day=date(2026, 11, 20), earlier=earlier)
+    assert kpi_view.cards(figures)[0].change == words
+    assert kpi_view.cards(replace(figures, earlier=None))[0].change == ""
+
+
 def test_without_anything_recorded_every_figure_is_a_dash():
     assert [(card.value, card.note) for card in kpi_view.cards(EMPTY)] == [
         ("–", "no run has ended"), ("–", "no completed run"), ("–", "no recorded day"), ("–", "never observed"),
@@ -215,9 +225,9 @@ def test_without_anything_recorded_every_figure_is_a_dash():
 
 
 def test_a_long_history_is_condensed_to_few_points():
-    assert kpi_view.condense([float(n) for n in range(30)]) == tuple(1.0 + 3 * n for n in range(10))
+    assert kpi_view.condense([float(n) for n in range(31)]) == (*(1.0 + 3 * n for n in range(10)), 30.0)
     assert kpi_view.condense([1.0, None]) == (1.0, None)
-    assert kpi_view.condense([None] * 29 + [4.0])[-1] == 4.0
+    assert kpi_view.condense([None] * 29 + [4.0])[-2:] == (None, 4.0)           # today is not mixed with days that have ended
     assert kpi_view.condense([]) == ()
 
 
