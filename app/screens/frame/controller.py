@@ -142,7 +142,7 @@ class FrameController:
             case Act.DATA_SETTINGS:
                 go("settings", section="data")
             case Act.LOGS:
-                go("logs")
+                go("logs", anew=True)
             case Act.SHOW_RUN:
                 go("logs", execution_id=about)
             case Act.SCHEDULE_RUN if about is not None:
@@ -172,7 +172,7 @@ class FrameController:
 
     def _show_run(self, execution: Execution | None) -> None:
         """In Logs; all runs when the history has no longer this one."""
-        self._shell.go("logs", execution_id=execution.id if execution else None)
+        self._shell.go("logs", execution_id=execution.id if execution else None, anew=execution is None)
 
     def _hold_late_starts(self) -> None:
         """Nothing goes out until somebody releases it; what waits too long is skipped, as for every hold."""

@@ -80,11 +80,13 @@ class LogsViewModel(ViewModel):
         self.fbind("portrait", lambda *_args: self._show_rows())
 
     # ------------------------------------------------------------------ reading
-    def opened(self, execution_id: int | None = None) -> None:
-        """``execution_id``: show the story of that run."""
+    def opened(self, execution_id: int | None = None, anew: bool = False) -> None:
+        """``execution_id``: show the story of that run; ``anew``: the runs, without filters."""
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.every(REFRESH_S, self._runs_refresher.read)
-        if execution_id is None:
+        if anew:
+            self._show_runs(Filters())
+        elif execution_id is None:
             self._runs_refresher.read()
         else:
             self._shell.background.run(lambda: self._services.ledger.get(execution_id), self._open_run, self._shell.say_problem)
@@ -145,8 +147,14 @@ class LogsViewModel(ViewModel):
             self._runs_refresher.read()
             return
         zone = ZoneInfo(self._services.settings().timezone)
-        self.opened_run, self.part = execution.id, "runs"
-        self._use(Filters(period_with(execution.planned_at, self._services.clock.now(), zone)))
+        self.opened_run = execution.id
+        self._show_runs(Filters(period_with(execution.planned_at, self._services.clock.now(), zone)))
+
+    def _show_runs(self, filters: Filters) -> None:
+        """Their part of the screen, without a search."""
+        self._search_soon.cancel()
+        self.part, self.searching, self.query = "runs", False, ""
+        self._use(filters)
 
     # ------------------------------------------------------------------ showing
     def _show(self) -> None:
@@ -252,8 +260,7 @@ class LogsViewModel(ViewModel):
 
     def show_everything(self) -> None:
         """Clear the filters of the list; period and robot stay."""
-        self.searching, self.query = False, ""
-        self._use(Filters(self._filters.period, self._filters.robot_id))
+        self._show_runs(Filters(self._filters.period, self._filters.robot_id))
 
     # ------------------------------------------------------------------ files
     def export(self) -> None:

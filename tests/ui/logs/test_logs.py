@@ -183,6 +183,31 @@ def test_the_story_asked_for_by_another_screen_is_shown(screen, container, ui):
     assert ui.find(Snackbar).text == "This run is no longer in the history"
 
 
+def test_a_link_to_a_run_leaves_no_tab_filter_or_search_in_its_way(screen, container, ui):
+    old = container.history.page(failures(container)).rows[-1]
+    tap(screen, ui, ui.find(IconButton, icon="magnify"))
+    ui.type(ui.find(SearchField), "charger")
+    settle(screen, ui)
+    tick(screen, ui, "Outcome", "Skipped")
+    tap(screen, ui, ui.find(Segment, text="Robots"))
+    screen.shell.go("home")
+    screen.shell.go("logs", execution_id=old.id)
+    settle(screen, ui)
+    ui.wait(lambda: [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id])
+    assert not ui.find_all(SearchField)
+    assert not screen.logs.is_filtered
+
+
+def test_a_link_to_the_runs_as_a_whole_shows_them_unfiltered(screen, ui):
+    everything = screen.logs._facts.count
+    tick(screen, ui, "Outcome", "Missed")
+    tap(screen, ui, ui.find(Segment, text="Figures"))
+    screen.shell.go("logs", anew=True)
+    settle(screen, ui)
+    assert len(rows(ui)) > 1
+    assert screen.logs._facts.count == everything
+
+
 def test_a_story_comes_into_sight_however_long_its_list_takes_to_be_read(screen, container, ui, monkeypatch):
     tap(screen, ui, ui.find(Segment, text="Today"))          # which does not have it
     old = container.history.page(failures(container)).rows[-1]
