@@ -6,8 +6,10 @@ from typing import Any
 from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.stacklayout import StackLayout
 
 from app.widgets import activity_bands, figure_charts, figures, pages, slots  # noqa: F401  (registers kivy classes)
+from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField
 from app.widgets.long_list import LongList
@@ -16,7 +18,7 @@ LAYOUT_S = 0.35              # until rows have found their height and the list i
 
 
 class LogsBody(BoxLayout):
-    """What is below the figures: one part of ``PARTS``; the others do not exist."""
+    """What is below the five figures: one part of ``PARTS``; the others do not exist."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
     part = StringProperty()
 
@@ -28,17 +30,31 @@ class LogsBody(BoxLayout):
     on_part = on_vm
 
 
+class LogsFilters(StackLayout):
+    """Period and robot, for every part; ``card`` is the view model."""
+    card = ObjectProperty(None, rebind=True)
+
+
+class RunsFilters(LogsFilters):
+    """And those of the list of runs."""
+
+
+class ExportButton(CommandButton):
+    """Writes the runs that are listed; ``card`` is the view model."""
+    card = ObjectProperty(None, rebind=True, allownone=True)
+
+
 class LogsPart(BoxLayout):
     """Base of the parts."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class RunsPart(LogsPart):
-    """Charts beside the runs (above them in portrait)."""
+    """The runs as a list."""
 
 
 class FiguresPart(LogsPart):
-    """Further figures in cards, two columns (one in portrait)."""
+    """Charts and further figures in cards, two columns (one in portrait)."""
 
 
 class RobotsPart(LogsPart):

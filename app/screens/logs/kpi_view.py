@@ -196,12 +196,25 @@ def explanation(key: str, figures: Figures) -> Explanation:
 
 def period_line(figures: Figures) -> FactLine:
     """The days that a figure covers."""
-    text = formats.wall_day(figures.last_day)
-    if figures.last_day is not None and figures.first_day is None:
+    text, first = formats.wall_day(figures.last_day), figures.first_day or figures.kept_since
+    if figures.last_day is not None and first is None:
         text = _("up to {day}").format(day=text)
-    elif figures.first_day != figures.last_day:
-        text = f"{formats.wall_day(figures.first_day)} – {text}"
-    return FactLine(_("Period"), text)
+    elif first != figures.last_day:
+        text = f"{formats.wall_day(first, year=figures.first_day is None and _is_long_ago(figures))} – {text}"
+    return FactLine(_("Period"), text, reach(figures))
+
+
+def reach(figures: Figures) -> str:
+    """Since when runs are kept, where the period begins before that."""
+    if figures.kept_since is None or (figures.first_day is not None and figures.kept_since <= figures.first_day):
+        return ""
+    return _("Runs kept since {day}").format(day=formats.wall_day(figures.kept_since, year=_is_long_ago(figures)))
+
+
+def _is_long_ago(figures: Figures) -> bool:
+    """In another year."""
+    first, last = figures.kept_since, figures.last_day
+    return first is not None and last is not None and first.year != last.year
 
 
 def _about_success(figures: Figures) -> Explanation:

@@ -52,6 +52,8 @@ class LogsViewModel(ViewModel):
     legend = ListProperty()
     opened_run = ObjectProperty(None, allownone=True)    # id of the run whose story is shown
     count_text = StringProperty()
+    export_text = StringProperty()
+    reach = StringProperty()                          # since when runs are kept, where the period begins before
     outcome_chip = StringProperty()
     mission_chip = StringProperty()
     trigger_chip = StringProperty()
@@ -163,7 +165,7 @@ class LogsViewModel(ViewModel):
         self.robot, self.all_robots = view.robot_chip(filters, facts.robots), filters.robot_id is None
         self.outcome_chip, self.trigger_chip = view.outcome_chip(filters), view.trigger_chip(filters)
         self.mission_chip, self.is_filtered = view.mission_chip(filters), filters.narrow_list
-        self.count_text = view.count_text(facts.count, filters)
+        self.count_text, self.export_text = view.count_text(facts.count, filters), view.export_text(facts.count)
         self.empty_title, self.empty_text = view.empty_texts(filters)
         self._show_rows()
         self._show_figures()
@@ -175,6 +177,7 @@ class LogsViewModel(ViewModel):
     def _show_figures(self) -> None:
         if self._figures is not None:
             self.kpis, self.utilisation = kpi_view.cards(self._figures), kpi_view.utilisation_bars(self._figures)
+            self.reach = kpi_view.reach(self._figures)
             self.utilisation_note, self.days = kpi_view.total_note(self._figures), kpi_view.outcome_days(self._figures.days)
             if self.part == "figures":
                 self.figures = more_view.page(self._figures, self._more)
@@ -298,9 +301,9 @@ class LogsViewModel(ViewModel):
 
 
 class LogsScreen(ScreenBase):
-    """Filters, figures, charts and runs."""
+    """Tabs, filters, figures, and one of the parts."""
     Services = LogsServices
-    lower_height = NumericProperty(0)    # least, of charts and runs
+    lower_height = NumericProperty(0)    # least, of the part
 
     def __init__(self, services: LogsServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("widgets/slots", "logs/screen", "logs/figures", "logs/robot_states")

@@ -127,7 +127,12 @@ def count_text(count: int, filters: Filters) -> str:
     """How many rows the list has."""
     if filters.narrow_list:
         return ngettext("{n} found, newest first", "{n} found, newest first", count).format(n=count)
-    return ngettext("{n}, newest first", "{n}, newest first", count).format(n=count)
+    return ngettext("{n} run, newest first", "{n} runs, newest first", count).format(n=count)
+
+
+def export_text(count: int) -> str:
+    """What is exported: the rows of the list, no more and no less."""
+    return ngettext("Export {n} run", "Export {n} runs", count).format(n=count)
 
 
 def empty_texts(filters: Filters) -> tuple[str, str]:

@@ -37,6 +37,10 @@ def tick(app, ui, chip: str, *options: str) -> None:
     tap(app, ui, ui.find(CommandButton, ui.find(ChoiceDialog), text="Show"))
 
 
+def export_button(ui) -> CommandButton:
+    return ui.find(CommandButton, icon="file-export-outline")
+
+
 def outcomes(app) -> set[str]:
     return {row.outcome for row in app.logs.rows}
 
@@ -48,7 +52,7 @@ def rows(ui) -> list[LogRow]:
 
 
 # ---------------------------------------------------------------------- what is seen
-def test_five_figures_with_their_counts_and_the_charts(screen, container, ui):
+def test_five_figures_with_their_counts_and_what_the_charts_show(screen, container, ui):
     cards = ui.find_all(FigureCard)
     assert [card.label for card in cards] == [
         "Success rate", "Mean duration", "Missions per day", "Utilisation", "Schedule adherence"]
@@ -117,6 +121,12 @@ def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(sc
     assert {card.change for card in ui.find_all(FigureCard)} == {""}          # 30 days of history are not 60
 
 
+def test_a_period_that_reaches_further_back_than_the_history_says_since_when_there_is_one(screen, ui):
+    assert not [text for text in ui.texts() if text.startswith("Runs kept")]
+    tap(screen, ui, ui.find(Segment, text="All"))
+    assert "Runs kept since Thu 22 Oct" in ui.texts()
+
+
 def test_one_robot_can_be_looked_at_alone(screen, ui):
     tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Sisu"))
@@ -165,7 +175,7 @@ def test_typing_searches_and_closing_the_search_clears_it(screen, ui):
 def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):
     tick(screen, ui, "Outcome", "Missed")
     assert {"Nothing found", "Choose a longer period, or fewer filters."} <= set(ui.texts())
-    assert ui.find(CommandButton, text="Export CSV").disabled
+    assert export_button(ui).disabled
 
 
 # ---------------------------------------------------------------------- live, paged, exported
@@ -246,9 +256,10 @@ def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, tmp_path, m
     documents.mkdir()
     monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
     tick(screen, ui, "Outcome", "Failed")
-    tap(screen, ui, ui.find(CommandButton, text="Export CSV"))
+    tap(screen, ui, export_button(ui))
     text = ui.find(Snackbar).text
     count = screen.logs._facts.count
+    assert export_button(ui).text == f"Export {count} runs"
     assert text.startswith(f"{count} runs written to {documents}")
     with Path(text.partition(" to ")[2]).open(newline="", encoding="utf-8") as file:
         lines = list(csv.reader(file))
@@ -257,11 +268,24 @@ def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, tmp_path, m
     assert {line[COLUMNS.index("state")] for line in lines[1:]} == {"failed"}
 
 
+def test_what_no_list_shows_is_not_exported(screen, ui):
+    """Neither the figures nor the bands obey the filters of the list: there is nothing on these parts that an export could be of."""
+    tick(screen, ui, "Outcome", "Failed")
+    for part in ("Figures", "Robots"):
+        tap(screen, ui, ui.find(Segment, text=part))
+        assert not ui.find_all(CommandButton, icon="file-export-outline")
+        assert not ui.find_all(ChoiceChip, text="Failed")
+        assert ui.find_all(ChoiceChip, text="All robots")
+    tap(screen, ui, ui.find(Segment, text="Runs"))
+    assert outcomes(screen) == {"Failed"}
+    assert export_button(ui).text == f"Export {screen.logs._facts.count} runs"
+
+
 def test_an_export_that_cannot_be_written_says_why_in_one_sentence(screen, ui, tmp_path, monkeypatch):
     monkeypatch.setattr("app.services.files.exports.draft_of", no_room)
-    tap(screen, ui, ui.find(CommandButton, text="Export CSV"))
+    tap(screen, ui, export_button(ui))
     assert "No space left on device" in ui.find(Snackbar).text
-    assert not ui.find(CommandButton, text="Export CSV").busy
+    assert not export_button(ui).busy
 
 
 def no_room(*_where, **_how):

@@ -33,7 +33,7 @@ def test_the_figures_take_the_place_of_the_runs_and_the_cards_stay(screen, ui):
     assert not ui.find_all(RunsPart)
     assert len(ui.find_all(FigureCard)) == 5
     assert {card.title for card in ui.find_all(MoreCard)} == {
-        "Reasons for failure", "Schedule adherence", "Starting and waiting", "Duration of missions"}
+        "Reasons for failure", "Schedule adherence", "Starting and waiting", "Utilisation", "Duration of missions"}
     tap(screen, ui, ui.find(Segment, text="Runs"))
     assert ui.find_all(RunsList)
     assert not ui.find_all(FiguresPart)

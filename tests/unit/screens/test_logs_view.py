@@ -175,7 +175,7 @@ def test_chips_say_what_is_filters():
 
 
 def test_the_list_says_how_many_it_has_and_what_to_do_when_it_is_empty():
-    assert view.count_text(423, Filters()) == "423, newest first"
+    assert view.count_text(423, Filters()) == "423 runs, newest first"
     assert view.count_text(3, Filters(text="dock")) == "3 found, newest first"
     assert view.empty_texts(Filters(Period.ALL))[0] == "Nothing has run yet"
     assert view.empty_texts(Filters(text="dock"))[0] == "Nothing found"
@@ -216,6 +216,17 @@ def test_a_figure_is_set_against_the_same_days_before(days, before, words):
     figures = replace(FIGURES, first_day=date(2026, 11, 20) - timedelta(days=days - 1), last_day=date(2026, 11, 20), earlier=earlier)
     assert kpi_view.cards(figures)[0].change == words
     assert kpi_view.cards(replace(figures, earlier=None))[0].change == ""
+
+
+@pytest.mark.parametrize(("kept", "first", "words", "period"), [
+    (date(2026, 11, 15), date(2026, 10, 22), "Runs kept since Sun 15 Nov", "Thu 22 Oct – Fri 20 Nov"),
+    (date(2026, 10, 22), date(2026, 10, 22), "", "Thu 22 Oct – Fri 20 Nov"),
+    (date(2026, 11, 15), None, "Runs kept since Sun 15 Nov", "Sun 15 Nov – Fri 20 Nov"),
+    (date(2025, 3, 2), None, "Runs kept since Sun 2 Mar 2025", "Sun 2 Mar 2025 – Fri 20 Nov"), (None, None, "", "up to Fri 20 Nov")])
+def test_a_period_that_begins_before_the_history_says_so(kept, first, words, period):
+    figures = replace(FIGURES, first_day=first, last_day=date(2026, 11, 20), kept_since=kept)
+    assert kpi_view.reach(figures) == words
+    assert kpi_view.period_line(figures) == FactLine("Period", period, words)
 
 
 def test_without_anything_recorded_every_figure_is_a_dash():
