@@ -11,7 +11,16 @@ from typing import Any
 from kivy.graphics import Canvas, PopMatrix, PushMatrix, Rectangle, StencilPop, StencilPush, StencilUnUse, StencilUse, Translate
 
 from app.widgets.chart import box
-from app.widgets.timeline_painting import Frame, bar_width, paint_axis, paint_background, paint_bars, paint_bars_together, paint_name
+from app.widgets.timeline_painting import (
+    Frame,
+    bar_width,
+    paint_axis,
+    paint_background,
+    paint_bars,
+    paint_bars_together,
+    paint_name,
+    paint_overlaps,
+)
 from app.widgets.tokens import tk
 
 DETAILED = 160           # bars in sight with border, label and whisker; of more, those of busy lanes are drawn together
@@ -135,6 +144,7 @@ class Drawing:
             bars = Canvas()
         with bars:
             (paint_bars_together if self._are_together(bars_of_lane) else paint_bars)(frame, bars_of_lane, frame.middle(lane))
+            paint_overlaps(frame, lane)
         return name, bars
 
     def draw_axis(self, now: float, now_label: str) -> None:

@@ -145,29 +145,19 @@ def paint_bars(frame: Frame, bars: Sequence[Any], y: float) -> None:
     for state, spans in narrow.items():
         _mesh(spans, y, height, frame.colours[state].solid)
     _mesh(hollow, y, height - dp(3), tk.surface)
-    _paint_overlaps(frame, bars, y)
 
 
 def paint_bars_together(frame: Frame, bars: Sequence[Any], y: float) -> None:
     """So many that only where there are some can be seen: few drawings, whatever their number, so that a finger can drag them."""
     taken: dict[str, list[Span]] = {}
-    shared: list[Span] = []
     origin, unit, low, high = frame.left - frame.unit * frame.first, frame.unit, frame.low, frame.high
-    last_end = None
     for bar in bars:
         start, end = bar.start, bar.end
         x = origin + unit * (start if start > low else low)
         x2 = max(origin + unit * (end if end < high else high), x + 2)
         _join(taken.setdefault(bar.state, []), x, x2)
-        if last_end is not None and x < last_end - 1:
-            _join(shared, x, min(x2, last_end))
-        elif bar.overlaps:
-            _join(shared, x, x2)
-        if last_end is None or x2 > last_end:
-            last_end = x2
     for state, spans in taken.items():
         _mesh(spans, y, frame.bar_height, frame.colours[state].solid)
-    _mesh(shared, y, frame.bar_height / 2, tk.overlap)
 
 
 def _paint_bar(frame: Frame, bar: Any, x: float, x2: float, y: float) -> None:
@@ -193,20 +183,21 @@ def _paint_label(frame: Frame, bar: Any, x: float, width: float, y: float, room_
         text(bar.label, ends + dp(6), y, tk.ink2)
 
 
-def _paint_overlaps(frame: Frame, bars: Sequence[Any], y: float) -> None:
-    height, last_end = frame.bar_height, None
-    bottom = y - height / 2
-    for bar in bars:
-        if bar.overlaps:
-            x, x2 = frame.at(bar.start), frame.at(bar.end)
+def paint_overlaps(frame: Frame, lane: int) -> None:
+    """What two bars share, hatched along their lower edge, so that they and their words stay legible; narrow ones as plain marks."""
+    height, bottom = dp(9), frame.middle(lane) - frame.bar_height / 2
+    narrow: list[Span] = []
+    for start, end in frame.lanes[lane].overlaps:
+        if not frame.is_drawn(start, end):
+            continue
+        x, x2 = frame.at(start), frame.at(end)
+        if x2 - x < dp(NARROW):
+            _join(narrow, x, max(x2, x + 2))
+        else:
+            box(x, bottom, x2 - x, height, tk.attention_bg)
             hatch(x, bottom, x2 - x, height, tk.overlap, 6, 2)
-        if last_end is not None and bar.start < last_end:
-            x, x2 = frame.at(bar.start), frame.at(min(last_end, bar.end))
-            if x2 - x >= 2:
-                box(x, bottom, x2 - x, height, tk.attention_bg)
-                hatch(x, bottom, x2 - x, height, tk.overlap, 6, 2)
-                box(x, bottom, x2 - x, height, tk.attention, ring=1)
-        last_end = bar.end if last_end is None else max(last_end, bar.end)
+            box(x, bottom, x2 - x, height, tk.attention, ring=1)
+    _mesh(narrow, bottom + height / 2, height, tk.overlap)
 
 
 def _late_end(frame: Frame, bar: Any) -> float:

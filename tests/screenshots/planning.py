@@ -104,6 +104,29 @@ def typed(studio: Any) -> Any:
     return stand.settle()
 
 
+def crowd(hours: float) -> Callable[[Any], Any]:
+    """Every 5 minutes on working days, beside what overlaps with it, seen at so many hours."""
+    def build(studio: Any) -> Any:
+        def ahead(container: Container) -> None:
+            c = container.db.read()
+            missions = {mission.name: mission.id for mission in container.repositories.missions.all(c)}
+            robots = {robot.name: robot.id for robot in container.repositories.robots.all(c)}
+            container.catalogue.save_schedule(Schedule(
+                "", robots["Veikko"], missions["Coils to store"], datetime(2026, 11, 20, 0, 0), month.ZONE, "FREQ=MINUTELY;INTERVAL=5"))
+
+        stand = Stand(studio, "scheduler", prepare=ahead)
+        while stand.vm.timeline.hours != hours:
+            stand.vm.zoom(stand.vm.timeline.hours < hours)
+            stand.settle()
+        return stand.settle()
+
+    return build
+
+
+picture("scheduler-crowd", sizes=(LANDSCAPE,))(crowd(24.))
+picture("scheduler-crowd-week", sizes=(LANDSCAPE,))(crowd(168.))
+
+
 @picture("scheduler-once-refused", sizes=BOTH)
 def refused(studio: Any) -> Any:
     stand = planning(studio)

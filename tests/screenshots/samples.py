@@ -77,7 +77,8 @@ DAYS = [DayBar("Sa", 20, 0, 0, 0), DayBar("Su", 12, 0, 0, 1), DayBar("Mo", 74, 2
 LANES = [
     Lane("Aino", "MiR250", (Bar(1, .5, .62, state="past"), Bar(2, 1.55, 1.7, state="running"), Bar(3, 3, 3.12),
                             Bar(4, 6, 8.9, "Night stock count"))),
-    Lane("Veikko", "MiR100", (Bar(5, .5, .87, state="failed"), Bar(6, 3.5, 4.5, "Waste"), Bar(7, 4.17, 5.3, "Collect empties"))),
+    Lane("Veikko", "MiR100", (Bar(5, .5, .87, state="failed"), Bar(6, 3.5, 4.5, "Waste"), Bar(7, 4.17, 5.3, "Collect empties")),
+         ((4.17, 4.5),)),
     Lane("Sisu", "MiR1350", (Bar(8, 1.25, 1.5, state="skipped"), Bar(9, 2.25, 2.8, "Move coils to press"))),
 ]
 TICKS = [(hour, "Sat 21 Nov" if hour == 11 else f"{(13 + hour) % 24:02d}:00", hour == 11) for hour in range(3, 24, 2)]

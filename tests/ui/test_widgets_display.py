@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from kivy.graphics import Mesh, SmoothLine, StencilUse
+from kivy.graphics import Mesh, Rectangle, SmoothLine, StencilUse
 from kivy.metrics import Metrics
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
@@ -330,6 +330,21 @@ def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
     assert first + hours / 2 == pytest.approx(12)
     fingers(chart, *([(middle + side * x, chart.center_y) for x in (10, 350)] for side in (-1, 1)))
     assert calls[-1][1] == 6                                      # not nearer
+
+
+@pytest.mark.parametrize("hours", [6, 24, 168])
+def test_an_overlap_is_marked_below_the_words_of_its_bars_at_every_zoom(ui, hours):
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=[Bar(1, 1, 3, "Kits"), Bar(2, 2, 4, "Empties")])], hours=hours), (800, 100))
+    before = len(instructions(chart._drawing._bars))
+    chart.lanes = [chart.lanes[0]._replace(overlaps=((2, 3),))]
+    ui.advance(.1)
+    marks = instructions(chart._drawing._bars)[before:]
+    assert marks
+    y, height = chart._drawing.frame.middle(0), chart._drawing.frame.bar_height
+    tops = [mark.pos[1] + mark.size[1] for mark in marks if isinstance(mark, Rectangle)]
+    tops += [max(mark.vertices[1::4]) for mark in marks if isinstance(mark, Mesh)]
+    assert tops
+    assert max(tops) <= y - height / 6
 
 
 def test_a_crowded_lane_is_drawn_in_few_pieces_and_its_bars_are_still_hit(ui):

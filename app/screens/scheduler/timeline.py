@@ -1,10 +1,10 @@
 """The plan and the past as bars, lanes and ticks for the timeline. Pure; made where the facts are read, off the UI thread."""
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+import math
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
-from datetime import datetime, timedelta
-from itertools import pairwise
+from datetime import date, datetime, timedelta
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
@@ -21,6 +21,7 @@ SHORTEST = 1 / 60                        # hours: a bar of no length would be no
 NEAR_NOW = 0.03                          # of what is seen, around the now-line, where ticks have no label
 THIN = 1 / 250                           # of what is seen: bars this short and this close together become one
 MERGED_FROM = 3                          # of them
+CONTENDING = ("planned", "running")      # states of bars that need their robot
 SPANS = (6, 12, 24, 48, 96, 168)         # hours to choose from
 STEPS = {6: 1, 12: 1, 24: 2, 48: 4, 96: 12}     # hours between labelled ticks when so many are seen; a day beyond
 
@@ -41,7 +42,6 @@ class Bar(NamedTuple):
     late: float | None = None            # when nine of ten runs have ended
     assumed: bool = False                # its length is not known
     typed: bool = False                  # its length was entered by a person
-    overlaps: bool = False               # of several: some overlap
 
 
 class Closed(NamedTuple):
@@ -59,10 +59,11 @@ class Tick(NamedTuple):
 
 
 class Lane(NamedTuple):
-    """A robot and its bars."""
+    """A robot, its bars, and from when to when two of them want it."""
     name: str
     note: str = ""
     bars: tuple[Bar, ...] = ()
+    overlaps: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -136,16 +137,32 @@ def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, read: _Range, thin
     bars = [_past_bar(facts, execution, now, read) for execution in facts.past if execution.robot_id == robot.id]
     bars += [_planned_bar(facts, run, read) for run in facts.planned if run.robot.id == robot.id]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
-    return Lane(robot.name, robot.model or "" if robot.enabled else off_word(robot), tuple(_merged(bars, thin)))
+    return Lane(robot.name, robot.model or "" if robot.enabled else off_word(robot),
+                tuple(_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date())), tuple(_overlaps(bars)))
 
 
-def _merged(bars: list[Bar], thin: float) -> Iterable[Bar]:
-    """Bars too thin and too close to be distinguished become one, which a tap zooms into."""
+def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
+    """What two bars share of the time to come, compared by whole seconds: runs that touch don't overlap."""
+    wanted = [(round(bar.start * 3600), round(bar.end * 3600)) for bar in bars if bar.state in CONTENDING]
+    taken, spans = -math.inf, []  # type: float, list[tuple[int, int]]
+    for start, end in sorted(wanted):
+        if start < taken:
+            shared = start, int(min(taken, end))
+            if spans and shared[0] <= spans[-1][1]:
+                spans[-1] = spans[-1][0], max(spans[-1][1], shared[1])
+            else:
+                spans.append(shared)
+        taken = max(taken, end)
+    return ((start / 3600, end / 3600) for start, end in spans)
+
+
+def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Iterable[Bar]:
+    """Bars of a day too thin and too close to be distinguished become one, which a tap zooms into."""
     groups: list[list[Bar]] = []
     for bar in bars:
         last = groups[-1][-1] if groups else None
         if (last and bar.state == last.state and bar.start - last.end < thin and bar.end - bar.start < thin
-                and last.end - last.start < thin):
+                and last.end - last.start < thin and day(bar.start) == day(last.start)):
             groups[-1].append(bar)
         else:
             groups.append([bar])
@@ -156,7 +173,7 @@ def _merged(bars: list[Bar], thin: float) -> Iterable[Bar]:
 def _block(group: list[Bar]) -> Bar:
     begins, ends = group[0].start, max(bar.end for bar in group)
     return Bar(("zoom", (begins + ends) / 2, ends - begins), begins, ends, ngettext("{n} run", "{n} runs", len(group)).format(n=len(group)),
-               group[0].state, overlaps=any(bar.start < before.end for before, bar in pairwise(group)))
+               group[0].state)
 
 
 def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: _Range) -> Bar:

@@ -178,10 +178,40 @@ def test_bars_too_thin_to_be_told_apart_become_one_that_a_tap_zooms_into():
     block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
     assert block.label == "39 runs"
     assert block.key == ("zoom", pytest.approx((block.start + block.end) / 2), pytest.approx(380 / 60 + 1 / 60))
-    assert not block.overlaps
     overlapping = tuple(planned(n, 120.0) for n in range(1, 6))
     block, = timeline(facts(planned=overlapping), NOW, Window(None, 168)).lanes[0].bars
-    assert (block.overlaps, block.end - block.start) == (True, pytest.approx(6 / 60))
+    assert block.end - block.start == pytest.approx(6 / 60)
+
+
+def test_bars_of_two_days_do_not_become_one():
+    """Every 10 min, day and night: one block would hide where days begin."""
+    runs = tuple(planned(10 * n, 60.0) for n in range(300))
+    blocks = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
+    assert [block.label for block in blocks] == ["57 runs", "144 runs", "99 runs"]
+
+
+EVERY_ZOOM = (6, 12, 24, 48, 96, 168)
+
+
+@pytest.mark.parametrize("hours", EVERY_ZOOM)
+@pytest.mark.parametrize("offset", [0.0, 1 / 3, 0.7])
+def test_runs_that_touch_do_not_overlap_at_any_zoom(hours, offset):
+    """One begins as the other ends, within the second that people see."""
+    runs = tuple(planned(offset + 5 * n, 300.2) for n in range(40))
+    assert timeline(facts(planned=runs), NOW, Window(None, hours)).lanes[0].overlaps == ()
+
+
+@pytest.mark.parametrize("hours", EVERY_ZOOM)
+def test_runs_that_overlap_do_so_at_every_zoom_and_only_as_long_as_they_do(hours):
+    runs = (*(planned(10 * n, 60.0) for n in range(1, 12)), planned(55, 360.0, mission=EMPTIES))
+    [(start, end)] = timeline(facts(planned=runs), NOW, Window(None, hours)).lanes[0].overlaps
+    begins = NOW + timedelta(minutes=60) - timeline(facts(planned=runs), NOW, Window(None, hours)).origin
+    assert (start * 3600, (end - start) * 3600) == (pytest.approx(begins.total_seconds()), pytest.approx(60))
+
+
+def test_what_has_ended_overlaps_with_nothing():
+    ended = [execution(state, ago, id=n, ended_at=NOW) for n, (state, ago) in enumerate([(State.COMPLETED, 9), (State.SKIPPED, 8)])]
+    assert timeline(facts(past=tuple(ended)), NOW).lanes[0].overlaps == ()
 
 
 # ---------------------------------------------------------------------- the days
