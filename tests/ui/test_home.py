@@ -93,6 +93,7 @@ def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
     assert ui.find(CommandButton, text="Aino is stopped").disabled
     home.aino.control({"emergency_stop": False})
     ui.wait(lambda: "Paused" in ui.texts())
+    ui.advance(1)
     press(ui, "Resume")
     ui.wait(lambda: "Ready" in ui.texts())
 
@@ -173,9 +174,30 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     press(ui, "Pause")
     ui.wait(lambda: "Paused" in ui.texts())
     assert home.aino.state()["state_id"] == 4
+    ui.advance(1)
     press(ui, "Resume")
     ui.wait(lambda: "Ready" in ui.texts())
     assert home.aino.state()["state_id"] == 3
+
+
+def test_two_taps_on_pause_pause(home, ui):
+    press(ui, "Pause")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
+    press(ui, "Resume")                                       # a glove that trembles: the button has changed under it
+    ui.wait(lambda: home.shell.background.idle)
+    assert home.aino.state()["state_id"] == 4
+    assert home.shell.snackbars.texts == ["Aino pauses"]
+
+
+def test_pause_does_not_turn_into_resume_under_a_finger(home, ui):
+    api(home.aino, "PUT", "/status", state_id=4)              # somebody else is a moment faster
+    ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
+    press(ui, "Resume")
+    ui.wait(lambda: home.shell.background.idle)
+    assert home.aino.state()["state_id"] == 4
+    ui.advance(1)
+    press(ui, "Resume")
+    ui.wait(lambda: home.aino.state()["state_id"] == 3)
 
 
 def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, ui):

@@ -28,7 +28,7 @@ from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.tokens import tk
 
-DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on Run is the same press
+DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on a button is the same press
 GONE = (404, 410)                        # what a robot answers about an item that it no longer has
 
 T = TypeVar("T")
@@ -47,7 +47,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._wanted: tuple[MissionParameter, ...] = ()
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
-        self._rest_until = 0.0
+        self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
         self._is_learning_map = False
         self._is_plan_old = True                              # more than what the robots do has changed
 
@@ -130,6 +130,8 @@ class HomeViewModel(HomeState, ViewModel):
 
     def _show(self) -> None:
         view = present(self.facts, self._services.clock.now(), self._chosen)
+        if self.controls.pauses and not view.controls.pauses:
+            self._rest("pause")                               # a finger on its way to Pause must not resume
         for field in fields(view):
             value = getattr(view, field.name)
             setattr(self, field.name, list(value) if isinstance(value, tuple) else value)
@@ -189,7 +191,7 @@ class HomeViewModel(HomeState, ViewModel):
     def run_now(self, entered: Mapping[str, Any]) -> None:
         """One press, one mission: the token is made here, and the button waits until the execution is on disk."""
         robot, run = self.facts.robot, self.run
-        if robot is None or run.off or run.mission_id is None or "run" in self.busy or Clock.get_time() < self._rest_until:
+        if robot is None or run.off or run.mission_id is None or self._is_same_press("run"):
             return
         try:
             parameters = values_of(self._wanted, entered)
@@ -201,7 +203,6 @@ class HomeViewModel(HomeState, ViewModel):
 
         def submit() -> None:
             self._act("run", lambda: self._services.operator.run_now(robot.id, mission_id, parameters, token), self._started)
-            self._rest_until = Clock.get_time() + DOUBLE_TAP
 
         if run.low_battery:
             self._shell.dialogs.confirm(_("Run {mission} anyway?").format(mission=run.mission), run.low_battery, _("Run"), submit)
@@ -213,7 +214,7 @@ class HomeViewModel(HomeState, ViewModel):
 
     def pause_or_resume(self) -> None:
         robot, operator = self.facts.robot, self._services.operator
-        if robot is None:
+        if robot is None or self._is_same_press("pause"):
             return
         if self.controls.pauses:
             self._act("pause", lambda: operator.pause(robot.id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause"))
@@ -222,14 +223,14 @@ class HomeViewModel(HomeState, ViewModel):
 
     def reset_errors(self) -> None:
         robot = self.facts.robot
-        if robot is not None:
+        if robot is not None and not self._is_same_press("reset"):
             text = _("The errors of {robot} are reset; press Resume to continue").format(robot=robot.name)
             self._act("reset", lambda: self._services.operator.reset_errors(robot.id), self._saying(text, "check"))
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
         robot, count = self.facts.robot, self.controls.clear_count
-        if robot is None or not count or "clear" in self.busy:
+        if robot is None or not count or self._is_same_press("clear"):
             return
         title = ngettext("Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count)
         text = _("Everything in its queue is removed, whoever put it there; what runs is aborted.")
@@ -240,7 +241,7 @@ class HomeViewModel(HomeState, ViewModel):
     def cancel(self, key: tuple[str, int]) -> None:
         """One entry of the queue: ours by the execution, others' by the item."""
         robot, operator = self.facts.robot, self._services.operator
-        if robot is None or key in self.busy:
+        if robot is None or self._is_same_press(key):
             return
         kind, number = key
         name = next((entry.mission for entry in self.queue if entry.key == key), "")
@@ -261,7 +262,7 @@ class HomeViewModel(HomeState, ViewModel):
 
     def answer(self, option: str) -> None:
         robot, prompt = self.facts.robot, self.prompt
-        if robot is not None and prompt.guid:
+        if robot is not None and prompt.guid and not self._is_same_press("answer"):
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
             self._act("answer", lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
                       self._saying(said, "comment-check-outline"))
@@ -279,8 +280,20 @@ class HomeViewModel(HomeState, ViewModel):
             call()
             self._reader.request()
 
-        self._shell.background.run(work, lambda outcome: ended(lambda: done(outcome) if done else None),
-                                   lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem)))
+        def succeeded(outcome: T) -> None:
+            self._rest(name)
+            ended(lambda: done(outcome) if done else None)
+
+        self._shell.background.run(work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem)))
+
+    def _rest(self, name: Hashable) -> None:
+        """A tap on that button within the next moment belongs to the press before."""
+        now = Clock.get_time()
+        self._rests = {**{other: until for other, until in self._rests.items() if until > now}, name: now + DOUBLE_TAP}
+
+    def _is_same_press(self, name: Hashable) -> bool:
+        """Whether that is under way or was done a moment ago. What has failed can be tried at once."""
+        return name in self.busy or Clock.get_time() < self._rests.get(name, 0.0)
 
     def _saying(self, text: str, icon: str) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""
