@@ -52,7 +52,8 @@ class QueueRow(RecycledRow, BoxLayout):
 
 
 class PlanRow(RecycledRow, BoxLayout):
-    """A planned start: time, mission, and in the note how soon."""
+    """A planned start: time, mission, and in the note how soon; ``icon`` marks one that something keeps."""
+    icon = StringProperty()
     time = StringProperty()
     mission = StringProperty()
     note = StringProperty()
@@ -68,7 +69,8 @@ class DoneRow(RecycledRow, Toned, BoxLayout):
 
 
 class NextStart(Row, BoxLayout):
-    """One of the next starts of a schedule; ``icon`` marks one with a warning."""
+    """One of the next starts of a schedule; ``icon`` marks one with a warning, ``note`` says what keeps it."""
+    note = StringProperty()
     day = StringProperty()
     time = StringProperty()
     icon = StringProperty()

@@ -1,12 +1,13 @@
 """Holding starts: the dialog, what is held on the timeline and in the list; a paused schedule; a closed day."""
 from __future__ import annotations
 
-from datetime import date, timedelta
+from datetime import date, time, timedelta
 from typing import Any
 
 from app.container import Container
 from app.domain.models import DayException
 from app.screens.common.shell import pick
+from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.facts import SchedulerServices
 from app.screens.scheduler.hold import HoldDialog
 from tests.screenshots.planning import Stand
@@ -24,6 +25,14 @@ def hold(container: Container) -> None:
 @picture("scheduler-held", sizes=(*BOTH, SMALL))
 def held(studio: Any) -> Any:
     return Stand(studio, "scheduler", prepare=hold).settle()
+
+
+@picture("scheduler-held-form", sizes=BOTH)
+def held_form(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler", prepare=hold)
+    stand.vm.form.set(mission_id=stand.mission("Waste to compactor"), day=date(2026, 11, 20), at=time(16, 40), kind=Kind.EVERY, every=30,
+                      unit=Unit.MINUTES, until_time=time(20, 0))
+    return stand.settle()
 
 
 @picture("scheduler-held-days", sizes=(LANDSCAPE,))

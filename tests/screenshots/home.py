@@ -119,7 +119,8 @@ def fifty(studio: Any) -> None:
 
 @picture("home-held", sizes=(LANDSCAPE,))
 def held(studio: Any) -> None:
-    home(studio, sample.FACTS, issues=OpenIssues(holds=[Hold("Late starts after the app was off")]))
+    hold = Hold("Maintenance", sample.NOW + timedelta(hours=1), sample.ago(minutes=4))
+    home(studio, replace(sample.FACTS, holds=(hold,)), issues=OpenIssues(holds=[hold]))
 
 
 @picture("home-clock", sizes=BOTH)

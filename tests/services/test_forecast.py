@@ -74,6 +74,20 @@ def test_the_usual_duration_is_that_of_the_mission_on_the_robot(container):
     assert forecasts(container).of(draft()).usual_s == 400.0
 
 
+def test_a_paused_schedule_has_no_start_in_its_pause(container):
+    until = datetime(2026, 11, 24, 22, 0, tzinfo=UTC)                  # midnight in Helsinki
+    found = forecasts(container).of(draft(recurrence="FREQ=DAILY", paused_until=until))
+    assert [start.nominal.date().day for start in found.starts] == [25, 26, 27, 30, 1]
+    assert [(concern.code, concern.details) for concern in found.concerns] == [(ConcernCode.PAUSED, {"until": until})]
+    over = forecasts(container).of(draft(recurrence="FREQ=DAILY", paused_until=NOW - timedelta(days=1)))
+    assert (over.starts[0].nominal.date().day, codes(over)) == (23, [])
+
+
+def test_a_schedule_that_is_switched_off_has_no_starts(container):
+    found = forecasts(container).of(draft(recurrence="FREQ=DAILY", enabled=False))
+    assert (found.starts, codes(found)) == ((), [ConcernCode.SWITCHED_OFF])
+
+
 def test_a_schedule_that_is_over_says_so(container):
     found = forecasts(container).of(draft(start=datetime(2026, 11, 2, 6, 30), recurrence="FREQ=DAILY;UNTIL=20261110"))
     assert (found.starts, codes(found)) == ((), [ConcernCode.NO_START])

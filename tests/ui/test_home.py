@@ -109,7 +109,9 @@ def test_run_now_from_tap_to_just_finished(home, ui):
 
 def test_run_now_under_a_hold_says_that_it_waits(home, ui):
     home.site.container.holds.hold("shift meeting")
-    run(ui, "Home")
+    choose(ui, "Home")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
+    press(ui, "Queue, held")
     ui.wait(lambda: "Home waits: nothing is sent to Aino while it is held" in ui.texts())
     assert not any("is on its way" in text for text in ui.texts())
 

@@ -122,6 +122,14 @@ def day_and_time(moment: datetime | None, zone: str, now: datetime | None = None
     return wall_time(there) if there.date() == today else f"{wall_day(there, year=there.year != today.year)} {wall_time(there)}"
 
 
+def day_or_time(at: datetime, zone: str, now: datetime) -> str:
+    """The day alone when a day begins then: "Mon 23 Nov" rather than "Mon 23 Nov 00:00"."""
+    there = local(at, zone)
+    if (there.hour, there.minute) == (0, 0):
+        return wall_day(there.date(), year=there.year != local(now, zone).year)
+    return day_and_time(at, zone, now)
+
+
 # ---------------------------------------------------------------------- spans in seconds
 def duration(seconds: float | None) -> str:
     """The two largest units: 20 s, 3 min 20 s, 2 h 10 min, 3 d 4 h. Seconds are rounded down, as clocks do."""

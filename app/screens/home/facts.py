@@ -9,9 +9,10 @@ from functools import cached_property
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState
+from app.screens.common.holding import hold_at
 from app.services.catalogue.catalogue import Catalogue
 from app.services.history.runs import History
-from app.services.live.holds import Holds
+from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import Plan, PlannedRun
 from app.services.robots.commands import Operator
@@ -49,6 +50,7 @@ class HomeFacts:
     finished: tuple[Execution, ...] = ()
     expected: Mapping[str, DurationEstimate] = field(default_factory=dict)   # by guid, on the selected robot
     names: Mapping[str, str] = field(default_factory=dict)                   # of missions by guid, as the selected robot calls them
+    holds: tuple[Hold, ...] = ()                        # of all robots or of one
     map: MapPicture | None = None                       # that the selected robot is on
     cancelling: frozenset[int] = frozenset()            # queue ids that the operator has just asked to be gone
     seen_running: Mapping[int, datetime] = field(default_factory=dict)       # by queue id: since when this tablet has seen it run
@@ -69,6 +71,10 @@ class HomeFacts:
         """Ours on the selected robot."""
         robot = self.robot
         return tuple(e for e in self.open if robot is not None and e.robot_id == robot.id)
+
+    def hold(self, robot_id: int, at: datetime) -> Hold | None:
+        """What keeps a start on that robot from being sent at that instant."""
+        return hold_at(self.holds, robot_id, at)
 
     @property
     def queue(self) -> tuple[QueueItem, ...]:
@@ -135,7 +141,8 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
     Called off the UI thread: it asks the database, never a robot.
     """
     facts = known or _read_plan(services)
-    facts = replace(facts, snapshots={robot.id: services.snapshots.get(robot.id) for robot in facts.robots})
+    facts = replace(facts, snapshots={robot.id: services.snapshots.get(robot.id) for robot in facts.robots},
+                    holds=tuple(services.holds.all_active()))
     robot = facts.robot
     if robot is None:
         return facts

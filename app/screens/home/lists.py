@@ -9,8 +9,10 @@ from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
+from app.screens.common.holding import HAND, held_note
 from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
 from app.screens.home.facts import HomeFacts
+from app.services.planning.plan import PlannedRun
 
 HOLDING = (RobotState.PAUSE, RobotState.MANUAL_CONTROL, *STOPPED)
 
@@ -49,6 +51,7 @@ class PlannedStart:
     time: str
     mission: str
     note: str
+    icon: str = ""                       # something keeps it
 
 
 @dataclass(frozen=True)
@@ -162,7 +165,7 @@ def trigger_words(execution: Execution) -> str:
 
 
 _WAIT_ICONS = {Wait.DUE: "timer-sand", Wait.RETRY: "refresh", Wait.BATTERY: "battery-alert-variant-outline",
-               Wait.HOLD: "hand-back-right-outline", Wait.LATE_START: "timer-alert-outline", Wait.CLOCK: "clock-alert-outline",
+               Wait.HOLD: HAND, Wait.LATE_START: "timer-alert-outline", Wait.CLOCK: "clock-alert-outline",
                Wait.ELSEWHERE: "magnify"}
 
 
@@ -207,8 +210,17 @@ def queue_empty(facts: HomeFacts, robot: Robot, now: datetime) -> str:
 def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
     """The next starts of all robots, in the zone of the settings."""
     zone = facts.settings.timezone
-    return [PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
-                         f"{run.robot.name} · {_how_soon(run.at, now, zone)}") for run in facts.planned]
+    starts = []
+    for run in facts.planned:
+        held = held_words(facts, run, now)
+        starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
+                                   f"{run.robot.name} · {held or _how_soon(run.at, now, zone)}", HAND if held else ""))
+    return starts
+
+
+def held_words(facts: HomeFacts, run: PlannedRun, now: datetime) -> str:
+    """Whether a planned start is held, and until when; empty when it is not."""
+    return held_note(facts.hold(run.robot.id, run.at), run.at, run.schedule.start_window_minutes, facts.settings, now)
 
 
 def planned_empty(facts: HomeFacts) -> str:

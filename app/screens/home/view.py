@@ -4,12 +4,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 
+from app.domain import rules
 from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot
 from app.domain.problems import in_words
 from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.holding import HAND
 from app.screens.common.options import Option
 from app.screens.common.problems import words_of
 from app.screens.common.robot_appearance import (
@@ -28,6 +30,7 @@ from app.screens.home.lists import (
     QueueEntry,
     RobotSummary,
     finished_runs,
+    held_words,
     planned_empty,
     planned_starts,
     queue_empty,
@@ -36,6 +39,7 @@ from app.screens.home.lists import (
     robot_summaries,
 )
 from app.screens.home.map import NO_MAP, MapView, map_view
+from app.services.live.holds import Hold
 
 CHIPS = 4                                # missions offered by one tap where none is marked as a favourite
 LONGEST_QUESTION = 240                   # characters of a robot's question, so that the answers are in sight
@@ -108,6 +112,7 @@ class RunView:
     mission: str = ""
     chips: tuple[Option, ...] = ()
     text: str = ""
+    icon: str = "play"
     off: bool = True
     low_battery: str = ""                # asked before it runs
 
@@ -140,7 +145,7 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
         card=shown, controls=controls(facts, robot), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
         queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now), queue_empty=queue_empty(facts, robot, now),
         planned=tuple(planned_starts(facts, now)), planned_empty=planned_empty(facts), finished=tuple(finished_runs(facts, now)),
-        run=run_now(facts, robot, chosen_mission))
+        run=run_now(facts, robot, chosen_mission, now))
 
 
 # ---------------------------------------------------------------------- the robot
@@ -186,7 +191,8 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     run = next((run for run in facts.planned if run.robot.id == robot.id), None)
     if run is None:
         return ""
-    return _("next: {mission}, {when}").format(mission=run.mission.name, when=formats.until(run.at, now, facts.settings.timezone))
+    when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
+    return _("next: {mission}, {when}").format(mission=run.mission.name, when=when)
 
 
 def _last_known(facts: HomeFacts, snapshot: RobotSnapshot, now: datetime) -> MissionView:
@@ -266,25 +272,41 @@ def controls(facts: HomeFacts, robot: Robot) -> ControlsView:
 
 
 # ---------------------------------------------------------------------- run now
-def run_now(facts: HomeFacts, robot: Robot, chosen: int | None) -> RunView:
+def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -> RunView:
     missions = facts.missions
     mission = next((m for m in missions if m.id == chosen), missions[0] if len(missions) == 1 else None)
     shown = [m for m in missions if m.favourite] or missions[:CHIPS]
     chips = tuple(Option(m.id, m.name, "star" if m.favourite else "", selected=m is mission) for m in shown)
     status = facts.snapshot.status
-    text, off = _("Run on {robot}").format(robot=robot.name), False
+    hold, off = facts.hold(robot.id, now), False
+    text, icon, note = _what_run_does(facts, robot, hold, now)
     if not missions:
         text, off = _("No missions yet"), True
     elif not robot.enabled:
         word = _("{robot} needs its password") if robot.needs_password else _("{robot} is switched off")
         text, off = word.format(robot=robot.name), True
+    elif hold is not None and hold.is_copy:
+        text, off = _("Nothing is sent from this tablet"), True
     elif status is not None and status.state in STOPPED:
         text, off = _("{robot} is stopped").format(robot=robot.name), True
     elif mission is None:
         text, off = _("Choose a mission"), True
-    return RunView(note=_("on {robot}").format(robot=robot.name), mission_id=mission.id if mission else None,
+    return RunView(note=note, mission_id=mission.id if mission else None,
                    mission=mission.name if mission else _("Choose a mission"), chips=chips, text=text, off=off,
-                   low_battery=_low_battery(facts, robot))
+                   icon="play" if off else icon, low_battery=_low_battery(facts, robot))
+
+
+def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datetime) -> tuple[str, str, str]:
+    """Text and icon of the button, and the note beside the heading: where it runs, or until when it waits at most."""
+    zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
+    at_most = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
+    if hold is not None:
+        until = formats.day_or_time(hold.until, zone, now) if hold.until else ""
+        text = _("Queue, held until {time}").format(time=until) if until else _("Queue, held")
+        return text, HAND, _("on {robot}").format(robot=robot.name) if hold.until and hold.until < closes_at else at_most
+    if is_old(facts.snapshot, now, facts.settings):
+        return _("Send when {robot} answers").format(robot=robot.name), "timer-sand", at_most
+    return _("Run on {robot}").format(robot=robot.name), "play", _("on {robot}").format(robot=robot.name)
 
 
 def _low_battery(facts: HomeFacts, robot: Robot) -> str:

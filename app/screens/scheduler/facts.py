@@ -9,6 +9,7 @@ from zoneinfo import ZoneInfo
 from app.database.executions import ExecutionFilter
 from app.domain.clock import Clock
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings
+from app.screens.common.holding import hold_at
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
@@ -81,7 +82,7 @@ class SchedulerFacts:
 
     def hold(self, robot_id: int | None, at: datetime) -> Hold | None:
         """What keeps a start on that robot from being sent at that instant."""
-        return next((hold for hold in self.holds if hold.covers(robot_id, at)), None)
+        return hold_at(self.holds, robot_id, at)
 
     def robot(self, robot_id: int | None) -> Robot | None:
         return next((robot for robot in self.robots if robot.id == robot_id), None)

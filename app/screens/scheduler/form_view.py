@@ -10,6 +10,7 @@ from app.domain import rules
 from app.domain.models import WEEKDAYS, InvalidInput, Mission, Overlap, Robot, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.holding import HAND, held_word
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
 from app.screens.common.robot_appearance import off_word
@@ -46,11 +47,12 @@ class WarningRow:
 
 @dataclass(frozen=True)
 class StartRow:
-    """One of the next starts; ``icon`` marks one with a warning."""
+    """One of the next starts; ``icon`` marks one with a warning or one that is held, as ``note`` says."""
     key: datetime
     day: str
     time: str
     icon: str = ""
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ class FormView:
 def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> FormView:
     """``preview`` is that of this draft, or empty."""
     mission, robot = facts.mission(draft.mission_id), facts.robot(draft.robot_id)
-    field_name, problem = _problem(facts, draft, preview)
+    field_name, problem = _problem(facts, draft, preview, now)
     forecast = None if problem else preview.forecast
     waits = draft.mission_id is None or draft.robot_id is None       # not begun rather than wrong
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
@@ -132,9 +134,9 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         window=window_text(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
         overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
         priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
-        sentence="" if problem else rule_sentence(draft.schedule(), facts.settings, facts.calendar), starts=_starts(forecast, draft, now),
-        starts_label=_starts_label(forecast), lasts=_lasts(forecast, robot), warnings=_warnings(facts, draft, forecast, now),
-        free=_free(forecast),
+        sentence="" if problem else rule_sentence(draft.schedule(), facts.settings, facts.calendar),
+        starts=_starts(facts, forecast, draft, now), starts_label=_starts_label(forecast), lasts=_lasts(forecast, robot),
+        warnings=_warnings(facts, draft, forecast, now), free=_free(forecast),
         save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,
         wrong_field="" if waits else field_name)
 
@@ -150,7 +152,7 @@ def _schedule_so_far(draft: Draft) -> Schedule:
 
 
 # ---------------------------------------------------------------------- what is wrong
-def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview) -> tuple[str, str]:
+def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> tuple[str, str]:
     """The form's field and one sentence; empty when it can be saved."""
     try:
         schedule = draft.schedule()
@@ -165,14 +167,15 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview) -> tuple[str
             weekday=weekday[:1].upper() + weekday[1:])
     if preview.problem is not None:
         return form_field(preview.problem), sentence_of(preview.problem)
-    if _is_over(draft, schedule, preview.forecast):
+    if _is_over(draft, schedule, now):
         return "time", _("This time has passed: choose a later one")
     return "", ""
 
 
-def _is_over(draft: Draft, schedule: Schedule, forecast: Forecast | None) -> bool:
+def _is_over(draft: Draft, schedule: Schedule, now: datetime) -> bool:
     """A one-time start in the past would never run, or at once: neither is what a person plans."""
-    return draft.kind is Kind.ONCE and forecast is not None and not forecast.starts and (
+    is_past = draft.start <= now.astimezone(ZoneInfo(draft.timezone)).replace(tzinfo=None)
+    return draft.kind is Kind.ONCE and is_past and (
         draft.base is None or (schedule.start, schedule.recurrence) != (draft.base.start, draft.base.recurrence))
 
 
@@ -273,14 +276,17 @@ def month_day_options() -> list[Option]:
 
 
 # ---------------------------------------------------------------------- what would follow
-def _starts(forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[StartRow, ...]:
+def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[StartRow, ...]:
     if forecast is None:
         return ()
     zone = ZoneInfo(draft.timezone)
     marked = {concern.at for concern in forecast.concerns if concern.at is not None}
-    return tuple(StartRow(start.instant, dated(start.instant.astimezone(zone).date(), now.astimezone(zone).date()),
-                          formats.wall_time(start.instant.astimezone(zone)), "alert" if start.instant in marked else "")
-                 for start in forecast.starts)
+    rows = []
+    for at in (start.instant for start in forecast.starts):
+        held = held_word(facts.hold(draft.robot_id, at), at, draft.start_window_minutes, facts.settings)
+        rows.append(StartRow(at, dated(at.astimezone(zone).date(), now.astimezone(zone).date()), formats.wall_time(at.astimezone(zone)),
+                             HAND if held else "alert" if at in marked else "", held))
+    return tuple(rows)
 
 
 def _starts_label(forecast: Forecast | None) -> str:
@@ -354,6 +360,10 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
             return _("{robot} does not have the mission {mission}").format(**details)
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off in Settings: nothing will be sent").format(**details)
+        case ConcernCode.PAUSED:
+            return _("Paused: no start before {time}").format(time=formats.day_or_time(details["until"], draft.timezone, now))
+        case ConcernCode.SWITCHED_OFF:
+            return _("Switched off: nothing starts")
         case ConcernCode.NO_START:
             return _("No start is left")
 

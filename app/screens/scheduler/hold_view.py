@@ -8,7 +8,6 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.scheduler.facts import SchedulerFacts
-from app.screens.scheduler.view import moment
 from app.services.live.holds import Hold
 
 ALL = 0                                  # key of all robots
@@ -31,7 +30,7 @@ def reason_of(typed: str) -> str:
 
 
 def end_chips(chosen: str, until: datetime | None, zone: str, now: datetime) -> list[Option]:
-    at = _("Until {time}").format(time=moment(until, zone, now)) if chosen == CHOSEN and until else _("Until a time …")
+    at = _("Until {time}").format(time=formats.day_or_time(until, zone, now)) if chosen == CHOSEN and until else _("Until a time …")
     texts = {HOUR: _("1 hour"), DAY: _("Rest of the day"), CHOSEN: at, OPEN: _("Until released")}
     return [Option(key, text, selected=key == chosen) for key, text in texts.items()]
 
@@ -72,7 +71,7 @@ def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
     if hold.until is None:
         text = _("Held since {since}, until it is released").format(since=since)
     else:
-        text = _("Held since {since} until {until}").format(since=since, until=moment(hold.until, zone, now))
+        text = _("Held since {since} until {until}").format(since=since, until=formats.day_or_time(hold.until, zone, now))
     return f"{text} · {reason}" if reason else text
 
 
@@ -81,7 +80,7 @@ def what_follows(until: datetime | None, zone: str, now: datetime) -> str:
     if until is None:
         return _("Starts wait until somebody releases it; those that get too late meanwhile are skipped. Running missions go on.")
     return _("Starts wait until {time}; those that are too late by then are skipped. Running missions go on.").format(
-        time=moment(until, zone, now))
+        time=formats.day_or_time(until, zone, now))
 
 
 def held_message(robot: str | None, until: datetime | None, zone: str, now: datetime) -> str:
@@ -89,6 +88,6 @@ def held_message(robot: str | None, until: datetime | None, zone: str, now: date
     if until is None:
         return _("Nothing is sent to {robot} until it is released").format(robot=robot) if robot else \
             _("Nothing is sent until it is released")
-    end = moment(until, zone, now)
+    end = formats.day_or_time(until, zone, now)
     return _("Nothing is sent to {robot} until {time}").format(robot=robot, time=end) if robot else \
         _("Nothing is sent to any robot until {time}").format(time=end)

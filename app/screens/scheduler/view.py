@@ -11,6 +11,7 @@ from app.domain import rules
 from app.domain.models import Robot, Schedule, Settings
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
+from app.screens.common.holding import held_note
 from app.screens.common.options import Option
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
 from app.services.files.plan_export import PlanExport
@@ -116,7 +117,7 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
             yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note)
             continue
         for run in same:
-            note = held_note(facts, run.schedule, run.at, now) or formats.ahead((run.at - now).total_seconds())
+            note = _held(facts, run.schedule, run.at, now) or formats.ahead((run.at - now).total_seconds())
             yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", formats.wall_time(run.at.astimezone(zone)), *names, note)
 
 
@@ -147,28 +148,12 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
     if robot is not None and not robot.enabled:
         return _("the robot needs its password") if robot.needs_password else _("the robot is switched off")
     if schedule.paused_until is not None and schedule.paused_until > now:
-        return _("paused until {time}").format(time=moment(schedule.paused_until, facts.settings.timezone, now))
-    return held_note(facts, schedule, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)
+        return _("paused until {time}").format(time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now))
+    return _held(facts, schedule, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)
 
 
-def held_note(facts: SchedulerFacts, schedule: Schedule, at: datetime, now: datetime) -> str:
-    """Whether a start at that instant is held, until when, and whether it is too late by then; empty when it is not held."""
-    hold = facts.hold(schedule.robot_id, at)
-    if hold is None:
-        return ""
-    if hold.until is None:
-        return _("held until released")
-    is_too_late = rules.closes_at(at, schedule.start_window_minutes, facts.settings) <= hold.until
-    text = _("skipped: held until {time}") if is_too_late else _("held until {time}")
-    return text.format(time=moment(hold.until, facts.settings.timezone, now))
-
-
-def moment(at: datetime, zone: str, now: datetime) -> str:
-    """The day alone when a day begins then: "Mon 23 Nov" rather than "Mon 23 Nov 00:00"."""
-    local = formats.local(at, zone)
-    if (local.hour, local.minute) == (0, 0):
-        return formats.wall_day(local.date(), year=local.year != formats.local(now, zone).year)
-    return formats.day_and_time(at, zone, now)
+def _held(facts: SchedulerFacts, schedule: Schedule, at: datetime, now: datetime) -> str:
+    return held_note(facts.hold(schedule.robot_id, at), at, schedule.start_window_minutes, facts.settings, now)
 
 
 def pause_options(schedule: Schedule, now: datetime) -> list[Option]:

@@ -25,6 +25,7 @@ from app.domain.models import DurationEstimate, Mission, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.planning.durations import expected
 from app.services.planning.overlaps import Other, RunConflict, conflicts, free_shift, nearby
+from app.services.planning.plan import MOMENT
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -43,6 +44,8 @@ class ConcernCode(StrEnum):
     CLOCK_CHANGE = "clock_change"        # the wall-clock time does not exist on that day, or comes twice
     MISSION_MISSING = "mission_missing"  # the robot does not have it
     ROBOT_OFF = "robot_off"              # the robot is switched off in Settings
+    PAUSED = "paused"                    # a person paused the schedule: no start before then
+    SWITCHED_OFF = "switched_off"        # the schedule is: nothing starts
     NO_START = "no_start"                # nothing is left to come
 
 
@@ -84,19 +87,26 @@ class Forecasts:
         draft = validation.schedule(draft)
         validation.one_time_on_working_day(draft, calendar)
         mission, robot = self._missions.get(c, draft.mission_id), self._robots.get(c, draft.robot_id)
-        starts = tuple(islice(occurrences(draft, self._clock.now(), calendar), count))
+        now = self._clock.now()
+        paused_until = draft.paused_until if draft.paused_until is not None and draft.paused_until > now else None
+        begins = paused_until - MOMENT if paused_until else now
+        starts = tuple(islice(occurrences(draft, begins, calendar), count)) if draft.enabled else ()
         usual = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission) if mission else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
             concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
         if mission is not None and robot is not None and _is_missing(mission, robot.id, known_missions):
             concerns.append(Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "robot": robot.name}))
-        if not starts:
+        if not draft.enabled:
+            concerns.append(Concern(ConcernCode.SWITCHED_OFF))
+        elif paused_until:
+            concerns.append(Concern(ConcernCode.PAUSED, details={"until": paused_until}))
+        if not starts and draft.enabled:
             concerns.append(Concern(ConcernCode.NO_START))
-        elif draft.recurrence is not None and draft.respect_working_days and not calendar.is_working_day(draft.start.date()):
+        elif starts and draft.recurrence is not None and draft.respect_working_days and not calendar.is_working_day(draft.start.date()):
             concerns.append(Concern(ConcernCode.DAY_OFF, details={
                 "day": draft.start.date(), "name": calendar.day_status(draft.start.date()).name}))
-        if passed_over := tuple(_closed_days(draft, starts, self._clock.now(), calendar)):
+        if passed_over := tuple(_closed_days(draft, starts, begins, calendar)):
             concerns.append(Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
         others = self._others(c, draft)
@@ -139,13 +149,13 @@ def _overlap(conflict: RunConflict) -> Concern:
         "likely": conflict.likely})
 
 
-def _closed_days(draft: Schedule, starts: tuple[Occurrence, ...], now: datetime,
+def _closed_days(draft: Schedule, starts: tuple[Occurrence, ...], after: datetime,
                  calendar: WorkingCalendar) -> Iterator[tuple[date, str]]:
     """The closed days, with their names, on which the rule would have had a start before the last one shown."""
     if draft.recurrence is None or not draft.respect_working_days or not starts or not calendar.has_exceptions:
         return
     last = None
-    for occurrence in islice(occurrences(replace(draft, respect_working_days=False), now, calendar), MOST_SEARCHED):
+    for occurrence in islice(occurrences(replace(draft, respect_working_days=False), after, calendar), MOST_SEARCHED):
         day = occurrence.nominal.date()
         if occurrence.instant >= starts[-1].instant:
             return

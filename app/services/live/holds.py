@@ -56,6 +56,14 @@ class Holds:
 
     def active(self, robot_id: int | None = None) -> Hold | None:
         """The hold that applies to this robot now (None: the one of all robots)."""
+        return self._own() or next((hold for hold in self.current() if hold.robot_id in (None, robot_id)), None)
+
+    def all_active(self) -> list[Hold]:
+        """The tablet's own, if there is one, and those that an operator set."""
+        own = self._own()
+        return [*([own] if own else ()), *self.current()]
+
+    def _own(self) -> Hold | None:
         now, mono = self._clock.now(), self._clock.monotonic()
         with self._lock:
             if self.is_copy is not None:
@@ -64,8 +72,7 @@ class Holds:
                 return Hold(render(self._clock_problem), clock=True)
             if self._judged_at is not None and abs((now - self._judged_at[0]).total_seconds() - (mono - self._judged_at[1])) > CLOCK_STEP_S:
                 return Hold(clock=True)                  # it has moved, or the tablet slept, and that has not been judged yet
-            stored = self._stored
-        return next((hold for hold in map(_hold, stored) if hold.robot_id in (None, robot_id) and not hold.is_over(now)), None)
+        return None
 
     def current(self) -> list[Hold]:
         """Those that an operator set and that have not expired, oldest first."""

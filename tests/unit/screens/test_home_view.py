@@ -14,6 +14,7 @@ from app.screens.common.robot_appearance import battery_appearance, link_appeara
 from app.screens.home.facts import HomeFacts
 from app.screens.home.lists import finished_runs, outcome_line, planned_starts, queue_entries, queue_note, robot_summaries
 from app.screens.home.view import can_reset, present
+from app.services.live.holds import Hold
 from tests.support.home_facts import (
     AINO,
     ASKING,
@@ -323,6 +324,17 @@ def test_planned_starts_say_when_and_where():
     assert "Sat 21 Nov" in rows[4].note
 
 
+@pytest.mark.parametrize(("until", "words"), [(None, "held until released"), (NOW + timedelta(minutes=60), "skipped: held until 15:38"),
+                                              (NOW + timedelta(minutes=30), "held until 15:08")])
+def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, words):
+    held = replace(FACTS, holds=(Hold("Maintenance", until, ago(minutes=1), robot_id=AINO.id),))
+    rows = planned_starts(held, NOW)
+    assert (rows[0].note, rows[0].icon) == (f"Aino · {words}", "hand-back-right-outline")
+    assert (rows[1].note, rows[1].icon) == ("Sisu · in 37 min", "")
+    idle = replace(with_aino(READY, ()), holds=held.holds)
+    assert view(idle).card.mission.note == f"next: Deliver kits to line 2, {words}"
+
+
 def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
     rows = finished_runs(FACTS, NOW)
     assert [row.reason for row in rows[:4]] == [
@@ -358,6 +370,34 @@ def test_nothing_is_chosen_for_the_operator_unless_there_is_only_one():
     assert view(FACTS).run.off
     assert view(replace(FACTS, missions=(KITS,))).run.mission_id == KITS.id
     assert view(replace(FACTS, missions=())).run.text == "No missions yet"
+
+
+def held_run(**values):
+    return view(replace(FACTS, holds=(Hold(since=ago(minutes=1), **values),)), chosen=2).run
+
+
+def test_while_starts_are_held_the_button_queues_and_says_until_when():
+    run = held_run(until=NOW + timedelta(minutes=10))
+    assert (run.text, run.icon, run.off, run.note) == ("Queue, held until 14:48", "hand-back-right-outline", False, "on Aino")
+    assert held_run(until=NOW + timedelta(minutes=10), robot_id=VEIKKO.id).text == "Run on Aino"
+    assert held_run(until=NOW - timedelta(seconds=1)).text == "Run on Aino"
+
+
+def test_a_hold_longer_than_the_start_window_promises_no_start():
+    assert (held_run().text, held_run().note) == ("Queue, held", "waits until 14:53 at most")
+    long = held_run(until=NOW + timedelta(hours=1), robot_id=AINO.id)
+    assert (long.text, long.note) == ("Queue, held until 15:38", "waits until 14:53 at most")
+
+
+def test_data_of_another_tablet_can_only_be_looked_at():
+    copy = view(replace(FACTS, holds=(Hold(is_copy=True),)), chosen=2).run
+    assert (copy.text, copy.off) == ("Nothing is sent from this tablet", True)
+
+
+def test_to_a_silent_robot_it_is_sent_when_it_answers():
+    silent = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE)
+    run = view(silent, chosen=2).run
+    assert (run.text, run.off, run.note) == ("Send when Aino answers", False, "waits until 14:53 at most")
 
 
 def test_under_the_minimum_the_operator_is_asked():

@@ -25,6 +25,7 @@ from app.screens.scheduler.facts import SchedulerFacts, Window
 from app.screens.scheduler.form_view import Preview, WarningRow
 from app.screens.scheduler.timeline import ASSUMED_S, moved, span_text, timeline, zoomed
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
+from app.services.live.holds import Hold
 from app.services.planning.plan import PlannedRun
 from app.services.planning.recurrence import Occurrence
 from app.services.planning.working_days import WorkingCalendar
@@ -320,7 +321,25 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     assert not form.save_off
 
 
+def test_the_starts_in_a_hold_are_marked():
+    forecast = Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0))
+    held = facts(holds=(Hold("Maintenance", start(24, 12).instant, NOW),))
+    form = form_view.present(held, draft(kind=Kind.DAILY), Preview(forecast), NOW)
+    assert [(row.note, row.icon) for row in form.starts] == [
+        *2 * [("skipped", "hand-back-right-outline")], *3 * [("", "")]]
+
+
+def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one():
+    stored = replace(HOURLY, recurrence=None, enabled=False)
+    off = Preview(Forecast((), None, (Concern(ConcernCode.SWITCHED_OFF),)))
+    later = shown(replace(Draft.of(stored), day=date(2026, 11, 23)), off)
+    assert (later.why, later.save_off, later.starts) == ("", False, ())
+    assert shown(replace(Draft.of(stored), day=date(2026, 11, 20), at=time(8)), off).problem_at("time")
+
+
 @pytest.mark.parametrize(("concern", "text"), [
+    (Concern(ConcernCode.PAUSED, details={"until": datetime(2026, 11, 22, 22, 0, tzinfo=UTC)}), "Paused: no start before Mon 23 Nov"),
+    (Concern(ConcernCode.SWITCHED_OFF), "Switched off: nothing starts"),
     (Concern(ConcernCode.OVERLAP, start(25).instant,
              {"mission": "Waste", "start": start(25, 4, 31).instant, "end": start(25, 4, 40).instant}),
      "Wed 25 Nov: Waste starts on Aino before this run ends, 06:31–06:40"),

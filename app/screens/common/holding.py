@@ -1,0 +1,40 @@
+"""Holds in words: what keeps a start from being sent, and until when. Pure."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from datetime import datetime
+
+from app.domain import rules
+from app.domain.models import Settings
+from app.i18n import _
+from app.screens.common import formats
+from app.services.live.holds import Hold
+
+HAND = "hand-back-right-outline"
+
+
+def hold_at(holds: Iterable[Hold], robot_id: int | None, at: datetime) -> Hold | None:
+    """What keeps a start on that robot from being sent at that instant."""
+    return next((hold for hold in holds if hold.covers(robot_id, at)), None)
+
+
+def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:
+    """Until when a start at that instant is held, and whether it is too late by then; empty when nothing holds it. ``window_minutes`` None:
+    as in Settings."""
+    if hold is None:
+        return ""
+    if hold.until is None:
+        return _("held until released")
+    text = _("skipped: held until {time}") if _is_too_late(hold, at, window_minutes, settings) else _("held until {time}")
+    return text.format(time=formats.day_or_time(hold.until, settings.timezone, now))
+
+
+def held_word(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings) -> str:
+    """``held_note`` as one word."""
+    if hold is None:
+        return ""
+    return _("skipped") if _is_too_late(hold, at, window_minutes, settings) else _("held")
+
+
+def _is_too_late(hold: Hold, at: datetime, window_minutes: int | None, settings: Settings) -> bool:
+    return hold.until is not None and rules.closes_at(at, window_minutes, settings) <= hold.until
