@@ -7,7 +7,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import ReasonCode, Schedule, State, Trigger
+from app.domain.models import Mission, ReasonCode, Schedule, State, Trigger
 from app.screens.home.cards import FinishedRow, PlannedRow
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
@@ -101,7 +101,7 @@ def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
 # ---------------------------------------------------------------------- run now
 def test_run_now_from_tap_to_just_finished(home, ui):
     run(ui, "Home")
-    ui.wait(lambda: any("is on its way to Aino" in text for text in ui.texts()))
+    ui.wait(lambda: "Home is sent to Aino" in ui.texts())
     ui.wait(lambda: any(reason.startswith("Completed in") for reason in ui.texts()), seconds=60)
     execution, = home.site.container.history.last_finished(5)
     assert (execution.trigger, execution.state, execution.mission) == (Trigger.MANUAL, State.COMPLETED, "Home")
@@ -112,8 +112,28 @@ def test_run_now_under_a_hold_says_that_it_waits(home, ui):
     choose(ui, "Home")
     ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
     press(ui, "Queue, held")
-    ui.wait(lambda: "Home waits: nothing is sent to Aino while it is held" in ui.texts())
-    assert not any("is on its way" in text for text in ui.texts())
+    ui.wait(lambda: home.shell.snackbars.texts)
+    told, = home.shell.snackbars.texts
+    assert told.startswith("Home is not sent to Aino yet. Held back: shift meeting; waits until ")
+
+
+def test_run_now_on_a_silent_robot_says_that_it_waits_for_an_answer(home, ui):
+    home.aino.control({"reboot_seconds": 60})
+    choose(ui, "Home")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Send when Aino answers"))
+    press(ui, "Send when Aino answers")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    told, = home.shell.snackbars.texts
+    assert told.startswith("Home waits for an answer of Aino, until ")
+
+
+def test_run_now_that_the_robot_refuses_says_why_and_nothing_else(home, ui):
+    home.site.container.catalogue.save_mission(Mission("Removed on the robot", "00000000-0000-0000-0000-000000000000", favourite=True))
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Removed on the robot"))
+    run(ui, "Removed on the robot")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    told, = home.shell.snackbars.texts
+    assert told.startswith("Removed on the robot was not started on Aino. The robot has no mission ")
 
 
 def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):
@@ -213,6 +233,19 @@ def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, 
     assert not ui.find(CommandButton, text="Resume").disabled
 
 
+def test_reset_errors_says_that_they_are_gone_only_when_they_are(home, ui):
+    home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
+    ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
+    press(ui, "Reset errors")                                 # its cause is still there
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands"]
+    home.aino.control({"error": None})
+    home.shell.snackbars.clear()
+    press(ui, "Reset errors")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["The errors of Aino are reset; press Resume to continue"]
+
+
 def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
     pend(home)
     run(ui, "Deliver")
@@ -237,6 +270,20 @@ def test_one_of_ours_can_be_cancelled(home, ui):
     ui.wait(lambda: home.site.container.history.last_finished(1))
     execution, = home.site.container.history.last_finished(1)
     assert execution.reason.code is ReasonCode.USER_CANCELLED
+    ui.wait(lambda: not rows(ui))
+
+
+def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: any(run.queue_id for run in home.site.container.history.open()) and rows(ui))
+    number = home.site.container.history.open()[0].queue_id
+    home.aino.control({"fault": {"kind": "drop_request", "method": "DELETE", "path": f"/mission_queue/{number}", "count": None}})
+    ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is sent to Aino"])
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: len(home.shell.snackbars.texts) == 2)
+    assert home.shell.snackbars.texts[-1] == "Deliver is being cancelled"
+    home.aino.control({"fault": None})
     ui.wait(lambda: not rows(ui))
 
 

@@ -1,9 +1,8 @@
 """How the states of an execution are shown: icon, word and tone, always all three."""
 from __future__ import annotations
 
-from app.domain.models import Execution, State, Trigger
+from app.domain.models import State, Trigger
 from app.i18n import _, pgettext
-from app.services.live.holds import Holds
 
 # state: (icon, tone)
 LOOKS = {
@@ -30,11 +29,3 @@ def word(state: State) -> str:
 
 def trigger_word(trigger: Trigger) -> str:
     return {Trigger.SCHEDULED: _("Schedule"), Trigger.MANUAL: _("Run now"), Trigger.IDLE: pgettext("trigger", "Idle")}[trigger]
-
-
-def after_run_now(execution: Execution, holds: Holds) -> tuple[str, str]:
-    """What is said about a mission that was just asked for, and its icon."""
-    names = {"mission": execution.mission, "robot": execution.robot}
-    if holds.active(execution.robot_id):
-        return _("{mission} waits: nothing is sent to {robot} while it is held").format(**names), "hand-back-right-outline"
-    return _("{mission} is on its way to {robot}").format(**names), "play"

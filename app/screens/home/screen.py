@@ -16,19 +16,20 @@ from app.domain.models import Execution
 from app.domain.robot import MissionParameter
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected
-from app.screens.common.execution_appearance import after_run_now
 from app.screens.common.options import Option
 from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
+from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, HomeWide
 from app.screens.home.facts import HomeFacts, HomeServices, read
-from app.screens.home.view import present
+from app.screens.home.view import has_errors, present
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.tokens import tk
 
 DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on a button is the same press
+READ_WITHIN = 5.0                        # s, after which it is said that errors stand although they were reset
 GONE = (404, 410)                        # what a robot answers about an item that it no longer has
 
 T = TypeVar("T")
@@ -42,11 +43,13 @@ class HomeViewModel(HomeState, ViewModel):
         self._services, self._shell = services, shell
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
+        self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self._chosen: int | None = None
         self._asked_for: tuple[int, int] | None = None        # robot and mission whose parameters are shown
         self._wanted: tuple[MissionParameter, ...] = ()
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
+        self._reset: tuple[int, datetime, float] | None = None        # which robot, since when, and until when its answer is waited for
         self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
         self._is_learning_map = False
         self._is_plan_old = True                              # more than what the robots do has changed
@@ -54,6 +57,7 @@ class HomeViewModel(HomeState, ViewModel):
     # ------------------------------------------------------------------ reading
     def opened(self, robot_id: int | None = None) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
+        self.keep(self._started.open())
         self.keep(self._reader.stop)
         self.every(1, self._tick)
         self._is_plan_old = True
@@ -75,6 +79,7 @@ class HomeViewModel(HomeState, ViewModel):
         robot = self.facts.robot
         others = {other.id: self._services.snapshots.get(other.id) for other in self.facts.robots if other is not robot}
         self.facts = replace(self.facts, snapshots={**self.facts.snapshots, **others})
+        self._look_at_errors()
         self._show()
 
     def retranslated(self) -> None:
@@ -93,6 +98,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._note_running()
         self._learn_names()
         self._learn_map()
+        self._look_at_errors()
         self.loaded = True
         self._show()
 
@@ -202,15 +208,13 @@ class HomeViewModel(HomeState, ViewModel):
         token, mission_id = str(uuid.uuid4()), run.mission_id
 
         def submit() -> None:
-            self._act("run", lambda: self._services.operator.run_now(robot.id, mission_id, parameters, token), self._started)
+            self._act("run", lambda: self._services.operator.run_now(robot.id, mission_id, parameters, token), lambda execution: (
+                self._started.follow(execution, is_silent=self.card.old and self.facts.hold(robot.id, self._services.clock.now()) is None)))
 
         if run.low_battery:
             self._shell.dialogs.confirm(_("Run {mission} anyway?").format(mission=run.mission), run.low_battery, _("Run"), submit)
         else:
             submit()
-
-    def _started(self, execution: Execution) -> None:
-        self._say(*after_run_now(execution, self._services.holds))
 
     def pause_or_resume(self) -> None:
         robot, operator = self.facts.robot, self._services.operator
@@ -222,10 +226,33 @@ class HomeViewModel(HomeState, ViewModel):
             self._act("pause", lambda: operator.resume(robot.id), self._saying(_("{robot} continues").format(robot=robot.name), "play"))
 
     def reset_errors(self) -> None:
+        """Whether it helped is said when the robot has been read again."""
         robot = self.facts.robot
         if robot is not None and not self._is_same_press("reset"):
-            text = _("The errors of {robot} are reset; press Resume to continue").format(robot=robot.name)
-            self._act("reset", lambda: self._services.operator.reset_errors(robot.id), self._saying(text, "check"))
+            pressed_at = self._services.clock.now()
+            self._act("reset", lambda: self._services.operator.reset_errors(robot.id),
+                      lambda _none: self._errors_were_reset(robot.id, pressed_at))
+
+    def _errors_were_reset(self, robot_id: int, pressed_at: datetime) -> None:
+        self._reset = robot_id, pressed_at, Clock.get_time() + READ_WITHIN
+        self._look_at_errors()
+
+    def _look_at_errors(self) -> None:
+        """Say that they are gone as soon as they are, or after a while that they are not."""
+        if self._reset is None:
+            return
+        robot_id, since, until = self._reset
+        robot, seen = self.facts.robot, self.facts.snapshot
+        status = seen.status if seen.read_at is not None and seen.read_at >= since else None
+        if robot is None or robot.id != robot_id:
+            self._reset = None
+        elif status is not None and not has_errors(status):
+            self._reset = None
+            self._say(_("The errors of {robot} are reset; press Resume to continue").format(robot=robot.name), "check")
+        elif Clock.get_time() >= until:
+            self._reset = None
+            self._say(_("{robot} has got Reset errors, but its error stands").format(robot=robot.name) if status else
+                      _("{robot} has got Reset errors and not answered since").format(robot=robot.name), "alert-circle-outline")
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
@@ -249,7 +276,7 @@ class HomeViewModel(HomeState, ViewModel):
             self._cancelling.add(number)
             self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
         self._act(key, lambda: operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number),
-                  self._saying(_("{mission} is cancelled").format(mission=name), "close"),
+                  lambda left: self._say(_cancelled(left).format(mission=name), "close"),
                   lambda problem: self._not_cancelled(problem, number, name))
         self._show()
 
@@ -301,6 +328,11 @@ class HomeViewModel(HomeState, ViewModel):
 
     def _say(self, text: str, icon: str) -> None:
         self._shell.snackbars.show(text, icon=icon)
+
+
+def _cancelled(left: Execution | None) -> str:
+    """``left``: ours, as it is now; open until the robot has said that it is gone."""
+    return _("{mission} is being cancelled") if left is not None and left.state.is_open else _("{mission} is cancelled")
 
 
 class HomeScreen(ScreenBase):

@@ -175,7 +175,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
     if status.state is RobotState.EMERGENCY_STOP:
         return MissionView(_("What the robot says"), _errors(status) or _("Emergency stop is pressed"),
                            _("Release the red button, then press Reset on the robot"), "fault")
-    if status.state is RobotState.ERROR or status.errors:
+    if has_errors(status):
         way_out = _("Reset errors clears it; the robot then waits for Resume") if can_reset(status) else \
             _("It can't be reset from here: check the robot itself")
         return MissionView(_("What the robot says"), _errors(status) or status.mission_text or _("An error"), way_out,
@@ -248,6 +248,10 @@ def prompt(snapshot: RobotSnapshot, old: bool) -> PromptView:
 
 
 # ---------------------------------------------------------------------- the controls
+def has_errors(status: RobotStatus) -> bool:
+    return status.state is RobotState.ERROR or bool(status.errors)
+
+
 def can_reset(status: RobotStatus | None) -> bool:
     """Whether Reset errors would change something: the emergency stop and other errors are solved at the robot itself."""
     if status is None or status.state is RobotState.EMERGENCY_STOP:

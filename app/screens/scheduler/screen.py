@@ -11,12 +11,12 @@ from zoneinfo import ZoneInfo
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.widget import Widget
 
-from app.domain.models import Execution, Schedule
+from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.execution_appearance import after_run_now
 from app.screens.common.options import MenuItem
 from app.screens.common.shell import Shell
+from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.scheduler import timeline, view
 from app.screens.scheduler.cards import SchedulerEmpty
@@ -57,6 +57,7 @@ class SchedulerViewModel(ViewModel):
         super().__init__()
         self._services, self._shell = services, shell
         self._refresher = Refresher(shell, self._reading, self._take)
+        self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.form = FormModel(services, shell, saved=self._refresher.request)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows
@@ -74,6 +75,7 @@ class SchedulerViewModel(ViewModel):
             self.form.begin()
             self.form.set(mission_id=mission_id)
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
+        self.keep(self._started.open())
         self.every(1, self._tick)
         self.every(NOW_LINE_SECONDS, self._move_now)
         self.every(REFRESH_SECONDS, self._refresher.request)
@@ -244,10 +246,7 @@ class SchedulerViewModel(ViewModel):
     def run_now(self, schedule: Schedule) -> None:
         """With the schedule's own parameters, whatever its constraints are."""
         self._act(schedule.id, lambda: self._services.operator.run_now(schedule.robot_id, schedule.mission_id, schedule.parameters),
-                  self._started)
-
-    def _started(self, execution: Execution) -> None:
-        self._say(*after_run_now(execution, self._services.holds))
+                  self._started.follow)
 
     def skip_next(self, schedule: Schedule) -> None:
         self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda _at: self._say(

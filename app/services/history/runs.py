@@ -29,6 +29,10 @@ class History:
     def count(self, wanted: ExecutionFilter) -> int:
         return self._executions.count(self._db.read(), wanted)
 
+    def get(self, execution_id: int) -> Execution | None:
+        """As it is now; None when it has been deleted."""
+        return self._executions.get(self._db.read(), execution_id)
+
     def last_finished(self, count: int) -> Sequence[Execution]:
         """The newest ended executions of all robots."""
         return self._executions.last_ended(self._db.read(), count)
