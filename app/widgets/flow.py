@@ -2,7 +2,7 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from kivy.properties import ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
@@ -63,9 +63,11 @@ class ChoiceRow(BoxLayout):
 
 class ParameterFields(BoxLayout):
     """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, decimal, choice), ``default``, ``help`` and
-    ``choices`` [(value, word), …]; ``problems`` is one sentence by name where something can't be used. ``values()`` is what was entered."""
+    ``choices`` [(value, word), …]; ``problems`` is one sentence by name where something can't be used. ``values()`` is what was entered;
+    ``complete``: nothing is empty."""
     fields = ListProperty()
     problems = ObjectProperty({})
+    complete = BooleanProperty(True)
 
     def __init__(self, **kwargs):
         self._views: dict[str, FormField | ChoiceRow] = {}
@@ -83,8 +85,13 @@ class ParameterFields(BoxLayout):
             else:
                 view = FormField(label=field.label, kind=field.kind, help=field.help,
                                  text="" if field.default is None else str(field.default))
+            view.fbind("chosen" if field.kind == "choice" else "text", self._look_for_empty)
             self._views[field.name] = view
             self.add_widget(view)
+        self._look_for_empty()
+
+    def _look_for_empty(self, *_):
+        self.complete = all(value is not None and str(value).strip() for value in self.values().values())
 
     def values(self) -> Mapping[str, Any]:
         """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""

@@ -11,15 +11,16 @@ from kivy.factory import Factory
 
 from app.domain.message import message, render
 from app.domain.models import Alarm, Connection, Priority, Robot, Wait
+from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.alarms_view import Here
-from app.screens.common.parameters_view import ParameterField
 from app.screens.common.threads import UiBus
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarm_list import LateStartsDialog
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.view import banner, open_issues, robot_option, top_bar
 from app.screens.home.facts import HomeFacts
+from app.screens.home.run_dialog import RunDialog
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.holds import Hold
@@ -28,8 +29,8 @@ from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHAR
 from tests.support import home_facts as sample
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, GLOVES)
-PARAMETERS = [ParameterField("place", "Pick-up place", "choice", "K1", "", (("K1", "Kitting 1"), ("K2", "Kitting 2"))),
-              ParameterField("count", "Pallets", "int", 2, "1 to 8", ())]
+PARAMETERS = (MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
+              MissionParameter("count", "Pallets", "Integer", 2, 1, 8))
 ALARMS = (
     Alarm("emergency_stop", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino"}, id=1),
     Alarm("unreachable", "robot:2", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko"}, id=2, count=3),
@@ -102,8 +103,9 @@ def idle(studio: Any) -> None:
 
 
 @picture("home-parameters", sizes=(*BOTH, LARGE_TEXT))
-def parameters(studio: Any) -> None:
-    home(studio, sample.FACTS).vm.parameters = PARAMETERS
+def parameters(studio: Any) -> Any:
+    dialog = RunDialog(PARAMETERS, vm=home(studio, sample.FACTS).vm)
+    return studio.dialogs.open(dialog)
 
 
 @picture("home-no-map", sizes=(*BOTH, SMALL))

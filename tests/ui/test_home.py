@@ -9,6 +9,7 @@ import pytest
 
 from app.domain.models import Mission, ReasonCode, Schedule, State, Trigger
 from app.screens.home.cards import FinishedRow, PlannedRow
+from app.screens.home.run_dialog import RunDialog
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
@@ -168,14 +169,27 @@ def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
     mission, = home.site.add_missions("Wait at home")
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Wait at home"))
     choose(ui, "Wait at home")
-    ui.wait(lambda: ui.find_all(FormField))
-    field = ui.find(FormField)
+    ui.wait(lambda: ui.find_all(CommandButton, text="Enter values and run"))
+    press(ui, "Enter values and run")
+    dialog = ui.find(RunDialog)
+    field = ui.find(FormField, dialog)
     assert field.label == "Time"
+    field.text = ""
+    assert ui.find(CommandButton, dialog, text="Run on Aino").disabled
     field.text = "00:00:05.000000"
-    press(ui, "Run on Aino")
+    ui.tap(ui.find(CommandButton, dialog, text="Run on Aino"))
     ui.wait(lambda: home.site.container.history.open())
     assert dict(home.site.container.history.open()[0].parameters) == {"Time": "00:00:05.000000"}
     ui.wait(lambda: any(item["mission_id"] == mission.guid for item in home.aino.state()["queue"]))
+
+
+def test_run_pressed_before_the_robot_has_named_the_parameters_asks_for_them(home, ui):
+    mission, = home.site.add_missions("Wait at home")
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Wait at home"))
+    home.root_vm.choose_mission(mission.id)
+    home.root_vm.run_now()                                    # in the same frame
+    ui.wait(lambda: ui.find_all(RunDialog))
+    assert not home.site.container.history.open()
 
 
 def test_a_mission_can_be_searched_among_many(home, ui):

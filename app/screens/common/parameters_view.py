@@ -85,6 +85,8 @@ def _value(parameter: MissionParameter, entered: Any) -> Any:
         return entered
     text = str("" if entered is None else entered).strip()
     if kind == "text":
+        if not text:
+            raise ValueError(_("Enter a value"))
         return text
     try:
         number = int(text) if kind == "int" else float(text.replace(",", "."))

@@ -42,8 +42,7 @@ class HomeState(EventDispatcher):
     finished = ListProperty()
     run = ObjectProperty(NOTHING.run, rebind=True)
     busy = ListProperty()
-    parameters = ListProperty()          # fields of the chosen mission
-    problems = ObjectProperty({})        # by name of the parameter
+    asks = BooleanProperty(False)        # the chosen mission has parameters: a dialog comes before it runs
 
 
 NO_STATE = HomeState()                   # until a part is given its view model: kv applies a class's rule before that

@@ -17,12 +17,12 @@ from app.domain.robot import MissionParameter
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected
 from app.screens.common.options import Option
-from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, HomeWide
 from app.screens.home.facts import HomeFacts, HomeServices, read
+from app.screens.home.run_dialog import RunDialog
 from app.screens.home.view import has_errors, present
 from app.services.live.changes import Topic
 from app.widgets import load_kv
@@ -46,7 +46,8 @@ class HomeViewModel(HomeState, ViewModel):
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self._chosen: int | None = None
         self._asked_for: tuple[int, int] | None = None        # robot and mission whose parameters are shown
-        self._wanted: tuple[MissionParameter, ...] = ()
+        self._wanted: tuple[MissionParameter, ...] = ()       # the parameters that it has
+        self._is_asking = self._runs_when_known = False       # the robot for them; Run was pressed meanwhile
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
         self._reset: tuple[int, datetime, float] | None = None        # which robot, since when, and until when its answer is waited for
@@ -174,37 +175,47 @@ class HomeViewModel(HomeState, ViewModel):
         self._show()
 
     def _ask_parameters(self) -> None:
-        """Ask the robot once which parameters the chosen mission needs; without an answer it is sent without any."""
+        """Ask the robot once which parameters the chosen mission has; without an answer it is sent without any."""
         robot, mission_id = self.facts.robot, self.run.mission_id
         wanted = (robot.id, mission_id) if robot is not None and mission_id is not None else None
         if wanted == self._asked_for:
             return
         self._asked_for = wanted
+        self._runs_when_known = False
         self._take_parameters(())
         mission = next((m for m in self.facts.missions if m.id == mission_id), None)
         if robot is None or mission is None:
             return
+        self._is_asking = True
         self._shell.background.run(lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
-                                   lambda found: self._take_parameters(tuple(found)), lambda _problem: None, key=("home", "parameters"),
-                                   apart="parameters")
+                                   lambda found: self._take_parameters(tuple(found)), lambda _problem: self._take_parameters(()),
+                                   key=("home", "parameters"), apart="parameters")
 
     def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
-        self._wanted = found
-        self.problems = {}
-        self.parameters = fields_of(found)
+        self._wanted, self.asks, self._is_asking = found, bool(found), False
+        runs, self._runs_when_known = self._runs_when_known and self.is_open, False
+        if runs:
+            self.run_now()
 
     # ------------------------------------------------------------------ what the operator presses
-    def run_now(self, entered: Mapping[str, Any]) -> None:
+    def run_now(self) -> None:
+        """At once, or as soon as it is known whether the mission has parameters; these are asked for first."""
+        if self.run.off or self._is_same_press("run"):
+            return
+        if self._is_asking and not self.card.old:
+            self._runs_when_known = True
+        elif self._wanted:
+            dialog, asked_for = RunDialog(self._wanted, vm=self), self._asked_for
+            dialog.bind(on_run=lambda _dialog, values: self._run(values) if asked_for == self._asked_for else None)
+            self._shell.dialogs.open(dialog)
+        else:
+            self._run({})
+
+    def _run(self, parameters: Mapping[str, Any]) -> None:
         """One press, one mission: the token is made here, and the button waits until the execution is on disk."""
         robot, run = self.facts.robot, self.run
-        if robot is None or run.off or run.mission_id is None or self._is_same_press("run"):
+        if robot is None or run.off or run.mission_id is None:
             return
-        try:
-            parameters = values_of(self._wanted, entered)
-        except Problems as problems:
-            self.problems = dict(problems.by_name)
-            return
-        self.problems = {}
         token, mission_id = str(uuid.uuid4()), run.mission_id
 
         def submit() -> None:

@@ -161,7 +161,10 @@ class FormModel(EventDispatcher):
             try:
                 self._draft = replace(self._draft, parameters=values_of(self._asked, parameters or {}))
             except Problems as problems:
-                self.problems = dict(problems.by_name)
+                self.problems = dict(problems.by_name)        # at the fields, which may be out of sight
+                labels = {field.name: field.label for field in self.parameters}
+                name, problem = next(iter(problems.by_name.items()))
+                self._shell.snackbars.show(_("{field}: {problem}").format(field=labels[name], problem=problem), icon="alert-circle-outline")
                 return
         self.problems = {}
         schedule = self._draft.schedule()

@@ -27,9 +27,9 @@ def test_what_was_entered_travels_in_the_robots_types():
 
 @pytest.mark.parametrize(("name", "text", "problem"), [
     ("count", "", "A number is needed"), ("count", "2.5", "A number is needed"), ("count", "9", "It must be 1 to 8"),
-    ("speed", "2", "It must be 1.5 or less"), ("place", None, "Choose one")])
+    ("speed", "2", "It must be 1.5 or less"), ("place", None, "Choose one"), ("note", " ", "Enter a value")])
 def test_what_cannot_be_taken_is_said_at_its_field(name, text, problem):
-    entered = {"place": "K1", "count": "1", "speed": "1", "loud": False, "note": "", name: text}
+    entered = {"place": "K1", "count": "1", "speed": "1", "loud": False, "note": "x", name: text}
     with pytest.raises(Problems) as caught:
         values_of(ALL, entered)
     assert caught.value.by_name == {name: problem}

@@ -1,0 +1,40 @@
+"""What a mission asks for before it runs: all its fields, and a Run of its own."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
+
+from app.domain.robot import MissionParameter
+from app.screens.common.parameters_view import Problems, fields_of, values_of
+from app.screens.home.cards import NO_STATE
+from app.widgets import load_kv
+from app.widgets.dialogs import FormDialog
+
+
+class RunDialog(FormDialog):
+    """``on_run(values)``, values by the parameters' names. Its button says what Home's own would, and is off while a field is empty."""
+    vm = ObjectProperty(NO_STATE, rebind=True)
+    fields = ListProperty()
+    problems = ObjectProperty({})            # by name of the parameter
+    complete = BooleanProperty(False)
+
+    __events__ = ("on_run",)
+
+    def __init__(self, parameters: Sequence[MissionParameter], **kwargs: Any) -> None:
+        load_kv("home/run_dialog")
+        self._parameters = parameters
+        super().__init__(fields=fields_of(parameters), **kwargs)
+
+    def on_run(self, values: Mapping[str, Any]) -> None:
+        """The button was pressed, and everything entered can be used."""
+
+    def run(self, entered: Mapping[str, Any]) -> None:
+        try:
+            values = values_of(self._parameters, entered)
+        except Problems as problems:
+            self.problems = dict(problems.by_name)
+            return
+        self.dismiss()
+        self.dispatch("on_run", values)
