@@ -8,12 +8,13 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.domain.models import Mission, ReasonCode, Schedule, State, Trigger
-from app.screens.home.cards import FinishedRow, PlannedRow
+from app.screens.home.cards import BlockedLine, FinishedRow, PlannedRow, QueueCard
 from app.screens.home.run_dialog import RunDialog
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
 from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.long_list import LongList
 from app.widgets.rows import LogRow, OptionRow, QueueRow, RobotChip, ScheduleRow
 from tests.support.stored import Stored
 from tests.ui.whole_app import GUIDS, api, begin_anew, plant, shown
@@ -62,6 +63,13 @@ def choose(ui, mission: str) -> None:
 
 def rows(ui) -> list[tuple[str, str]]:
     return [(row.mission, row.origin) for row in ui.find_all(QueueRow)]
+
+
+def visible_rows(ui) -> list[tuple[str, str]]:
+    """Those whose middle lies in the list."""
+    in_sight = ui.find(LongList, ui.find(QueueCard))
+    return [(row.mission, row.origin) for row in in_sight.views
+            if in_sight.collide_point(*in_sight.parent.to_widget(*row.to_window(*row.center)))]
 
 
 def run(ui, mission: str) -> None:
@@ -203,6 +211,20 @@ def test_a_mission_can_be_searched_among_many(home, ui):
     assert [option.text for option in dialog.shown] == ["Move coils to press"]
     ui.tap_text("Move coils to press")
     assert home.root_vm.run.mission == "Move coils to press"
+
+
+def test_what_is_blocked_is_never_below_the_fold(home, ui):
+    for _n in range(8):
+        api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Deliver"])
+    ui.wait(lambda: len(home.root_vm.queue) == 8)
+    home.site.container.holds.hold("Audit")
+    choose(ui, "Home")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
+    press(ui, "Queue, held")
+    ui.wait(lambda: "1 blocked: held" in ui.texts())
+    assert "Home" not in [mission for mission, _origin in visible_rows(ui)]
+    ui.tap(ui.find(BlockedLine))
+    assert visible_rows(ui)[-1][1].startswith("Run now · Held back: Audit; waits until ")
 
 
 # ---------------------------------------------------------------------- the controls

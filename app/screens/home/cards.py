@@ -19,7 +19,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard, Tile
 from app.widgets.pages import LowPage
 from app.widgets.rows import DoneRow, PlanRow
-from app.widgets.surfaces import Surface, Tap, TonedSurface
+from app.widgets.surfaces import Surface, Tap, TonedSurface, TonedTap
 from app.widgets.text import line_width
 
 NOTHING = HomeView()
@@ -36,6 +36,7 @@ class HomeState(EventDispatcher):
     map = ObjectProperty(NOTHING.map, rebind=True)
     queue = ListProperty()
     queue_note = StringProperty()
+    queue_blocked = ObjectProperty(NOTHING.queue_blocked, rebind=True)
     queue_empty = StringProperty()
     planned = ListProperty()
     planned_empty = StringProperty()
@@ -233,6 +234,12 @@ class RobotCardWide(Card):
 
 class QueueCard(Card):
     """What the robot has to do."""
+
+
+class BlockedLine(TonedTap):
+    """That something in the queue is blocked, and why, in at most ``room`` px; a tap shows its row."""
+    text = StringProperty()
+    room = NumericProperty(0)
 
 
 class NextCard(Card):

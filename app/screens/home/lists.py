@@ -181,6 +181,27 @@ def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntr
                       tone="neutral" if is_due else "attention")
 
 
+@dataclass(frozen=True)
+class Blocked:
+    """What waits here for something other than its turn; ``key`` of its first row in the queue."""
+    text: str = ""
+    key: tuple[str, int] | None = None
+
+
+NOT_BLOCKED = Blocked()
+
+
+def blocked(facts: HomeFacts) -> Blocked:
+    """Said above the queue, as the rows may be below the fold."""
+    rows = [e for e in facts.not_in_queue if e.state is State.WAITING and e.wait is not Wait.DUE and not e.cancel_code]
+    if not rows:
+        return NOT_BLOCKED
+    words = {Wait.RETRY: _("no answer"), Wait.BATTERY: _("battery"), Wait.HOLD: _("held"), Wait.LATE_START: _("late start"),
+             Wait.CLOCK: _("the tablet's clock"), Wait.ELSEWHERE: _("may have run already")}
+    why = ", ".join(dict.fromkeys(words[e.wait] for e in rows))
+    return Blocked(ngettext("{n} blocked: {why}", "{n} blocked: {why}", len(rows)).format(n=len(rows), why=why), ("execution", rows[0].id))
+
+
 def queue_note(facts: HomeFacts, now: datetime) -> str:
     """How many run and wait; of a robot that doesn't answer, when that was read."""
     running = sum(1 for item in facts.snapshot.queue if item.state is QueueState.EXECUTING)

@@ -25,10 +25,13 @@ from app.screens.common.robot_appearance import (
 )
 from app.screens.home.facts import HomeFacts
 from app.screens.home.lists import (
+    NOT_BLOCKED,
+    Blocked,
     FinishedRun,
     PlannedStart,
     QueueEntry,
     RobotSummary,
+    blocked,
     finished_runs,
     held_words,
     planned_empty,
@@ -127,6 +130,7 @@ class HomeView:
     map: MapView = NO_MAP
     queue: tuple[QueueEntry, ...] = ()
     queue_note: str = ""
+    queue_blocked: Blocked = NOT_BLOCKED
     queue_empty: str = ""
     planned: tuple[PlannedStart, ...] = ()
     planned_empty: str = ""
@@ -143,7 +147,8 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
     return HomeView(
         has_robots=True, robots=tuple(robot_summaries(facts, now)),
         card=shown, controls=controls(facts, robot), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
-        queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now), queue_empty=queue_empty(facts, robot, now),
+        queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now),
+        queue_blocked=blocked(facts), queue_empty=queue_empty(facts, robot, now),
         planned=tuple(planned_starts(facts, now)), planned_empty=planned_empty(facts), finished=tuple(finished_runs(facts, now)),
         run=run_now(facts, robot, chosen_mission, now))
 

@@ -12,7 +12,16 @@ from app.i18n import translator
 from app.mir.errors import Unreachable
 from app.screens.common.robot_appearance import battery_appearance, link_appearance
 from app.screens.home.facts import HomeFacts
-from app.screens.home.lists import finished_runs, outcome_line, planned_starts, queue_entries, queue_note, robot_summaries
+from app.screens.home.lists import (
+    NOT_BLOCKED,
+    Blocked,
+    finished_runs,
+    outcome_line,
+    planned_starts,
+    queue_entries,
+    queue_note,
+    robot_summaries,
+)
 from app.screens.home.view import can_reset, present
 from app.services.live.holds import Hold
 from tests.support.home_facts import (
@@ -26,6 +35,7 @@ from tests.support.home_facts import (
     KITS,
     NOW,
     QUEUE,
+    QUEUED,
     READY,
     RUNNING,
     SETTINGS,
@@ -264,6 +274,14 @@ def test_the_queue_names_the_source_of_every_item():
     assert [row.key for row in rows] == [("execution", 1), ("execution", 2), ("item", 103), ("execution", 3)]
     assert [row.number for row in rows] == ["", "1", "2", ""]
     assert queue_note(FACTS, NOW) == "1 running, 3 waiting"
+
+
+def test_what_is_blocked_is_said_above_the_queue():
+    assert view(FACTS).queue_blocked == Blocked("1 blocked: battery", ("execution", 3))
+    silent = replace(HELD, id=4, wait=Wait.RETRY)
+    assert view(replace(FACTS, open=(silent, HELD, replace(HELD, id=5)))).queue_blocked == Blocked(
+        "3 blocked: no answer, battery", ("execution", 4))
+    assert view(replace(FACTS, open=(RUNNING, QUEUED, replace(HELD, wait=Wait.DUE)))).queue_blocked == NOT_BLOCKED
 
 
 def test_an_item_without_a_creator_belongs_to_the_robot():
