@@ -65,6 +65,11 @@ def rows(ui) -> list[tuple[str, str]]:
     return [(row.mission, row.origin) for row in ui.find_all(QueueRow)]
 
 
+def loud(ui) -> list[str]:
+    """What the filled buttons say that can be pressed."""
+    return [button.text for button in ui.find_all(CommandButton, style="filled", disabled=False)]
+
+
 def visible_rows(ui) -> list[tuple[str, str]]:
     """Those whose middle lies in the list."""
     in_sight = ui.find(LongList, ui.find(QueueCard))
@@ -262,11 +267,14 @@ def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, 
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
     ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
     assert ui.find(CommandButton, text="Resume").disabled
+    assert loud(ui) == ["Reset errors"]
     home.aino.control({"error": None})
     press(ui, "Reset errors")
     ui.wait(lambda: "Paused" in ui.texts())
     assert ui.find(CommandButton, text="Reset errors").disabled
     assert not ui.find(CommandButton, text="Resume").disabled
+    choose(ui, "Deliver")
+    assert loud(ui) == ["Resume"]
 
 
 def test_reset_errors_says_that_they_are_gone_only_when_they_are(home, ui):

@@ -89,11 +89,13 @@ class CardView:
 
 @dataclass(frozen=True)
 class ControlsView:
-    """The buttons say what they will do."""
+    """The buttons say what they will do. ``next_step``, "reset" or "resume", is the way out of a stop: the loudest thing on the page."""
+    next_step: str = ""
     pauses: bool = True                  # else it resumes
     pause: str = ""
     pause_icon: str = "pause"
     pause_style: str = "tonal"
+    reset_style: str = "outlined"
     pause_off: bool = True
     reset_off: bool = True
     clear_count: int = 0
@@ -146,7 +148,7 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
     shown, old = card(facts, robot, now), is_old(facts.snapshot, now, facts.settings)
     return HomeView(
         has_robots=True, robots=tuple(robot_summaries(facts, now)),
-        card=shown, controls=controls(facts, robot), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
+        card=shown, controls=controls(facts, robot, old), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
         queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now),
         queue_blocked=blocked(facts), queue_empty=queue_empty(facts, robot, now),
         planned=tuple(planned_starts(facts, now)), planned_empty=planned_empty(facts), finished=tuple(finished_runs(facts, now)),
@@ -178,8 +180,8 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
     if old or status is None:
         return _last_known(facts, snapshot, now)
     if status.state is RobotState.EMERGENCY_STOP:
-        return MissionView(_("What the robot says"), _errors(status) or _("Emergency stop is pressed"),
-                           _("Release the red button, then press Reset on the robot"), "fault")
+        return MissionView(_("What to do now"), _("Release the red button, then press Reset on the robot"),
+                           _errors(status) or _("Emergency stop is pressed"), "fault")
     if has_errors(status):
         way_out = _("Reset errors clears it; the robot then waits for Resume") if can_reset(status) else \
             _("It can't be reset from here: check the robot itself")
@@ -266,17 +268,22 @@ def can_reset(status: RobotStatus | None) -> bool:
     return status.state is RobotState.ERROR
 
 
-def controls(facts: HomeFacts, robot: Robot) -> ControlsView:
-    """Pause can be tried even on a robot that doesn't answer just now: stopping must never wait for the next poll."""
+def controls(facts: HomeFacts, robot: Robot, old: bool) -> ControlsView:
+    """The way out of a stop is Reset errors, then Resume. Pause can be tried even on a robot that doesn't answer just now: stopping must
+    never wait for the next poll."""
     status = facts.snapshot.status
     state = status.state if status else RobotState.UNKNOWN
     answers = facts.snapshot.connection in (Connection.CONNECTED, Connection.SLOW)
     off = not robot.enabled or (answers and state in (RobotState.STARTING, RobotState.SHUTTING_DOWN))
     resumes = state in (RobotState.PAUSE, *STOPPED)
+    next_step = ""
+    if status is not None and robot.enabled and not old and status.user_prompt is None:
+        next_step = "reset" if can_reset(status) else "resume" if state is RobotState.PAUSE else ""
     count = len(facts.snapshot.queue) + len(facts.not_in_queue)
     return ControlsView(
+        next_step=next_step, reset_style="filled" if next_step == "reset" else "outlined",
         pauses=not resumes, pause=_("Resume") if resumes else _("Pause"), pause_icon="play" if resumes else "pause",
-        pause_style="outlined" if state in STOPPED else "tonal", pause_off=off or state in STOPPED,
+        pause_style="filled" if next_step == "resume" else "outlined" if state in STOPPED else "tonal", pause_off=off or state in STOPPED,
         reset_off=not robot.enabled or not can_reset(status), clear_count=count if robot.enabled else 0)
 
 

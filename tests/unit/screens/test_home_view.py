@@ -128,8 +128,9 @@ def test_unknown_values_are_a_dash_and_never_zero():
 def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_work():
     shown = view(with_aino(STOPPED))
     assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Emergency stop", "fault", True)
-    assert shown.card.mission.name == "Emergency stop is pressed"
-    assert "red button" in shown.card.mission.note
+    assert shown.card.mission.name == "Release the red button, then press Reset on the robot"
+    assert shown.card.mission.note == "Emergency stop is pressed"
+    assert shown.controls.next_step == ""
     assert shown.controls.pause == "Resume"
     assert shown.controls.pause_off
     assert shown.controls.reset_off
@@ -147,6 +148,14 @@ def test_an_error_that_can_be_reset_lights_reset_up_and_resume_only_after_it():
     assert afterwards.controls.pause == "Resume"
     assert not afterwards.controls.pause_off
     assert not afterwards.controls.pauses
+
+
+def test_the_way_out_of_a_stop_is_loud_and_only_one_step_at_a_time():
+    paused = replace(EXECUTING, state=RobotState.PAUSE)
+    steps = [view(with_aino(status)).controls.next_step for status in (
+        EXECUTING, FAILED, replace(paused, errors=FAILED.errors), paused, replace(paused, user_prompt=ASKING.user_prompt))]
+    assert steps == ["", "reset", "reset", "resume", ""]
+    assert view(with_aino(FAILED, age=300, connection=Connection.UNREACHABLE)).controls.next_step == ""
 
 
 def test_an_error_that_needs_hands_on_the_robot_says_so():
