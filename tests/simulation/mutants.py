@@ -356,8 +356,8 @@ MUTANTS = (
     Mutant(
         "holds are ignored",
         f"{HOLDS}.active",
-        "hold.robot_id in (None, robot_id) and",
-        "hold.clock and",
+        "hold.robot_id in (None, robot_id)",
+        "hold.clock",
         "under a hold",
         PEOPLE,
     ),

@@ -81,12 +81,23 @@ def test_from_field_to_field_of_the_robot_dialog_it_stays(app, ui):
 
 
 # ---------------------------------------------------------------------- gone again
-def test_it_goes_with_the_dialog_of_its_field(app, ui):
+def test_escape_closes_it_and_then_the_dialog_of_its_field(app, ui):
     dialog = robot_dialog(ui)
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
     keyboard(ui)
     ui.key(27)
+    ui.wait(lambda: not ui.find_all(DockedKeyboard))
+    assert ui.find_all(RobotDialog) == [dialog]
+    assert dock.field is None
+    ui.key(27)
     ui.wait(lambda: not ui.find_all(RobotDialog))
+
+
+def test_it_goes_with_the_dialog_of_its_field(app, ui):
+    dialog = robot_dialog(ui)
+    ui.tap(ui.find(FieldInput, dialog.ids.name_field))
+    keyboard(ui)
+    dialog.dismiss()
     ui.wait(lambda: not ui.find_all(DockedKeyboard))
     assert dock.field is None
 
