@@ -6,7 +6,7 @@ from datetime import datetime
 
 from app.domain import rules
 from app.domain.message import render
-from app.domain.models import Connection, Robot, RobotSnapshot
+from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.problems import in_words
 from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt
 from app.i18n import _, ngettext
@@ -164,11 +164,19 @@ def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
     return CardView(
         state=state.word, icon=state.disc_icon or state.icon, tone=state.tone, loud=state.loud,
         note=" · ".join(filter(None, (robot.name, robot.model))), mission=_mission(facts, robot, now, old),
-        battery=battery_appearance(snapshot.status, settings), battery_mark=minimum / 100 if minimum else -1.0, old=old,
+        battery=_battery(snapshot, settings, old, now), battery_mark=minimum / 100 if minimum else -1.0, old=old,
         address=formats.address(robot.address), link=link.word, link_icon=link.icon, link_tone=link.tone,
         message_label=_("What is wrong") if old else _("At the moment"),
         message=words_of(snapshot.problem) if old else snapshot.status.mission_text if snapshot.status else "",
         facts=() if old or snapshot.status is None else _figures(snapshot.status))
+
+
+def _battery(snapshot: RobotSnapshot, settings: Settings, old: bool, now: datetime) -> BatteryAppearance:
+    """An old reading says when it was made, and nothing of what is left or charging since."""
+    battery = battery_appearance(snapshot.status, settings)
+    if not old or battery.level < 0:
+        return battery
+    return replace(battery, note=_("as of {time}").format(time=formats.day_and_time(snapshot.read_at, settings.timezone, now)))
 
 
 def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> MissionView:
@@ -309,7 +317,7 @@ def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -
         text, off = _("Choose a mission"), True
     return RunView(note=note, mission_id=mission.id if mission else None,
                    mission=mission.name if mission else _("Choose a mission"), chips=chips, text=text, off=off,
-                   icon="play" if off else icon, low_battery=_low_battery(facts, robot))
+                   icon="play" if off else icon, low_battery=_low_battery(facts, robot, now))
 
 
 def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datetime) -> tuple[str, str, str]:
@@ -325,9 +333,9 @@ def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datet
     return _("Run on {robot}").format(robot=robot.name), "play", _("on {robot}").format(robot=robot.name)
 
 
-def _low_battery(facts: HomeFacts, robot: Robot) -> str:
+def _low_battery(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     minimum = facts.settings.minimum_battery_percent
-    status = facts.snapshot.status
+    status = None if is_old(facts.snapshot, now, facts.settings) else facts.snapshot.status
     if not minimum:
         return ""
     if status is None or status.battery_percentage is None:

@@ -191,6 +191,14 @@ def test_what_is_old_looks_old_and_says_since_when():
     assert shown.queue[0].tone == "offline"
 
 
+def test_an_old_reading_promises_nothing():
+    silent = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE)
+    assert (view(FACTS).card.battery.note, view(silent).card.battery.note) == ("about 4 h 10 min left", "as of 14:33")
+    charging = with_aino(replace(CHARGING, battery_percentage=50.0), age=300)
+    assert view(charging).card.battery.note == "as of 14:33"
+    assert view(silent, 2).run.low_battery.startswith("The battery of Aino is not known")
+
+
 def test_nobody_says_that_a_silent_robot_has_nothing_to_do():
     idle = with_aino(READY, ())
     assert view(idle).queue_empty.startswith("Aino has nothing to do.")
