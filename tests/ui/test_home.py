@@ -205,6 +205,19 @@ def test_run_pressed_before_the_robot_has_named_the_parameters_asks_for_them(hom
     assert not home.site.container.history.open()
 
 
+def test_run_asks_once_more_for_the_parameters_that_the_robot_did_not_tell(home, ui):
+    mission, = home.site.add_missions("Go to position")
+    home.aino.control({"fault": {"kind": "status_503", "method": "GET", "path": f"/missions/{mission.guid}", "count": None}})
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Go to position"))
+    choose(ui, "Go to position")
+    ui.wait(lambda: home.shell.background.idle)
+    assert ui.find_all(CommandButton, text="Run on Aino")
+    home.aino.control({"fault": None})
+    press(ui, "Run on Aino")
+    ui.wait(lambda: ui.find_all(RunDialog))
+    assert not home.site.container.history.open()
+
+
 def test_a_mission_can_be_searched_among_many(home, ui):
     home.site.add_missions(*(name for name in GUIDS if name not in ("Deliver", "Home", "Collect empties")), favourite=False)
     ui.wait(lambda: len(home.root_vm.facts.missions) == len(GUIDS))

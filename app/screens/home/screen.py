@@ -47,7 +47,8 @@ class HomeViewModel(HomeState, ViewModel):
         self._chosen: int | None = None
         self._asked_for: tuple[int, int] | None = None        # robot and mission whose parameters are shown
         self._wanted: tuple[MissionParameter, ...] = ()       # the parameters that it has
-        self._is_asking = self._runs_when_known = False       # the robot for them; Run was pressed meanwhile
+        self._is_asking = self._is_known = False              # the robot for them, and whether it has answered
+        self._runs_when_known = False                         # Run was pressed meanwhile
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
         self._reset: tuple[int, datetime, float] | None = None        # which robot, since when, and until when its answer is waited for
@@ -175,26 +176,35 @@ class HomeViewModel(HomeState, ViewModel):
         self._show()
 
     def _ask_parameters(self) -> None:
-        """Ask the robot once which parameters the chosen mission has; without an answer it is sent without any."""
+        """Ask the robot which parameters the chosen mission has."""
         robot, mission_id = self.facts.robot, self.run.mission_id
         wanted = (robot.id, mission_id) if robot is not None and mission_id is not None else None
         if wanted == self._asked_for:
             return
         self._asked_for = wanted
         self._runs_when_known = False
-        self._take_parameters(())
-        mission = next((m for m in self.facts.missions if m.id == mission_id), None)
+        self._take_parameters(wanted, None)
+        self._ask_robot()
+
+    def _ask_robot(self) -> None:
+        robot, wanted = self.facts.robot, self._asked_for
+        mission = next((m for m in self.facts.missions if wanted is not None and m.id == wanted[1]), None)
         if robot is None or mission is None:
             return
         self._is_asking = True
         self._shell.background.run(lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
-                                   lambda found: self._take_parameters(tuple(found)), lambda _problem: self._take_parameters(()),
-                                   key=("home", "parameters"), apart="parameters")
+                                   lambda found: self._take_parameters(wanted, tuple(found)),
+                                   lambda _problem: self._take_parameters(wanted, None), key=("home", "parameters"), apart="parameters")
 
-    def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
-        self._wanted, self.asks, self._is_asking = found, bool(found), False
+    def _take_parameters(self, asked_for: tuple[int, int] | None, found: tuple[MissionParameter, ...] | None) -> None:
+        """None: there is no answer; Run asks once more, and is sent without any where that brings none either."""
+        if asked_for != self._asked_for:
+            return
+        self._wanted, self.asks, self._is_known, self._is_asking = found or (), bool(found), found is not None, False
         runs, self._runs_when_known = self._runs_when_known and self.is_open, False
-        if runs:
+        if runs and found is None:
+            self._run({})
+        elif runs:
             self.run_now()
 
     # ------------------------------------------------------------------ what the operator presses
@@ -202,8 +212,10 @@ class HomeViewModel(HomeState, ViewModel):
         """At once, or as soon as it is known whether the mission has parameters; these are asked for first."""
         if self.run.off or self._is_same_press("run"):
             return
-        if self._is_asking and not self.card.old:
+        if not self._is_known and not self.card.old:
             self._runs_when_known = True
+            if not self._is_asking:
+                self._ask_robot()
         elif self._wanted:
             dialog, asked_for = RunDialog(self._wanted, vm=self), self._asked_for
             dialog.bind(on_run=lambda _dialog, values: self._run(values) if asked_for == self._asked_for else None)
