@@ -22,14 +22,14 @@ from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, HomeWide
 from app.screens.home.facts import HomeFacts, HomeServices, read
+from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
-from app.screens.home.view import has_errors, present
+from app.screens.home.view import present
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.tokens import tk
 
 DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on a button is the same press
-READ_WITHIN = 5.0                        # s, after which it is said that errors stand although they were reset
 GONE = (404, 410)                        # what a robot answers about an item that it no longer has
 
 T = TypeVar("T")
@@ -51,7 +51,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._runs_when_known = False                         # Run was pressed meanwhile
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
-        self._reset: tuple[int, datetime, float] | None = None        # which robot, since when, and until when its answer is waited for
+        self._reset = ResetReport(self._say)
         self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
         self._is_learning_map = False
         self._is_plan_old = True                              # more than what the robots do has changed
@@ -81,7 +81,7 @@ class HomeViewModel(HomeState, ViewModel):
         robot = self.facts.robot
         others = {other.id: self._services.snapshots.get(other.id) for other in self.facts.robots if other is not robot}
         self.facts = replace(self.facts, snapshots={**self.facts.snapshots, **others})
-        self._look_at_errors()
+        self._reset.look(self.facts)
         self._show()
 
     def retranslated(self) -> None:
@@ -100,7 +100,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._note_running()
         self._learn_names()
         self._learn_map()
-        self._look_at_errors()
+        self._reset.look(facts)
         self.loaded = True
         self._show()
 
@@ -254,28 +254,7 @@ class HomeViewModel(HomeState, ViewModel):
         if robot is not None and not self._is_same_press("reset"):
             pressed_at = self._services.clock.now()
             self._act("reset", lambda: self._services.operator.reset_errors(robot.id),
-                      lambda _none: self._errors_were_reset(robot.id, pressed_at))
-
-    def _errors_were_reset(self, robot_id: int, pressed_at: datetime) -> None:
-        self._reset = robot_id, pressed_at, Clock.get_time() + READ_WITHIN
-        self._look_at_errors()
-
-    def _look_at_errors(self) -> None:
-        """Say that they are gone as soon as they are, or after a while that they are not."""
-        if self._reset is None:
-            return
-        robot_id, since, until = self._reset
-        robot, seen = self.facts.robot, self.facts.snapshot
-        status = seen.status if seen.read_at is not None and seen.read_at >= since else None
-        if robot is None or robot.id != robot_id:
-            self._reset = None
-        elif status is not None and not has_errors(status):
-            self._reset = None
-            self._say(_("The errors of {robot} are reset; press Resume to continue").format(robot=robot.name), "check")
-        elif Clock.get_time() >= until:
-            self._reset = None
-            self._say(_("{robot} has got Reset errors, but its error stands").format(robot=robot.name) if status else
-                      _("{robot} has got Reset errors and not answered since").format(robot=robot.name), "alert-circle-outline")
+                      lambda _none: self._reset.begin(robot.id, pressed_at))
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
