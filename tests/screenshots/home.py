@@ -10,7 +10,7 @@ from typing import Any
 from kivy.factory import Factory
 
 from app.domain.message import message, render
-from app.domain.models import Alarm, Connection, Priority, Robot, Wait
+from app.domain.models import Alarm, Connection, Priority, RobotSnapshot, Wait
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.alarms_view import Here
@@ -50,11 +50,16 @@ class _Nowhere:
         """Work in the background never comes back."""
 
 
-def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenIssues | None = None) -> HomeScreen:
-    """Home in its frame, with these facts."""
-    services: Any = SimpleNamespace(maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False),
-                                    clock=SimpleNamespace(now=lambda: sample.NOW))
-    shell = SimpleNamespace(background=_Nowhere(), dialogs=studio.dialogs)
+_NOWHERE = _Nowhere()
+
+
+def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenIssues | None = None, more: dict[str, Any] | None = None,
+         background: Any = _NOWHERE) -> HomeScreen:
+    """Home in its frame, with these facts; ``more`` services by name."""
+    services: Any = SimpleNamespace(
+        maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False), clock=SimpleNamespace(now=lambda: sample.NOW),
+        snapshots=SimpleNamespace(get=lambda robot_id: facts.snapshots.get(robot_id) or RobotSnapshot(robot_id)), **(more or {}))
+    shell: Any = SimpleNamespace(background=background, dialogs=studio.dialogs, bus=UiBus())
     frame = Factory.Frame()
     frame.items = [(name, frame_controller.screen_word(name), icon, selected) for name, icon, selected in frame_controller.NAVIGATION]
     frame.current, frame.title = "home", frame_controller.screen_word("home")
@@ -111,12 +116,6 @@ def parameters(studio: Any) -> Any:
 @picture("home-no-map", sizes=(*BOTH, SMALL))
 def no_map(studio: Any) -> None:
     home(studio, replace(sample.FACTS, map=None))
-
-
-@picture("home-fifty-robots", sizes=BOTH)
-def fifty(studio: Any) -> None:
-    robots = (sample.AINO, *(Robot(f"Robot {n}" if n % 4 else f"Trukki hallissa {n}", "http://10.0.0.1", id=n) for n in range(2, 51)))
-    home(studio, replace(sample.FACTS, robots=robots))
 
 
 @picture("home-held", sizes=(LANDSCAPE,))

@@ -125,6 +125,10 @@ class FrameController:
         self._shell.dialogs.choose(_("Robot"), options, self._select_robot, selected=selected)
 
     def _select_robot(self, robot_id: int) -> None:
+        """For all screens; on Home it is shown, even when it is selected already."""
+        if self._shell.navigator.current == "home":
+            self._shell.go("home", robot_id=robot_id)
+            return
         self._work(lambda: self._services.catalogue.change_settings(selected_robot_id=robot_id))
 
     # ------------------------------------------------------------------ the banner

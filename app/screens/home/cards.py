@@ -12,6 +12,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.gridlayout import GridLayout
 from kivy.uix.widget import Widget
 
+from app.screens.home.fleet_model import FleetState
 from app.screens.home.view import HomeView
 from app.services.robots.map_picture import MapPicture
 from app.widgets import flow  # noqa: F401  (registers kivy classess classes)
@@ -28,6 +29,7 @@ NOTHING = HomeView()
 class HomeState(EventDispatcher):
     """What kv reads: the fields of HomeView, and what a person is about to do. ``busy`` has the names of the commands under way."""
     loaded = BooleanProperty(False)
+    fleet = ObjectProperty(FleetState(), rebind=True)        # the page All robots
     has_robots = BooleanProperty(False)
     robots = ListProperty()
     card = ObjectProperty(NOTHING.card, rebind=True)
@@ -79,7 +81,7 @@ class HomeEmpty(Part):
 
 
 class RobotStrip(Part):
-    """A chip per robot."""
+    """A chip per robot, or the way to the page with all of them where they are many."""
 
 
 class RobotHead(Part):

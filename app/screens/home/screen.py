@@ -11,6 +11,7 @@ from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
 from kivy.properties import StringProperty
+from kivy.uix.widget import Widget
 
 from app.domain.models import Execution
 from app.domain.robot import MissionParameter
@@ -22,6 +23,8 @@ from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, HomeWide
 from app.screens.home.facts import HomeFacts, HomeServices, read
+from app.screens.home.fleet_model import FleetViewModel
+from app.screens.home.fleet_page import FleetPage
 from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
 from app.screens.home.view import present
@@ -41,6 +44,7 @@ class HomeViewModel(HomeState, ViewModel):
     def __init__(self, services: HomeServices, shell: Shell) -> None:
         super().__init__()
         self._services, self._shell = services, shell
+        self.fleet = FleetViewModel(services, shell, self.select_robot)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
@@ -62,9 +66,12 @@ class HomeViewModel(HomeState, ViewModel):
         self.keep(self._started.open())
         self.keep(self._reader.stop)
         self.every(1, self._tick)
+        self.fleet.open()
+        self.keep(self.fleet.close)
         self._is_plan_old = True
         self._reader.read()
         if robot_id is not None:
+            self.fleet.leave()
             self.select_robot(robot_id)
 
     def _changed(self, event: Changed) -> None:
@@ -101,6 +108,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._learn_names()
         self._learn_map()
         self._reset.look(facts)
+        self.fleet.take(facts)
         self.loaded = True
         self._show()
 
@@ -338,16 +346,18 @@ def _cancelled(left: Execution | None) -> str:
 
 
 class HomeScreen(ScreenBase):
-    """Three columns in landscape; bands in portrait, and in a window too small for the columns; one column in a narrow one; and an
-    invitation while there is no robot."""
+    """Three columns in landscape; bands in portrait, and in a window too small for the columns; one column in a narrow one; all robots
+    where they are many, until one is chosen; and an invitation while there is none."""
     Services = HomeServices
     layout = StringProperty()
 
     def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "widgets/slots", "home/cards", "home/screen")
+        load_kv("widgets/flow", "widgets/slots", "home/cards", "home/screen", "home/fleet")
+        self._pages: dict[str, Widget] = {}                   # by layout: All robots, and one other
         super().__init__(vm=HomeViewModel(services, shell), **kwargs)
         for name in ("loaded", "has_robots"):
             self.vm.fbind(name, self._choose_layout)
+        self.vm.fleet.fbind("is_shown", self._choose_layout)
         for name in ("portrait", "size"):
             self.fbind(name, self._choose_layout)
         self._choose_layout()
@@ -355,11 +365,24 @@ class HomeScreen(ScreenBase):
     def _choose_layout(self, *_: Any) -> None:
         if not self.vm.loaded:
             return
-        layout = self._fitting() if self.vm.has_robots else "empty"
+        layout = "empty" if not self.vm.has_robots else "fleet" if self.vm.fleet.is_shown else self._fitting()
         if layout != self.layout:
             self.layout = layout
             self.clear_widgets()
-            self.add_widget({"empty": HomeEmpty, "column": HomeColumn, "tall": HomeTall, "wide": HomeWide}[layout](vm=self.vm))
+            self.add_widget(self._page(layout))
+
+    def _page(self, layout: str) -> Widget:
+        """All robots and the robot are kept for each other: both as they were left, and at once."""
+        if layout not in self._pages:
+            self._pages = {name: page for name, page in self._pages.items() if "fleet" in (name, layout)}
+            kind = {"empty": HomeEmpty, "column": HomeColumn, "tall": HomeTall, "wide": HomeWide, "fleet": FleetPage}[layout]
+            self._pages[layout] = kind(vm=self.vm.fleet if layout == "fleet" else self.vm)
+        return self._pages[layout]
+
+    def place(self) -> dict[str, Any]:
+        """All robots is where Home begins by itself."""
+        robot = self.vm.facts.robot
+        return {"robot_id": robot.id} if robot is not None and self.vm.fleet.many and not self.vm.fleet.is_shown else {}
 
     def _fitting(self) -> str:
         """By the window's height, not by that of the screen, which changes with every alarm: a field in use would be built anew."""

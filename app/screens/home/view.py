@@ -24,6 +24,7 @@ from app.screens.common.robot_appearance import (
     state_appearance,
 )
 from app.screens.home.facts import HomeFacts
+from app.screens.home.fleet import FEW
 from app.screens.home.lists import (
     NOT_BLOCKED,
     Blocked,
@@ -125,7 +126,7 @@ class RunView:
 @dataclass(frozen=True)
 class HomeView:
     has_robots: bool = False
-    robots: tuple[RobotSummary, ...] = ()
+    robots: tuple[RobotSummary, ...] = ()                # none where they are many: then they have a page
     card: CardView = field(default_factory=CardView)
     controls: ControlsView = field(default_factory=ControlsView)
     prompt: PromptView = field(default_factory=PromptView)
@@ -147,7 +148,7 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
         return HomeView()
     shown, old = card(facts, robot, now), is_old(facts.snapshot, now, facts.settings)
     return HomeView(
-        has_robots=True, robots=tuple(robot_summaries(facts, now)),
+        has_robots=True, robots=tuple(robot_summaries(facts, now)) if len(facts.robots) <= FEW else (),
         card=shown, controls=controls(facts, robot, old), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
         queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now),
         queue_blocked=blocked(facts), queue_empty=queue_empty(facts, robot, now),

@@ -1,0 +1,115 @@
+"""In which of a few groups a robot is, from what needs a person most to what needs nobody: how many robots are read at one look. Pure."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+from app.domain.activity import activity_of
+from app.domain.models import Connection, Robot, RobotSnapshot, Settings
+from app.domain.robot import RobotState, RobotStatus
+from app.i18n import _, ngettext
+from app.screens.common.robot_appearance import ANSWERS, STOPPED
+
+
+class Group(Enum):
+    """Every robot is in exactly one. In the order of urgency."""
+    STOPPED = "stopped"                  # emergency stop or error
+    ASKS = "asks"
+    SILENT = "silent"                    # no answer, or none that can be trusted
+    LOOK = "look"                        # something that a person should look at, though the robot may go on
+    PAUSED = "paused"
+    WORKING = "working"
+    READY = "ready"
+    CHARGING = "charging"
+    STARTING = "starting"                # or shutting down, or not asked yet
+    OFF = "off"
+
+
+URGENCY = {group: number for number, group in enumerate(Group)}
+NEEDS_HELP = frozenset((Group.STOPPED, Group.ASKS, Group.SILENT, Group.LOOK, Group.PAUSED))
+
+
+@dataclass(frozen=True)
+class GroupLook:
+    """``word`` is short enough for the smallest tile; normal groups are neutral."""
+    word: str
+    icon: str
+    tone: str = "neutral"
+    loud: bool = False
+
+
+def group_of(robot: Robot, snapshot: RobotSnapshot, old: bool, settings: Settings) -> Group:
+    """``old``: what is known of it is out of date."""
+    if robot.needs_password:
+        return Group.LOOK
+    if not robot.enabled or snapshot.connection is Connection.DISABLED:
+        return Group.OFF
+    if snapshot.connection is Connection.UNKNOWN:
+        return Group.STARTING
+    if old or snapshot.status is None or snapshot.connection not in ANSWERS:
+        return Group.SILENT
+    return _group_of(snapshot.status, settings)
+
+
+def _group_of(status: RobotStatus, settings: Settings) -> Group:
+    if status.state in STOPPED:
+        return Group.STOPPED
+    if status.user_prompt is not None:
+        return Group.ASKS
+    if status.errors or status.state in (RobotState.UNKNOWN, RobotState.MANUAL_CONTROL):
+        return Group.LOOK
+    if status.state is RobotState.PAUSE:
+        return Group.PAUSED
+    match activity_of(status):
+        case "charging":
+            return Group.CHARGING
+        case "executing":
+            return Group.WORKING
+    if status.state in (RobotState.STARTING, RobotState.SHUTTING_DOWN):
+        return Group.STARTING
+    return Group.LOOK if is_low(status, settings) else Group.READY
+
+
+def is_low(status: RobotStatus, settings: Settings) -> bool:
+    """Whether the battery is under the minimum, so that missions wait."""
+    minimum, percent = settings.minimum_battery_percent, status.battery_percentage
+    return minimum is not None and percent is not None and percent < minimum
+
+
+def look_of(group: Group) -> GroupLook:
+    """How robots of the group are shown together."""
+    return {
+        Group.STOPPED: GroupLook(_("Stopped"), "alert-octagon", "fault", loud=True),
+        Group.ASKS: GroupLook(_("Asks"), "comment-question", "action"),
+        Group.SILENT: GroupLook(_("No answer"), "wifi-off", "attention"),
+        Group.LOOK: GroupLook(_("Look at it"), "eye-outline", "attention"),
+        Group.PAUSED: GroupLook(_("Paused"), "pause-circle-outline", "action"),
+        Group.WORKING: GroupLook(_("Working"), "play-circle-outline"),
+        Group.READY: GroupLook(_("Ready"), "check-circle-outline"),
+        Group.CHARGING: GroupLook(_("Charging"), "lightning-bolt"),
+        Group.STARTING: GroupLook(_("Starting"), "timer-sand"),
+        Group.OFF: GroupLook(_("Off"), "power-plug-off-outline"),
+    }[group]
+
+
+def count_words(group: Group, n: int) -> str:
+    """ "2 stopped", "1 asks"."""
+    return {
+        Group.STOPPED: ngettext("{n} stopped", "{n} stopped", n),
+        Group.ASKS: ngettext("{n} asks", "{n} ask", n),
+        Group.SILENT: ngettext("{n} no answer", "{n} no answer", n),
+        Group.LOOK: ngettext("{n} to look at", "{n} to look at", n),
+        Group.PAUSED: ngettext("{n} paused", "{n} paused", n),
+        Group.WORKING: ngettext("{n} working", "{n} working", n),
+        Group.READY: ngettext("{n} ready", "{n} ready", n),
+        Group.CHARGING: ngettext("{n} charging", "{n} charging", n),
+        Group.STARTING: ngettext("{n} starting", "{n} starting", n),
+        Group.OFF: ngettext("{n} off", "{n} off", n),
+    }[group].format(n=n)
+
+
+def help_words(groups: Iterable[Group]) -> str:
+    """How many of them need a person, empty when none does."""
+    n = sum(group in NEEDS_HELP for group in groups)
+    return ngettext("{n} needs help", "{n} need help", n).format(n=n) if n else ""

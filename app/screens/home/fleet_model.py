@@ -1,0 +1,245 @@
+"""The page All robots: which robots it shows, kept up to date a few of them per frame, so that a poll of all of them holds up none."""
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from kivy.clock import Clock
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+
+from app.domain.models import Execution, Robot, RobotSnapshot, Settings
+from app.domain.robot import QueueItem, QueueState
+from app.i18n import _
+from app.screens.common.robot_appearance import is_old
+from app.screens.common.robot_groups import Group, group_of, help_words
+from app.screens.common.shell import Shell
+from app.screens.common.view_model import Changed, ViewModel
+from app.screens.home.facts import HomeFacts, HomeServices
+from app.screens.home.fleet import (
+    FEW,
+    LARGE_UP_TO,
+    Look,
+    RobotTile,
+    Work,
+    all_well,
+    arranged,
+    counts,
+    in_places,
+    robot_tile,
+    work,
+)
+from app.services.live.changes import Topic
+from app.widgets import finger
+
+PER_FRAME = .003                         # s for looking at robots that have changed; the others wait for the next frame
+Running = tuple[int, int]                # robot, and the item of its queue that it executes
+
+
+class FleetState(EventDispatcher):
+    """What kv reads. ``many``: there are enough robots for the page; ``is_shown``: it is in the place of one robot."""
+    many = BooleanProperty(False)
+    is_shown = BooleanProperty(False)
+    tiles = ListProperty()
+    large = BooleanProperty(True)
+    counts = ListProperty()
+    is_well = BooleanProperty(False)
+    needy_first = BooleanProperty(False)
+    only = ObjectProperty(None, allownone=True)              # the group that is shown; None: all
+    empty = StringProperty()
+    way_back = StringProperty()          # from one robot to all
+
+
+@dataclass(frozen=True)
+class Known:
+    """Of something that runs: what it is called, and how long it takes in s (None: not known)."""
+    mission: str
+    usual_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A tile, and what it was made of: while that is the same, so is the tile."""
+    robot: Robot
+    snapshot: RobotSnapshot
+    old: bool
+    doing: Work | None
+    group: Group
+    tile: RobotTile
+
+
+class FleetViewModel(FleetState, ViewModel):
+    """Gets robots and runs from Home by ``take``, their states from the snapshots; ``open_robot(id)`` selects one."""
+
+    def __init__(self, services: HomeServices, shell: Shell, open_robot: Callable[[int], object]) -> None:
+        super().__init__()
+        self._services, self._shell, self._open_robot = services, shell, open_robot
+        self._settings = Settings()
+        self._robots: Mapping[int, Robot] = {}                # in their places
+        self._ours: Mapping[tuple[int, int | str], Execution] = {}       # by robot and queue id, or token before that is stored
+        self._known: dict[Running, Known] = {}
+        self._unknown: dict[Running, str] = {}                # guid of the mission
+        self._is_asking = False
+        self._seen: dict[int, Seen] = {}
+        self._waiting: dict[int, None] = {}                   # robots to be looked at, in that order
+        self._is_behind = True                                # what is shown is not what is known
+        self._is_first = True
+        self._soon = Clock.create_trigger(self._look_at_some, 0)
+
+    def opened(self, *_args: Any, **_intent: Any) -> None:
+        self.keep(self._shell.bus.subscribe(Changed, self._changed))
+        self.keep(self._soon.cancel)
+        self.every(1, self._tick)
+        self._tick()
+
+    def retranslated(self) -> None:
+        self._seen = {}
+        self._tick()
+
+    # ------------------------------------------------------------------ what is known
+    def take(self, facts: HomeFacts) -> None:
+        """What Home has read."""
+        self._settings = facts.settings
+        self._robots = {robot.id: robot for robot in in_places(facts.robots)}
+        self._ours = {(e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None}
+        self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}
+        self._waiting = dict.fromkeys(self._robots)
+        self._is_behind = True
+        self.many, self.large = len(self._robots) > FEW, len(self._robots) <= LARGE_UP_TO
+        self.is_shown = self.many and (self.is_shown or self._is_first)
+        self._is_first = False
+        if self.many:
+            while len(self._seen) < len(self._robots):        # the first look shows all of them
+                self._look_at(self._next())
+            self._show()
+            self._soon()
+
+    def _changed(self, event: Changed) -> None:
+        if event.topic is Topic.SNAPSHOT and event.about is not None and event.about in self._robots:
+            self._waiting[event.about] = None
+            self._soon()
+
+    def _tick(self) -> None:
+        """Once a second: times run on, and what has not come for long is out of date."""
+        self._waiting = dict.fromkeys(self._robots)
+        self._soon()
+
+    # ------------------------------------------------------------------ looking
+    def _look_at_some(self, _dt: float) -> None:
+        if not self.many:
+            return
+        end = time.perf_counter() + PER_FRAME
+        while self._waiting and time.perf_counter() < end:
+            self._look_at(self._next())
+        if self._waiting:
+            self._soon()
+        self._learn()
+        if self._is_behind:
+            self._show()
+
+    def _next(self) -> int:
+        robot_id = next(iter(self._waiting))
+        del self._waiting[robot_id]
+        return robot_id
+
+    def _look_at(self, robot_id: int) -> None:
+        robot, snapshot, now = self._robots[robot_id], self._services.snapshots.get(robot_id), self._services.clock.now()
+        old = is_old(snapshot, now, self._settings)
+        doing = None if old else self._doing(robot_id, snapshot)
+        seen = self._seen.get(robot_id)
+        if seen and (seen.robot, seen.old, seen.doing) == (robot, old, doing) and seen.snapshot is snapshot:
+            return
+        group = group_of(robot, snapshot, old, self._settings)
+        tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now)
+        self._seen[robot_id] = Seen(robot, snapshot, old, doing, group, tile)
+        if seen is None or (seen.group, seen.tile) != (group, tile):
+            self._is_behind = True
+
+    def _doing(self, robot_id: int, snapshot: RobotSnapshot) -> Work | None:
+        item = next((item for item in snapshot.queue if item.state is QueueState.EXECUTING), None)
+        if item is None:
+            return None
+        ours, known = self._ours_of(robot_id, item), self._known.get((robot_id, item.id))
+        if known is None:
+            self._unknown[robot_id, item.id] = ours.mission_guid if ours else item.mission_id or ""
+            return Work(ours.mission if ours else snapshot.status.mission_text if snapshot.status else "")
+        if ours is None:
+            return Work(known.mission)
+        elapsed = (self._services.clock.now() - ours.started_at).total_seconds() if ours.started_at else None
+        return work(ours.mission, elapsed, known.usual_s)
+
+    def _ours_of(self, robot_id: int, item: QueueItem) -> Execution | None:
+        return self._ours.get((robot_id, item.id)) or self._ours.get((robot_id, item.description))
+
+    def _learn(self) -> None:
+        """Names and usual durations of what runs, asked once for each run, as the database takes its time."""
+        if self._is_asking or not self._unknown or not self.is_open:
+            return
+        self._is_asking = True
+        wanted, self._unknown, services = self._unknown, {}, self._services
+
+        def learnt(found: Mapping[Running, Known]) -> None:
+            self._is_asking = False
+            running = {(seen.snapshot.robot_id, item.id) for seen in self._seen.values() for item in seen.snapshot.queue}
+            self._known = {run: known for run, known in {**self._known, **found}.items() if run in running}
+            self._waiting |= dict.fromkeys(robot_id for robot_id, _item in found if robot_id in self._robots)
+            self._soon()
+
+        def not_learnt(_problem: BaseException) -> None:
+            self._is_asking = False
+
+        self._shell.background.run(lambda: _learn(services, wanted), learnt, not_learnt)
+
+    # ------------------------------------------------------------------ showing
+    def _show(self, by_hand: bool = False) -> None:
+        """Nothing leaves its place under a finger, unless that has just asked for it."""
+        look = Look(self.only, self.needy_first)
+        groups = {robot_id: seen.group for robot_id, seen in self._seen.items()}
+        found = list(counts(groups, look))
+        if not by_hand and finger.is_down() and (look != Look() or found != self.counts):
+            return
+        self._is_behind = False
+        help_needed = help_words(groups.values())
+        self.way_back = _("All robots · {help}").format(help=help_needed) if help_needed else _("All robots")
+        if self.is_shown:
+            self.counts, self.is_well = found, all_well(groups)
+            self.tiles = arranged([self._seen[robot_id].tile for robot_id in self._robots if robot_id in self._seen], groups, look)
+            self.empty = _("No robot is like this now. Tap the chip with the cross to see all.") if self.only is not None else ""
+
+    # ------------------------------------------------------------------ what the operator presses
+    def show_only(self, group: Group | None) -> None:
+        """Only the robots of ``group``, all of them when that is shown already, or None."""
+        self.only = None if group is self.only else group
+        self._show(by_hand=True)
+
+    def sort(self) -> None:
+        """Those that need a person first, or each in its place again."""
+        self.needy_first = not self.needy_first
+        self._show(by_hand=True)
+
+    def open_robot(self, robot_id: int) -> None:
+        """Its Home, in the place of the page."""
+        self.leave()
+        self._open_robot(robot_id)
+
+    def leave(self) -> None:
+        """Show one robot; what is looked at first, too."""
+        self.is_shown = self._is_first = False
+
+    def come_back(self) -> None:
+        """To the page, as it was left."""
+        self.is_shown = self.many
+        self._show(by_hand=True)
+
+
+def _learn(services: HomeServices, wanted: Mapping[Running, str]) -> dict[Running, Known]:
+    """Off the UI thread: what the database knows, never a robot."""
+    names = {mission.guid: mission.name for mission in services.catalogue.missions()}
+    found = {}
+    for (robot_id, item_id), guid in wanted.items():
+        expected = services.history.expected(robot_id, guid) if guid else None
+        name = names.get(guid) or services.robot_missions.names(robot_id).get(guid) or "–"
+        found[robot_id, item_id] = Known(name, expected.median_s if expected else None)
+    return found

@@ -1,0 +1,139 @@
+"""The widgets of the page All robots, as kv/home/fleet.kv lays them out."""
+from __future__ import annotations
+
+from typing import Any
+
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.stacklayout import StackLayout
+
+from app.screens.home.fleet_model import FleetState
+from app.widgets import panel_grid  # noqa: F401  (registers kivy classes)
+from app.widgets.lists import RecycledRow
+from app.widgets.surfaces import TonedTap
+from app.widgets.text import Body
+from app.widgets.tokens import late_color, tk
+
+CLEAR = (0, 0, 0, 0)
+LONGEST_END = 5                          # characters of a name's last word that are always shown
+
+
+class Painted(TonedTap):
+    """Normal is grey; abnormal is tinted, solid when ``loud``, so that it is the first thing seen."""
+    loud = BooleanProperty(False)
+    back = late_color(CLEAR)
+    ink = late_color((0, 0, 0, 1))       # of what is to be read first
+    ink2 = late_color((0, 0, 0, 1))
+    edge = late_color(CLEAR)
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.fbind("loud", self.retone)
+
+    def retone(self, *_: Any) -> None:
+        super().retone()
+        if self.tone == "neutral":
+            self.back, self.ink, self.ink2, self.edge = tk.surface, tk.ink, tk.ink2, tk.line
+        elif self.loud:
+            self.back, self.ink, self.ink2, self.edge = self.solid, self.solid_ink, self.solid_ink, self.solid
+        else:
+            self.back, self.ink, self.ink2, self.edge = self.tint, self.tint_ink, self.tint_ink, self.fg
+
+
+class OneLine(Body):
+    """A text that never changes the height of a tile: what doesn't fit is in the robot's Home."""
+    most_lines = NumericProperty(1)
+
+
+class NameLine(OneLine):
+    """A robot's name: one that is too long keeps its end, as "Pallet truck 7" and "Pallet truck 8" begin alike."""
+    font_name = StringProperty("RobotoMedium")
+
+    def _broken(self, width: float) -> str:
+        text: str = self.text
+        self._label.resolve_font_name()
+        if self._label.get_extents(text)[0] <= width:
+            return text
+        head, _space, tail = text.rpartition(" ")
+        tail = tail[-LONGEST_END:]
+        head = head or text[:-len(tail)]
+        while head and self._label.get_extents(f"{head}… {tail}")[0] > width:
+            head = head[:-1]
+        return f"{head.rstrip()}… {tail}"
+
+
+class FleetTile(RecycledRow, Painted):
+    """One robot; a tap is "open". ``late``: its mission takes much longer than usual."""
+    name = StringProperty()
+    word = StringProperty()
+    icon = StringProperty()
+    detail = StringProperty()
+    late = BooleanProperty(False)
+    battery = StringProperty("–")
+    battery_icon = StringProperty("battery-unknown")
+    battery_tone = StringProperty("neutral")
+    battery_ink = late_color((0, 0, 0, 1))
+    detail_ink = late_color((0, 0, 0, 1))
+
+    def retone(self, *_: Any) -> None:
+        super().retone()
+        is_normal = self.tone == "neutral"
+        self.battery_ink = getattr(tk, self.battery_tone) if is_normal else self.ink2
+        self.detail_ink = tk.attention if self.late and is_normal else self.ink2
+
+    on_battery_tone = on_late = retone
+
+    def on_release(self) -> None:
+        self.act("open")
+
+
+class LargeTile(FleetTile):
+    """Up to twenty robots: all in words."""
+
+
+class SmallTile(FleetTile):
+    """More than twenty: name, group, battery, one line."""
+
+
+class CountChip(Painted):
+    """How many robots are in one group; a tap shows only those."""
+    key = ObjectProperty(None, allownone=True)
+    icon = StringProperty()
+    text = StringProperty()
+    selected = BooleanProperty(False)
+
+
+class Counts(StackLayout):
+    """A chip per entry of ``data``; a tap fires ``on_choose(key)``. As high as its rows."""
+    data = ListProperty()
+
+    __events__ = ("on_choose",)
+
+    def __init__(self, **kwargs: Any) -> None:
+        self._chips: dict[object, CountChip] = {}
+        super().__init__(**kwargs)
+        self.fbind("data", self._build)
+
+    def on_choose(self, key: object) -> None:
+        """A chip was tapped."""
+
+    def _build(self, *_: Any) -> None:
+        if [count.key for count in self.data] != list(self._chips):
+            self.clear_widgets()
+            self._chips = {count.key: self._chips.get(count.key) or self._new(count.key) for count in self.data}
+            for chip in self._chips.values():
+                self.add_widget(chip)
+        for count in self.data:
+            chip = self._chips[count.key]
+            for name, value in vars(count).items():
+                setattr(chip, name, value)
+
+    def _new(self, key: object) -> CountChip:
+        chip = CountChip()
+        chip.bind(on_release=lambda _chip: self.dispatch("on_choose", key))
+        return chip
+
+
+class FleetPage(BoxLayout):
+    """The counts above the tiles; ``vm`` is a FleetViewModel."""
+    vm = ObjectProperty(FleetState(), rebind=True)

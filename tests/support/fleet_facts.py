@@ -1,0 +1,72 @@
+"""Many robots at the invented plant, as Home's facts: most of them work, some need a person."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from app.domain.models import Connection, DurationEstimate, Execution, Robot, RobotSnapshot, State
+from app.domain.robot import QueueItem, QueueState, RobotState
+from app.screens.home.facts import HomeFacts
+from tests.support import home_facts as sample
+
+NAMES = ("Aino", "Eino", "Helmi", "Ilmari", "Kaisa", "Lempi", "Onni", "Sisu", "Toivo", "Urho", "Veikko", "Väinö")
+USUAL = DurationEstimate(420.0, 480.0)
+TASKS = ("Deliver kits to line 2", "Collect empties", "Bring pallet to dock", "Waste to compactor", "Move coils to press")
+PAUSED = replace(sample.READY, state=RobotState.PAUSE, mission_text="Paused")
+DRIVEN = replace(sample.READY, state=RobotState.MANUAL_CONTROL, mission_text="Driven by hand from its own screen")
+
+
+def robots(count: int) -> tuple[Robot, ...]:
+    """The first with names of their own, all others with numbers."""
+    return tuple(Robot(NAMES[n] if count <= len(NAMES) else f"Robot {n + 1}" if n % 9 else f"Trukki hallissa {n + 1}",
+                       f"http://10.40.12.{21 + n}", id=n + 1, model="MiR250", token="x") for n in range(count))
+
+
+def troubled(number: int) -> RobotSnapshot | None:
+    """Of the few that need a person."""
+    if number in (4, 31):
+        return sample.snapshot(number, sample.STOPPED if number == 4 else sample.FAILED)
+    if number == 7:
+        return sample.snapshot(number, sample.ASKING)
+    if number in (9, 23, 40):
+        return sample.snapshot(number, sample.READY, age=900, connection=Connection.UNREACHABLE)
+    if number in (11, 36):
+        return sample.snapshot(number, PAUSED if number == 11 else DRIVEN)
+    return None
+
+
+def facts(count: int, *, well: bool = False) -> HomeFacts:
+    """``well``: nothing is abnormal."""
+    everybody = robots(count)
+    snapshots: dict[int, RobotSnapshot] = {}
+    runs: list[Execution] = []
+    for robot in everybody:
+        number, trouble = robot.id, None if well else troubled(robot.id)
+        battery = 31.0 + number * 37 % 69
+        if trouble is not None:
+            snapshots[number] = trouble
+        elif number % 7 == 3:
+            snapshots[number] = sample.snapshot(number, replace(sample.CHARGING, battery_percentage=battery / 2))
+        elif number % 4 == 1:
+            snapshots[number] = sample.snapshot(number, replace(sample.READY, battery_percentage=battery))
+        else:
+            guid = f"task-{number % len(TASKS)}"
+            item = QueueItem(1000 + number, QueueState.EXECUTING, mission_id=guid)
+            snapshots[number] = sample.snapshot(number, replace(sample.EXECUTING, battery_percentage=battery), (item,))
+            runs.append(sample.execution(1000 + number, robot, TASKS[number % len(TASKS)], State.EXECUTING, guid=guid, queue_id=item.id,
+                                         started_at=sample.ago(seconds=20 + number * 53 % 400)))
+    return replace(sample.FACTS, robots=everybody, snapshots=snapshots, open=tuple(runs))
+
+
+class Answers:
+    """The services that the page asks about what runs."""
+
+    def missions(self) -> Sequence[Any]:
+        return ()
+
+    def expected(self, _robot_id: int, _guid: str) -> DurationEstimate:
+        return USUAL
+
+    def names(self, _robot_id: int) -> dict[str, str]:
+        return {}

@@ -1,0 +1,141 @@
+"""All robots in one look: groups, tiles, counts, filter and order."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.domain.models import Connection, Robot, RobotSnapshot
+from app.domain.robot import RobotProblem, RobotState, RobotStatus
+from app.screens.common.robot_appearance import is_old
+from app.screens.common.robot_groups import Group, group_of, help_words
+from app.screens.home import fleet
+from app.screens.home.fleet import Look, RobotTile, Work, arranged, counts, in_places, robot_tile
+from tests.support import home_facts as sample
+from tests.support.home_facts import AINO, NOW, SETTINGS, snapshot
+
+
+def look(status: RobotStatus | None, robot: Robot = AINO, doing: Work | None = None, **values) -> tuple[Group, RobotTile]:
+    seen = snapshot(robot.id, status, **values)
+    old = is_old(seen, NOW, SETTINGS)
+    group = group_of(robot, seen, old, SETTINGS)
+    return group, robot_tile(robot, seen, doing, group, old, SETTINGS, NOW)
+
+
+def in_state(state: RobotState, **values) -> RobotStatus:
+    return replace(sample.READY, state=state, **values)
+
+
+# ---------------------------------------------------------------------- one robot
+@pytest.mark.parametrize(("status", "group", "tone", "detail"), [
+    (sample.STOPPED, Group.STOPPED, "fault", "Emergency stop"),
+    (sample.FAILED, Group.STOPPED, "fault", "Failed to reach goal position 'Line 2'"),
+    (sample.ASKING, Group.ASKS, "action", "Is the pallet loaded at Dock 3?"),
+    (in_state(RobotState.PAUSE), Group.PAUSED, "action", ""),
+    (in_state(RobotState.MANUAL_CONTROL), Group.LOOK, "attention", "Manual control"),
+    (in_state(RobotState.UNKNOWN, state_text="Levitating"), Group.LOOK, "attention", "Levitating"),
+    (in_state(RobotState.EXECUTING, errors=(RobotProblem(1, "Lidar is dirty"),)), Group.LOOK, "attention", "Lidar is dirty"),
+    (in_state(RobotState.READY, battery_percentage=29.0), Group.LOOK, "attention", "Battery under 30 %"),
+    (sample.READY, Group.READY, "neutral", ""),
+    (in_state(RobotState.COMPLETED), Group.READY, "neutral", ""),
+    (sample.CHARGING, Group.CHARGING, "neutral", ""),
+    (in_state(RobotState.SHUTTING_DOWN), Group.STARTING, "neutral", "Shutting down"),
+    (in_state(RobotState.DOCKING), Group.WORKING, "neutral", ""),
+])
+def test_a_robot_is_in_the_group_that_its_state_says(status, group, tone, detail):
+    found, tile = look(status)
+    assert (found, tile.tone, tile.detail) == (group, tone, detail)
+    assert tile.loud == (group is Group.STOPPED)
+    assert tile.icon
+
+
+def test_one_that_does_not_answer_says_since_when_and_shows_no_old_values():
+    group, tile = look(sample.EXECUTING, doing=Work("Deliver", 2), age=400, connection=Connection.UNREACHABLE)
+    assert (group, tile.word, tile.detail, tile.battery) == (Group.SILENT, "No answer", "since 14:18", "–")
+
+
+def test_one_that_answers_wrongly_says_how():
+    group, tile = look(sample.READY, connection=Connection.UNAUTHORIZED)
+    assert (group, tile.detail) == (Group.SILENT, "Wrong password since 14:18")
+
+
+def test_a_reading_that_is_too_old_is_no_answer():
+    group, tile = look(sample.EXECUTING, age=400)
+    assert (group, tile.detail) == (Group.SILENT, "No update · 6 min ago")
+
+
+@pytest.mark.parametrize(("robot", "group"), [(replace(AINO, enabled=False), Group.OFF),
+                                              (replace(AINO, enabled=False, needs_password=True), Group.LOOK)])
+def test_one_that_is_switched_off_needs_nobody_unless_its_password_is_missing(robot, group):
+    found, tile = look(sample.STOPPED, robot)
+    assert (found, tile.detail) == (group, "Needs its password" if robot.needs_password else "")
+
+
+def test_one_that_was_not_asked_yet_is_starting():
+    unknown = RobotSnapshot(1)
+    assert group_of(AINO, unknown, is_old(unknown, NOW, SETTINGS), SETTINGS) is Group.STARTING
+
+
+@pytest.mark.parametrize(("elapsed", "usual", "detail"), [
+    (60.0, 420.0, "6 min left · Deliver"), (301.0, 420.0, "2 min left · Deliver"), (419.0, 420.0, "1 min left · Deliver"),
+    (430.0, 420.0, "soon done · Deliver"), (700.0, 420.0, "longer than usual · Deliver"), (60.0, 9000.0, "2 h 29 min left · Deliver"),
+    (60.0, None, "Deliver"), (None, 420.0, "Deliver"),
+])
+def test_what_runs_says_how_long_yet(elapsed, usual, detail):
+    doing = fleet.work("Deliver", elapsed, usual)
+    _group, tile = look(sample.EXECUTING, doing=doing)
+    assert (tile.detail, tile.late) == (detail, detail.startswith("longer"))
+
+
+def test_words_of_many_lines_become_one():
+    _group, tile = look(replace(sample.ASKING, user_prompt=replace(sample.ASKING.user_prompt, question="Is it\n  there?")))
+    assert tile.detail == "Is it there?"
+
+
+# ---------------------------------------------------------------------- all of them
+def named(*names: str) -> list[Robot]:
+    return [Robot(name, "http://10.0.0.1", id=n) for n, name in enumerate(names, 1)]
+
+
+def test_places_follow_the_names_and_their_numbers():
+    assert [robot.name for robot in in_places(named("Robot 10", "robot 2", "Aino", "7", "Robot 1b", "Robot 1"))] == [
+        "7", "Aino", "Robot 1", "Robot 1b", "robot 2", "Robot 10"]
+
+
+GROUPS = {1: Group.READY, 2: Group.WORKING, 3: Group.STOPPED, 4: Group.WORKING, 5: Group.SILENT}
+TILES = [RobotTile(key, f"Robot {key}") for key in GROUPS]
+
+
+def test_counts_are_by_urgency_and_leave_out_what_there_is_not():
+    found = counts(GROUPS, Look())
+    assert [count.text for count in found] == ["1 stopped", "1 no answer", "2 working", "1 ready"]
+    assert [count.tone for count in found] == ["fault", "attention", "neutral", "neutral"]
+
+
+def test_the_group_that_is_shown_is_counted_even_when_nobody_is_in_it():
+    count = counts(GROUPS, Look(Group.ASKS))[1]
+    assert (count.text, count.selected, count.tone) == ("0 ask", True, "neutral")
+
+
+def test_a_filter_keeps_the_places():
+    assert [tile.key for tile in arranged(TILES, GROUPS, Look(Group.WORKING))] == [2, 4]
+
+
+def test_who_needs_a_person_comes_first_the_others_as_they_were():
+    assert [tile.key for tile in arranged(TILES, GROUPS, Look(needy_first=True))] == [3, 5, 2, 4, 1]
+
+
+def test_all_is_well_when_nobody_needs_a_person():
+    assert not fleet.all_well(GROUPS)
+    assert fleet.all_well({1: Group.READY, 2: Group.CHARGING, 3: Group.OFF})
+
+
+def test_help_is_counted_in_words():
+    assert help_words(GROUPS.values()) == "2 need help"
+    assert help_words([Group.ASKS]) == "1 needs help"
+    assert help_words([Group.READY]) == ""
+
+
+def test_time_left_runs_down():
+    minutes = [fleet.work("Deliver", float(elapsed), 300.0).minutes_left for elapsed in (0, 59, 61, 241, 299, 301)]
+    assert minutes == [5, 5, 4, 1, 1, 0]
