@@ -151,8 +151,8 @@ def main() -> None:
         if "--python-garbage" not in sys.argv:
             stack.enter_context(quiet_garbage())
 
-        def show(screen: str) -> Any:
-            app.shell.go(screen)
+        def show(screen: str, **intent: Any) -> Any:
+            app.shell.go(screen, **intent)
             for _n in range(3):              # what is read makes more to be read
                 frames.run(1)
                 while not app.shell.background.idle:
@@ -163,7 +163,7 @@ def main() -> None:
             return [widget for widget in screen.walk() if isinstance(widget, kind)]
 
         headline()
-        home = show("home")
+        home = show("home", robot_id=container.settings().selected_robot_id)               # not all of them: bench_fleet
         report("Home at rest, 50 robots polled every 2 s", frames.run(seconds))
         moves = [swing(rows.ids.scroll, rows.direction == "x") for rows in lists(home, ScrollRows)]
         report("Home, all its lists scrolling", frames.run(seconds, lambda frame: [move(frame) for move in moves]))

@@ -124,6 +124,8 @@ def main() -> None:
                     turns = shown if screen == "home" else shown[:1]
                     for selected in turns:
                         container.catalogue.change_settings(selected_robot_id=selected.id)
+                        if screen == "home":
+                            app.shell.go(screen, robot_id=selected.id)
                         found = frames.run(seconds / len(screens) / len(turns))
                         drawn += found
                         worst[f"{screen}, {selected.name}"] = max(frame.wall for frame in found)

@@ -34,7 +34,8 @@ from app.screens.home.fleet import (
 from app.services.live.changes import Topic
 from app.widgets import finger
 
-PER_FRAME = .003                         # s for looking at robots that have changed; the others wait for the next frame
+PER_FRAME = .003                         # s for looking at robots, and
+NEW_PER_FRAME = 6                        # tiles that become others; the rest waits for the next frame
 Running = tuple[int, int]                # robot, and the item of its queue that it executes
 
 
@@ -123,16 +124,16 @@ class FleetViewModel(FleetState, ViewModel):
 
     def _tick(self) -> None:
         """Once a second: times run on, and what has not come for long is out of date."""
-        self._waiting = dict.fromkeys(self._robots)
+        self._waiting |= dict.fromkeys(self._robots)
         self._soon()
 
     # ------------------------------------------------------------------ looking
     def _look_at_some(self, _dt: float) -> None:
         if not self.many:
             return
-        end = time.perf_counter() + PER_FRAME
-        while self._waiting and time.perf_counter() < end:
-            self._look_at(self._next())
+        end, new = time.perf_counter() + PER_FRAME, 0
+        while self._waiting and new < NEW_PER_FRAME and time.perf_counter() < end:
+            new += self._look_at(self._next())
         if self._waiting:
             self._soon()
         self._learn()
@@ -144,18 +145,20 @@ class FleetViewModel(FleetState, ViewModel):
         del self._waiting[robot_id]
         return robot_id
 
-    def _look_at(self, robot_id: int) -> None:
+    def _look_at(self, robot_id: int) -> bool:
+        """Whether its tile is another one now."""
         robot, snapshot, now = self._robots[robot_id], self._services.snapshots.get(robot_id), self._services.clock.now()
         old = is_old(snapshot, now, self._settings)
         doing = None if old else self._doing(robot_id, snapshot)
         seen = self._seen.get(robot_id)
         if seen and (seen.robot, seen.old, seen.doing) == (robot, old, doing) and seen.snapshot is snapshot:
-            return
+            return False
         group = group_of(robot, snapshot, old, self._settings)
         tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now)
         self._seen[robot_id] = Seen(robot, snapshot, old, doing, group, tile)
-        if seen is None or (seen.group, seen.tile) != (group, tile):
-            self._is_behind = True
+        is_new = seen is None or (seen.group, seen.tile) != (group, tile)
+        self._is_behind |= is_new
+        return is_new
 
     def _doing(self, robot_id: int, snapshot: RobotSnapshot) -> Work | None:
         item = next((item for item in snapshot.queue if item.state is QueueState.EXECUTING), None)
