@@ -17,7 +17,7 @@ class TopBar(Toned, MDTopAppBar):
     """Name of the screen, date and time, the bell, and the selected robot with its connection; a tap on the robot fires
     ``on_pick_robot``, one on the bell ``on_list_alarms``.
 
-    Without enough room (``narrow``) the date is left out; long names of robots wrap.
+    ``help_count`` says how many robots need a person. Without enough room (``narrow``) the date is left out; long names of robots wrap.
     """
     title = StringProperty()
     date = StringProperty()
@@ -27,6 +27,7 @@ class TopBar(Toned, MDTopAppBar):
     icon = StringProperty()
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
+    help_count = StringProperty()
     narrow = BooleanProperty(False)
 
     __events__ = ("on_pick_robot", "on_list_alarms")
@@ -147,6 +148,7 @@ class Frame(Surface):
     link = StringProperty()
     link_icon = StringProperty()
     link_tone = OptionProperty("neutral", options=TONES)
+    help_count = StringProperty()
     alarm = StringProperty()
     alarm_icon = StringProperty("alert-octagon")
     alarm_tone = OptionProperty("fault", options=TONES)

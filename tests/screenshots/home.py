@@ -14,6 +14,8 @@ from app.domain.models import Alarm, Connection, Priority, RobotSnapshot, Wait
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.alarms_view import Here
+from app.screens.common.robot_appearance import is_old
+from app.screens.common.robot_groups import group_of
 from app.screens.common.threads import UiBus
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarm_list import LateStartsDialog
@@ -67,7 +69,9 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenI
     frame.add_widget(screen)
     screen.vm.take(facts)
     screen.vm.choose_mission(chosen)
-    frame_controller.show_bar(frame, top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW))
+    seen = [(robot, services.snapshots.get(robot.id)) for robot in facts.robots]
+    groups = [group_of(robot, snapshot, is_old(snapshot, sample.NOW, facts.settings), facts.settings) for robot, snapshot in seen]
+    frame_controller.show_bar(frame, top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW, groups))
     if issues is not None:
         robots = {robot.id: robot for robot in facts.robots}
         frame_controller.show_banner(frame, banner(issues, robots, facts.settings, sample.NOW, Here("home", 1)))

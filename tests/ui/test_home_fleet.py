@@ -9,7 +9,7 @@ from app.container import Container
 from app.domain.models import Connection, Execution, Robot, State, Trigger
 from app.domain.robot import QueueItem, QueueState, RobotStatus
 from app.screens.home.cards import HomeWide
-from app.screens.home.fleet_page import CountChip, FleetPage, FleetTile, LargeTile, SmallTile
+from app.screens.home.fleet_page import CountChip, FleetPage, FleetTile, LargeTile, NameLine, SmallTile
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.frame import TopBar
 from app.widgets.panel_grid import PanelGrid
@@ -256,3 +256,23 @@ def test_by_keys_alone(container, robots, ui):
         ui.key(DOWN)
         ui.key(ENTER)
         ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == "Veikko")
+
+
+def test_a_name_that_is_too_long_keeps_its_end(container, ui):
+    add_robots(container, 20)
+    container.catalogue.save_robot(Robot("Autonomous pallet truck in hall 17", "10.40.14.1", "scheduler"), "secret")
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(SmallTile))
+        label, = ui.find_all(NameLine, text="Autonomous pallet truck in hall 17")
+        shown_name = label._label.text
+        assert shown_name.startswith("Auto")
+        assert shown_name.endswith("… 17")
+
+
+def test_the_bar_and_its_list_say_how_many_need_help(container, robots, ui):
+    with shown(container, ui):
+        see(container, robots[1], sample.STOPPED)
+        ui.wait(lambda: ui.find(TopBar).help_count == "1")
+        ui.find(TopBar).dispatch("on_pick_robot")
+        ui.advance(.3)
+        assert "Robot · 1 needs help" in ui.texts()

@@ -26,6 +26,7 @@ class Group(Enum):
     OFF = "off"
 
 
+FEW = 3                                  # robots, up to which Home shows one of them and the others as chips
 URGENCY = {group: number for number, group in enumerate(Group)}
 NEEDS_HELP = frozenset((Group.STOPPED, Group.ASKS, Group.SILENT, Group.LOOK, Group.PAUSED))
 

@@ -10,11 +10,13 @@ from app.domain.models import Execution, Robot, RobotSnapshot
 from app.i18n import _, translator
 from app.screens.common import formats
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
+from app.screens.common.robot_appearance import is_old
+from app.screens.common.robot_groups import Group, group_of
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
 from app.screens.frame.facts import FrameFacts, FrameServices, read
-from app.screens.frame.view import BannerView, BarView, banner, open_issues, robot_option, top_bar, whose_plan
+from app.screens.frame.view import BannerView, BarView, banner, open_issues, picker_title, robot_option, top_bar, whose_plan
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.frame import Frame
@@ -30,7 +32,7 @@ def screen_word(name: str) -> str:
 
 def show_bar(frame: Frame, bar: BarView) -> None:
     frame.date, frame.clock, frame.robot = bar.date, bar.clock, bar.robot
-    frame.link, frame.link_icon, frame.link_tone = bar.link, bar.link_icon, bar.link_tone
+    frame.link, frame.link_icon, frame.link_tone, frame.help_count = bar.link, bar.link_icon, bar.link_tone, bar.help_count
 
 
 def show_banner(frame: Frame, view: BannerView) -> None:
@@ -94,7 +96,7 @@ class FrameController:
     def _show(self) -> None:
         facts, frame, now = self._facts, self._frame, self._services.clock.now()
         robot, issues = facts.robot, facts.issues
-        show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now))
+        show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
         if not finger.is_down():             # else a second later: the banner moves all that is below it
             here = Here(self._shell.navigator.current, robot.id if robot else None)
             self._banner = banner(issues, facts.robots, facts.settings, now, here)
@@ -104,6 +106,12 @@ class FrameController:
         self._alarms.show(issues, facts.robots, facts.settings)
         if self._late is not None:
             self._late.show(issues.late_starts, facts.settings, now)
+
+    def _groups(self) -> list[Group]:
+        """Of all robots."""
+        settings, now = self._facts.settings, self._services.clock.now()
+        seen = [(robot, self._services.snapshots.get(robot.id)) for robot in self._facts.robots.values()]
+        return [group_of(robot, snapshot, is_old(snapshot, now, settings), settings) for robot, snapshot in seen]
 
     def _snapshot(self, robot: Robot | None) -> RobotSnapshot | None:
         return self._services.snapshots.get(robot.id) if robot else None
@@ -122,7 +130,7 @@ class FrameController:
         selected = facts.robot.id if facts.robot else None
         options = [robot_option(robot, self._services.snapshots.get(robot.id), facts.settings, self._services.clock.now())
                    for robot in facts.robots.values()]
-        self._shell.dialogs.choose(_("Robot"), options, self._select_robot, selected=selected)
+        self._shell.dialogs.choose(picker_title(self._groups()), options, self._select_robot, selected=selected)
 
     def _select_robot(self, robot_id: int) -> None:
         """For all screens; on Home it is shown, even when it is selected already."""

@@ -25,6 +25,7 @@ from app.screens.common.alarms_view import (
 )
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
+from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, help_words
 from app.screens.frame.facts import OpenIssues
 from app.services.live.holds import Hold
 
@@ -38,14 +39,24 @@ class BarView:
     link: str = ""
     link_icon: str = "robot-off-outline"
     link_tone: str = "offline"
+    help_count: str = ""                 # of robots that need a person, where Home doesn't show all of them side by side
 
 
-def top_bar(robot: Robot | None, snapshot: RobotSnapshot | None, settings: Settings, now: datetime) -> BarView:
+def top_bar(robot: Robot | None, snapshot: RobotSnapshot | None, settings: Settings, now: datetime,
+            groups: Sequence[Group] = ()) -> BarView:
+    """``groups`` are those of all robots."""
     date, clock = formats.day(now, settings.timezone, year=True), formats.clock_time(now, settings.timezone)
     if robot is None:
         return BarView(date, clock, _("No robot"))
     link = link_appearance(robot, snapshot or RobotSnapshot(robot.id), now, settings)
-    return BarView(date, clock, robot.name, link.word, link.icon, link.tone)
+    needy = sum(group in NEEDS_HELP for group in groups)
+    return BarView(date, clock, robot.name, link.word, link.icon, link.tone, str(needy) if needy and len(groups) > FEW else "")
+
+
+def picker_title(groups: Sequence[Group]) -> str:
+    """Of the list to choose from."""
+    help_needed = help_words(groups)
+    return _("Robot · {help}").format(help=help_needed) if help_needed else _("Robot")
 
 
 def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> Option:

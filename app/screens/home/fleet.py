@@ -17,7 +17,6 @@ from app.screens.common import formats
 from app.screens.common.robot_appearance import battery_appearance, link_appearance, state_appearance
 from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of
 
-FEW = 3                                  # robots, up to which Home shows one of them and the others as chips
 LARGE_UP_TO = 20                         # robots whose tiles are large
 LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is said
 

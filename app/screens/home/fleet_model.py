@@ -14,12 +14,11 @@ from app.domain.models import Execution, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState
 from app.i18n import _
 from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import Group, group_of, help_words
+from app.screens.common.robot_groups import FEW, Group, group_of, help_words
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, ViewModel
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.fleet import (
-    FEW,
     LARGE_UP_TO,
     Look,
     RobotTile,

@@ -23,8 +23,8 @@ from app.screens.common.robot_appearance import (
     link_appearance,
     state_appearance,
 )
+from app.screens.common.robot_groups import FEW
 from app.screens.home.facts import HomeFacts
-from app.screens.home.fleet import FEW
 from app.screens.home.lists import (
     NOT_BLOCKED,
     Blocked,

@@ -8,8 +8,9 @@ import pytest
 
 from app.domain.models import Alarm, Connection, Priority, Wait
 from app.screens.common.alarms_view import NOWHERE, Act, Here
+from app.screens.common.robot_groups import Group
 from app.screens.frame.facts import OpenIssues, late_starts
-from app.screens.frame.view import banner, issue_entry, open_issues, robot_option, top_bar
+from app.screens.frame.view import banner, issue_entry, open_issues, picker_title, robot_option, top_bar
 from app.services.live.alarms import SENTENCES
 from app.services.live.holds import Hold
 from tests.support.alarms import alarm
@@ -26,6 +27,15 @@ HOME = Here("home", 1)
 
 
 # ---------------------------------------------------------------------- the bar
+def test_the_bar_and_the_list_of_robots_say_how_many_need_help_where_they_are_many():
+    groups = [Group.READY, Group.STOPPED, Group.WORKING, Group.SILENT]
+    assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, groups).help_count == "2"
+    assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, groups[:3]).help_count == ""
+    assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Group.READY] * 4).help_count == ""
+    assert picker_title(groups) == "Robot · 2 need help"
+    assert picker_title([Group.READY] * 4) == "Robot"
+
+
 def test_the_bar_shows_time_in_the_zone_of_the_settings_and_the_robot_with_its_age():
     bar = top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
     assert (bar.date, bar.clock) == ("Fri 20 Nov 2026", "14:38")
