@@ -59,12 +59,15 @@ def open_tile(ui, name: str) -> None:
 
 
 def go_back(ui) -> None:
+    """Not as the second tap on what led here; nor is the next one."""
+    ui.advance(.5)
     ui.tap(next(button for button in ui.find_all(CommandButton) if button.text.startswith("All robots")))
+    ui.advance(.5)
 
 
 def settle(app, ui) -> None:
     ui.wait(lambda: app.shell.background.idle)
-    ui.advance(.2)
+    ui.advance(.5)
 
 
 # ---------------------------------------------------------------------- when there is such a page
@@ -203,6 +206,28 @@ def test_a_tile_opens_its_robot_and_back_is_the_same_place(container, ui):
         assert ui.find(PanelGrid).scroll_y == pytest.approx(place)
         open_tile(ui, before[20])            # the one that is selected already
         assert ui.find_all(HomeWide)
+
+
+def test_a_second_tap_on_a_tile_presses_nothing_of_what_comes_in_its_place(container, ui, monkeypatch):
+    add_robots(container, 90)
+    paused: list[int] = []
+    monkeypatch.setattr(type(container.operator), "pause", lambda _self, robot_id: paused.append(robot_id))
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        open_tile(ui, "Aino")
+        settle(app, ui)
+        button = ui.find(CommandButton, text="Pause")
+        place = button.to_window(*button.center)
+        go_back(ui)
+        settle(app, ui)
+        ui.tap_at(*place)
+        ui.tap_at(*place)
+        assert ui.find_all(HomeWide)
+        settle(app, ui)
+        assert paused == []
+        ui.tap_at(*place)
+        settle(app, ui)
+        assert len(paused) == 1
 
 
 def test_the_way_back_says_how_many_need_help(container, robots, ui):

@@ -10,8 +10,6 @@ from typing import Any, TypeVar
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
-from kivy.properties import StringProperty
-from kivy.uix.widget import Widget
 
 from app.domain.models import Execution
 from app.domain.robot import MissionParameter
@@ -20,11 +18,12 @@ from app.mir.errors import Rejected
 from app.screens.common.options import Option
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
-from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
+from app.screens.common.view_model import Changed, Refresher, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, HomeWide
 from app.screens.home.facts import HomeFacts, HomeServices, read
 from app.screens.home.fleet_model import FleetViewModel
 from app.screens.home.fleet_page import FleetPage
+from app.screens.home.pages import ALL_ROBOTS, NO_ROBOT, Pages
 from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
 from app.screens.home.view import present
@@ -345,15 +344,13 @@ def _cancelled(left: Execution | None) -> str:
     return _("{mission} is being cancelled") if left is not None and left.state.is_open else _("{mission} is cancelled")
 
 
-class HomeScreen(ScreenBase):
+class HomeScreen(Pages):
     """Three columns in landscape; bands in portrait, and in a window too small for the columns; one column in a narrow one; all robots
     where they are many, until one is chosen; and an invitation while there is none."""
     Services = HomeServices
-    layout = StringProperty()
 
     def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("widgets/flow", "widgets/slots", "home/cards", "home/screen", "home/fleet")
-        self._pages: dict[str, Widget] = {}                   # by layout: All robots, and one other
         super().__init__(vm=HomeViewModel(services, shell), **kwargs)
         for name in ("loaded", "has_robots"):
             self.vm.fbind(name, self._choose_layout)
@@ -365,19 +362,9 @@ class HomeScreen(ScreenBase):
     def _choose_layout(self, *_: Any) -> None:
         if not self.vm.loaded:
             return
-        layout = "empty" if not self.vm.has_robots else "fleet" if self.vm.fleet.is_shown else self._fitting()
-        if layout != self.layout:
-            self.layout = layout
-            self.clear_widgets()
-            self.add_widget(self._page(layout))
-
-    def _page(self, layout: str) -> Widget:
-        """All robots and the robot are kept for each other: both as they were left, and at once."""
-        if layout not in self._pages:
-            self._pages = {name: page for name, page in self._pages.items() if "fleet" in (name, layout)}
-            kind = {"empty": HomeEmpty, "column": HomeColumn, "tall": HomeTall, "wide": HomeWide, "fleet": FleetPage}[layout]
-            self._pages[layout] = kind(vm=self.vm.fleet if layout == "fleet" else self.vm)
-        return self._pages[layout]
+        layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else self._fitting()
+        kind = {NO_ROBOT: HomeEmpty, "column": HomeColumn, "tall": HomeTall, "wide": HomeWide, ALL_ROBOTS: FleetPage}[layout]
+        self.turn_to(layout, lambda: kind(vm=self.vm.fleet if layout == ALL_ROBOTS else self.vm))
 
     def place(self) -> dict[str, Any]:
         """All robots is where Home begins by itself."""
