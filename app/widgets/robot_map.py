@@ -41,7 +41,7 @@ class RobotMap(Chart):
         if self.path:
             self._goal([self._point(x, y) for x, y in self.path])
         if self.at:
-            self._robot(*self._point(*self.at))
+            self._robot(*self._point(*self.at), self.heading, self.tone)
         StencilUnUse()
         RoundedRectangle(**clip)
         StencilPop()
@@ -77,7 +77,7 @@ class RobotMap(Chart):
 
     def _names(self):
         """Labels of the map and of places; one that would overlap another, the robot or the goal is left out."""
-        taken = [self._around(*self._point(*point), dp(17)) for point in (self.at, *self.path[-1:]) if point]
+        taken = [self._around(*self._point(*point), dp(17)) for point in self._marked()]
         corner = None
         if self.name and (width := self.width_of(self.name)) < self.width - dp(24):
             corner = self.x + dp(8), self.top - dp(8) - sp(20), self.x + dp(20) + width, self.top - dp(8)
@@ -97,6 +97,10 @@ class RobotMap(Chart):
         if corner is not None:
             self._plate(corner, self.name, tk.ink, ring=True)
 
+    def _marked(self):
+        """Points that no label may cover."""
+        return [point for point in (self.at, *self.path[-1:]) if point]
+
     def _plate(self, area, name, colour, ring=False):
         left, bottom, right, top = area
         self.box(left, bottom, right - left, top - bottom, tk.map_floor, dp(4), alpha=1. if ring else .82)
@@ -108,12 +112,12 @@ class RobotMap(Chart):
     def _around(x, y, reach):
         return x - reach, y - reach, x + reach, y + reach
 
-    def _robot(self, x, y):
-        colour = getattr(tk, self.tone)
+    def _robot(self, x, y, heading, tone):
+        colour = getattr(tk, tone)
         self.box(x - dp(20), y - dp(20), dp(40), dp(40), colour, dp(20), alpha=.18)
         self.box(x - dp(14), y - dp(14), dp(28), dp(28), tk.map_floor, dp(14))
         self.box(x - dp(12), y - dp(12), dp(24), dp(24), colour, dp(12))
-        turn = radians(self.heading)
+        turn = radians(heading)
         arrow = [(x + cos(turn + angle) * dp(reach), y + sin(turn + angle) * dp(reach))
                  for reach, angle in ((8, 0), (7.5, 2.4), (3, pi), (7.5, -2.4))]
         Color(*tk.map_floor)
@@ -136,6 +140,45 @@ class RobotMap(Chart):
             return                                                # the pin would be cut off
         self.box(x - dp(3), y - dp(3), dp(6), dp(6), tk.accent, dp(3))
         self.icon("map-marker", x, y + dp(11), tk.accent, 26)
+
+
+class WholeMap(RobotMap):
+    """All of the map, never cropped, with every robot on it: ``robots`` = (x, y, heading, tone, name), and a scale; ``metres`` is the
+    map's width."""
+    robots = ListProperty()
+    metres = NumericProperty(0)
+    watch = (*RobotMap.watch, "robots", "metres")
+
+    def _place_map(self):
+        self._wide = min(self.width, self.height / self.aspect)
+        self._high = self._wide * self.aspect
+        self._x0, self._y0 = self.center_x - self._wide / 2, self.center_y - self._high / 2
+
+    def _marked(self):
+        return [(robot.x, robot.y) for robot in self.robots]
+
+    def _names(self):
+        super()._names()
+        for robot in self.robots:
+            x, y = self._point(robot.x, robot.y)
+            self._robot(x, y, robot.heading, robot.tone)
+        for robot in self.robots:                # above all robots
+            x, y = self._point(robot.x, robot.y)
+            half = self.width_of(robot.name) / 2 + dp(4)
+            x = min(max(x, self.x + half + dp(4)), self.right - half - dp(4))
+            self._plate((x - half, y - dp(22) - sp(20), x + half, y - dp(22)), robot.name, tk.ink, ring=True)
+        if self.metres > 0:
+            self._scale()
+
+    def _scale(self):
+        """A round number of metres, about a tenth of the map."""
+        length = next(step for step in (.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, self.metres) if 12 * step >= self.metres)
+        wide, right, low = self._wide * length / self.metres, self.right - dp(16), self.y + dp(16)
+        label = f"{length:g} m"
+        reach = max(wide, self.width_of(label))
+        self.box(right - reach - dp(8), low - dp(8), reach + dp(16), sp(20) + dp(20), tk.map_floor, dp(4))
+        self.box(right - wide, low, wide, dp(4), tk.ink)
+        self.text(label, right - reach / 2, low + dp(8) + sp(9), tk.ink, 14, .5)
 
 
 def _touch(a, b):

@@ -11,7 +11,7 @@ from kivy.factory import Factory
 
 from app.domain.message import message, render
 from app.domain.models import Alarm, Connection, Priority, RobotSnapshot, Wait
-from app.domain.robot import MissionParameter
+from app.domain.robot import MissionParameter, Pose
 from app.i18n import _
 from app.screens.common.alarms_view import Here
 from app.screens.common.robot_appearance import is_old
@@ -120,6 +120,15 @@ def parameters(studio: Any) -> Any:
 @picture("home-no-map", sizes=(*BOTH, SMALL))
 def no_map(studio: Any) -> None:
     home(studio, replace(sample.FACTS, map=None))
+
+
+@picture("home-map", sizes=(*BOTH, SMALL))
+def whole_map(studio: Any) -> Any:
+    spots = {2: Pose(30.0, 6.0, 90.0), 3: Pose(6.0, 12.0, 200.0)}
+    snapshots = {number: replace(snapshot, status=replace(snapshot.status, position=spots.get(number, snapshot.status.position)))
+                 for number, snapshot in sample.with_aino(sample.STOPPED).snapshots.items()}
+    home(studio, replace(sample.FACTS, snapshots=snapshots)).vm.open_map()
+    return studio.dialogs.top
 
 
 @picture("home-held", sizes=(LANDSCAPE,))

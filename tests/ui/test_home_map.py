@@ -6,8 +6,8 @@ import logging
 
 import pytest
 
-from app.screens.home.cards import RobotMessage, RobotPlace
-from app.widgets.robot_map import RobotMap
+from app.screens.home.cards import PlaceMap, RobotMessage, RobotPlace
+from app.widgets.robot_map import RobotMap, WholeMap
 from app.widgets.rows import RobotChip
 from mir_sim import world
 from tests.ui.test_home import run
@@ -59,6 +59,21 @@ def test_each_robot_has_its_own_place_and_one_that_is_gone_looks_so(site, ui):
         assert any("127.0.0.1" in text for text in ui.texts(ui.find(RobotPlace)))
         ui.tap(ui.find(RobotChip, name="Veikko"))
         ui.wait(lambda: ui.find_all(RobotMap, tone="accent"))
+
+
+def test_a_tap_opens_all_of_the_map_with_every_robot_on_it(site, ui):
+    with shown(site.container, ui):
+        ui.wait(lambda: ui.find_all(PlaceMap))
+        ui.tap(ui.find(PlaceMap))
+        ui.wait(lambda: len(ui.find(WholeMap).robots) == 2)
+        chart = ui.find(WholeMap)
+        assert (chart.texture is not None, chart.metres > 10) == (True, True)
+        before = chart.robots[0]
+        site.aino.control({"emergency_stop": True})
+        ui.wait(lambda: chart.robots[0] != before)
+        assert {robot.name for robot in chart.robots} >= {"Aino · Stopped"}
+        ui.key(27)
+        ui.wait(lambda: not ui.find_all(WholeMap))
 
 
 def test_a_map_that_was_seen_is_there_after_a_restart_although_the_robot_refuses_it(site, ui):

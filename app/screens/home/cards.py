@@ -8,6 +8,7 @@ from kivy.event import EventDispatcher
 from kivy.graphics.texture import Texture
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.gridlayout import GridLayout
 from kivy.uix.widget import Widget
@@ -19,9 +20,11 @@ from app.widgets import flow  # noqa: F401  (registers kivy classess classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard, Tile
 from app.widgets.pages import LowPage
+from app.widgets.robot_map import RobotMap
 from app.widgets.rows import DoneRow, PlanRow
 from app.widgets.surfaces import Surface, Tap, TonedSurface, TonedTap
 from app.widgets.text import line_width
+from app.widgets.tokens import tk
 
 NOTHING = HomeView()
 
@@ -154,6 +157,14 @@ class Answers(GridLayout):
         self.cols = max(1, len(widths) if is_row else int((self.width + gap) // (max(widths) + gap)))
         for button, width in zip(reversed(self.children), widths, strict=True):
             button.size_hint_min_x = width if is_row else None
+
+
+class PlaceMap(ButtonBehavior, RobotMap):
+    """The map in the robot's card; a tap opens all of it."""
+
+    def draw(self) -> None:
+        super().draw()
+        self.icon("arrow-expand", self.right - dp(18), self.y + dp(18), tk.ink2, 22)
 
 
 class RobotPlace(Part):

@@ -8,6 +8,8 @@ from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import words_of
+from app.screens.common.robot_appearance import is_old
+from app.screens.common.robot_groups import group_of, look_of
 from app.screens.home.facts import HomeFacts
 from app.services.robots.map_picture import MapPicture, Place
 
@@ -26,6 +28,34 @@ class MapView:
 
 
 NO_MAP = MapView()
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A robot on the map; x and y are fractions of the picture, ``heading`` in degrees anticlockwise from the right."""
+    x: float
+    y: float
+    heading: float
+    tone: str
+    name: str
+
+
+def robots_on_map(facts: HomeFacts, now: datetime) -> tuple[Marker, ...]:
+    """All that are on the selected robot's map, where each was last seen; one that no longer answers is grey."""
+    found = []
+    for robot in facts.robots:
+        snapshot = facts.snapshots.get(robot.id)
+        status = snapshot.status if snapshot else None
+        if facts.map is None or snapshot is None or status is None or status.position is None or status.map_id != facts.map_id:
+            continue
+        if (at := facts.map.fraction(status.position.x, status.position.y)) is not None:
+            old = is_old(snapshot, now, facts.settings)
+            look = look_of(group_of(robot, snapshot, old, facts.settings))
+            is_normal = look.tone == "neutral" and not old
+            tone = "offline" if old else "accent" if is_normal else look.tone
+            name = robot.name if is_normal else _("{robot} · {state}").format(robot=robot.name, state=look.word)
+            found.append(Marker(*at, facts.map.heading(status.position.orientation), tone, name))
+    return tuple(found)
 
 
 def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:

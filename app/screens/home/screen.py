@@ -23,6 +23,8 @@ from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, H
 from app.screens.home.facts import HomeFacts, HomeServices, read
 from app.screens.home.fleet_model import FleetViewModel
 from app.screens.home.fleet_page import FleetPage
+from app.screens.home.map import robots_on_map
+from app.screens.home.map_dialog import MapDialog
 from app.screens.home.pages import ALL_ROBOTS, NO_ROBOT, Pages
 from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
@@ -173,6 +175,9 @@ class HomeViewModel(HomeState, ViewModel):
     def open_schedule(self, key: tuple[int, datetime]) -> None:
         """What a planned start comes from, in Scheduler."""
         self._shell.go("scheduler", schedule_id=key[0])
+
+    def open_map(self) -> None:
+        self._shell.dialogs.open(MapDialog(self, lambda: robots_on_map(self.facts, self._services.clock.now())))
 
     def pick_mission(self) -> None:
         options = [Option(m.id, m.name, "star" if m.favourite else "star-outline") for m in self.facts.missions]

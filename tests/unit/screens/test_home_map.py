@@ -7,9 +7,9 @@ import pytest
 
 from app.domain.models import Connection
 from app.domain.robot import Pose
-from app.screens.home.map import NO_MAP
+from app.screens.home.map import NO_MAP, robots_on_map
 from app.screens.home.view import present
-from tests.support.home_facts import EXECUTING, FACTS, HALL, NOW, READY, STOPPED, with_aino
+from tests.support.home_facts import EXECUTING, FACTS, HALL, NOW, READY, STOPPED, snapshot, with_aino
 
 
 def test_the_robot_its_goal_and_the_places_are_on_the_map() -> None:
@@ -54,3 +54,21 @@ def test_without_a_place_on_it_the_map_is_not_shown(position: Pose | None) -> No
 def test_nor_without_a_map_or_a_status() -> None:
     assert present(replace(FACTS, map=None), NOW).map is NO_MAP
     assert present(with_aino(None), NOW).map is NO_MAP
+
+
+# ---------------------------------------------------------------------- all robots on it
+def test_all_robots_on_the_map_are_there_the_abnormal_ones_in_words() -> None:
+    elsewhere = replace(READY, map_id="another map")
+    facts = replace(with_aino(STOPPED), snapshots={
+        1: snapshot(1, STOPPED), 2: snapshot(2, READY, age=900, connection=Connection.UNREACHABLE),
+        3: snapshot(3, elsewhere)})
+    assert [(marker.name, marker.tone) for marker in robots_on_map(facts, NOW)] == [
+        ("Aino · Stopped", "fault"), ("Veikko · No answer", "offline")]
+    well = with_aino(EXECUTING)
+    marker = robots_on_map(well, NOW)[0]
+    assert (marker.name, marker.tone, marker.heading) == ("Aino", "accent", 0.0)
+    assert (marker.x, marker.y) == HALL.fraction(18.0, 12.0)
+
+
+def test_without_a_map_nobody_is_on_it() -> None:
+    assert robots_on_map(replace(FACTS, map=None), NOW) == ()
