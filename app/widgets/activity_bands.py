@@ -2,9 +2,9 @@
 from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.chart import Chart
+from app.widgets.display import LegendItems
 from app.widgets.tokens import tk
 
 MIN_ICON_WIDTH = 22          # dp that an icon in a span needs
@@ -137,16 +137,6 @@ class ActivityLegend(BoxLayout):
     text = StringProperty()
 
 
-class LegendFlow(StackLayout):
-    """Legend items side by side, on as many lines as they need: ``items`` have ``kind`` and ``text``."""
-    items = ListProperty()
-
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("items", self._build)
-        self._build()
-
-    def _build(self, *_):
-        self.clear_widgets()
-        for item in self.items:
-            self.add_widget(ActivityLegend(kind=item.kind, text=item.text))
+class LegendFlow(LegendItems):
+    """The same of bands."""
+    entry = ActivityLegend

@@ -1,4 +1,4 @@
-"""Base of everything drawn on a canvas, and the small pieces: meter, sparkline, working ring, legend swatch, robot glyph.
+"""Base of everything drawn on a canvas, and the small pieces: meter, sparkline, working ring, robot glyph.
 
 Values in, drawing out; redrawn only when data, size or theme change, once per frame.
 """
@@ -9,7 +9,7 @@ from kivy.clock import Clock
 from kivy.core.text import Label as CoreLabel
 from kivy.graphics import Color, Mesh, Rectangle, SmoothLine
 from kivy.metrics import dp, sp
-from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, StringProperty
 from kivy.uix.widget import Widget
 from kivymd.icon_definitions import md_icons
 from kivymd.uix.progressindicator import MDCircularProgressIndicator, MDLinearProgressIndicator
@@ -175,35 +175,6 @@ class WorkingRing(MDCircularProgressIndicator):
             self.active = False
         else:
             super()._anim_back(*args)
-
-
-SWATCHES = ("planned", "assumed", "typed", "charging", "overlap", "closed", "accent", "accent_mid", "track", "attention_solid",
-            "fault_solid", "neutral_solid", "done_solid")
-
-
-class Swatch(Chart):
-    """One legend square, drawn like the thing it explains."""
-    kind = OptionProperty("planned", options=SWATCHES)
-    watch = ("kind",)
-
-    def draw(self):
-        box = (*self.pos, *self.size)
-        if self.kind in ("planned", "assumed", "typed", "charging"):
-            self.box(*box, {"assumed": tk.surface, "charging": tk.accent_soft}.get(self.kind, tk.accent_bg), dp(3))
-            self.box(*box, tk.accent, dp(3), ring=1)
-            if self.kind == "typed":
-                frame = tk.accent_on if tk.strong else tk.accent
-                self.box(self.x + dp(3), self.y + dp(3), self.width - dp(6), self.height - dp(6), frame, dp(1), ring=1)
-        elif self.kind == "overlap":
-            self.box(*box, tk.attention_bg)
-            self.hatch(*box, tk.overlap, 6, 2)
-            self.box(*box, tk.attention, ring=1)
-        elif self.kind == "closed":
-            self.box(*box, tk.closed)
-            self.hatch(*box, tk.hatch)
-            self.box(*box, tk.hatch, ring=1)
-        else:
-            self.box(*box, getattr(tk, self.kind), dp(3))
 
 
 class AmrGlyph(Chart):

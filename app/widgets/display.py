@@ -1,6 +1,7 @@
 """Widgets that only show something: cards, badges, tiles, facts, empty states. Their texts come from the view models."""
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets.surfaces import OnlySeen, Passive, Surface, Tap, Toned, TonedSurface
@@ -94,3 +95,19 @@ class LegendItem(BoxLayout):
     """An entry of a chart's legend: a swatch and its label."""
     text = StringProperty()
     kind = StringProperty("planned")
+
+
+class LegendItems(StackLayout):
+    """Entries of a legend side by side, on as many lines as they need: ``items`` have ``kind`` and ``text``."""
+    items = ListProperty()
+    entry: type[BoxLayout] = LegendItem
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("items", self._build)
+        self._build()
+
+    def _build(self, *_):
+        self.clear_widgets()
+        for item in self.items:
+            self.add_widget(self.entry(kind=item.kind, text=item.text))

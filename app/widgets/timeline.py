@@ -22,12 +22,11 @@ LEAST_HOURS, MOST_HOURS = 6, 168
 class Timeline(Chart):
     """Shows ``hours`` hours from hour ``first`` on; all times are floats in hours from one common instant.
 
-    Of a lane it reads ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; of a bar ``key``, ``start``, ``end``, ``label``, ``state``
-    (past, failed, skipped, running, planned), ``late`` (where a whisker ends, or None), ``assumed`` (the length is not known) and ``typed``
-    (a person has entered it). closed = [(from, to, words)], ticks = [(hour, label, strong)]. A tap on a bar (or nearest within a fingertip)
-    fires ``on_bar(key)``;
-    ``on_window(first, hours)`` is what is seen after fingers have moved it. In a page that scrolls, ``seen_from`` and ``seen_height`` (px
-    from the top; 0: all) say which lanes need drawing.
+    Of a lane it reads ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; of a bar ``key``, ``start``, ``end``, ``label``,
+    ``state`` (past, failed, skipped, held, running, planned), ``late`` (where a whisker ends, or None), ``assumed`` (the length is not
+    known) and ``typed`` (a person has entered it). closed = [(from, to, words)], ticks = [(hour, label, strong)]. A tap on a bar (or
+    nearest within a fingertip) fires ``on_bar(key)``; ``on_window(first, hours)`` is what is seen after fingers have moved it. In a page
+    that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing.
     """
     lanes = ListProperty()
     closed = ListProperty()

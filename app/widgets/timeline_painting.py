@@ -1,18 +1,19 @@
 """What a timeline looks like: ``Frame`` says what is drawn and where, each function paints a part of it on the open canvas."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from kivy.graphics import Color, Mesh
 from kivy.metrics import dp
+from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import box, hatch, text, width_of
 from app.widgets.tokens import tk
 
 AXIS = 28                # dp, above the lanes
-NARROW = 12              # dp; such bars have no border and are drawn together
+NARROW = 12              # dp; such bars are drawn together
 BEYOND = .5              # of what is seen, drawn on either side of it
 PIECES = 10_000          # bars of one mesh, whose indices have 16 bits
 
@@ -20,18 +21,28 @@ Span = tuple[float, float]               # left and right end in px
 
 
 class Colours(NamedTuple):
-    """Of a bar, its text and its border; ``solid`` where it is too thin for a border."""
+    """Of a bar, its text and its border."""
     fill: Any
     ink: Any
     edge: Any
-    solid: Any
 
 
-TOKENS = {               # by the state of a bar
-    "past": Colours("track", "ink2", "track", "ink3"), "failed": Colours("fault_bg", "fault_on", "fault", "fault"),
-    "skipped": Colours("attention_bg", "attention_on", "attention", "attention"),
-    "running": Colours("accent", "accent_ink", "accent", "accent"), "planned": Colours("accent_bg", "accent_on", "accent", "accent"),
+TOKENS = {               # by the look of a bar: its state, or that its length is not known
+    "planned": Colours("accent_bg", "accent_on", "accent"), "assumed": Colours("surface", "ink2", "accent"),
+    "running": Colours("accent", "accent_ink", "accent"), "past": Colours("track", "ink2", "outline"),
+    "failed": Colours("fault_solid", "solid_ink", "fault_solid"), "skipped": Colours("surface", "attention", "attention"),
+    "held": Colours("surface", "ink2", "ink2"),
 }
+STRONG = {**TOKENS, "planned": Colours("accent_soft", "ink", "accent")}      # in high contrast, where tints are solid
+
+
+def colours() -> Mapping[str, Colours]:
+    """Of the present theme, by the look of a bar."""
+    return {look: Colours(*(getattr(tk, token) for token in tokens)) for look, tokens in (STRONG if tk.strong else TOKENS).items()}
+
+
+def look_of(bar: Any) -> str:
+    return "assumed" if bar.assumed else bar.state
 
 
 @dataclass(frozen=True)
@@ -63,7 +74,7 @@ class Frame:
         return cls(lanes, closed, ticks, first, hours, low=first - hours * BEYOND, high=first + hours * (1 + BEYOND),
                    x=x, left=left, right=x + width, y=y, top=y + height, unit=(x + width - left) / hours,
                    lane_height=(height - dp(AXIS)) / len(lanes),
-                   colours={state: Colours(*(getattr(tk, token) for token in tokens)) for state, tokens in TOKENS.items()})
+                   colours=colours())
 
     @property
     def bottom_of_axis(self) -> float:
@@ -124,27 +135,22 @@ def paint_name(frame: Frame, lane: int) -> None:
 
 
 def paint_bars(frame: Frame, bars: Sequence[Any], y: float) -> None:
-    """Each with border, label and whisker, but for narrow ones."""
-    height = frame.bar_height
+    """Each with label and whisker, but for narrow ones."""
     narrow: dict[str, list[Span]] = {}
-    hollow: list[Span] = []
     starts = [frame.at(bar.start) for bar in bars]
     closes = [frame.at(start) for start, *_ in frame.closed]
     for n, bar in enumerate(bars):
         x, x2 = starts[n], frame.at(bar.end)
         width = bar_width(x, x2)
         if x2 - x < dp(NARROW):
-            narrow.setdefault(bar.state, []).append((x, x + width))
-            if bar.assumed:
-                hollow.append((x + dp(1.5), x + width - dp(1.5)))
+            narrow.setdefault(look_of(bar), []).append((x, x + width))
         else:
             _paint_bar(frame, bar, x, x2, y)
         if bar.label:
             room_ends = min((start for start in (*starts[n + 1:n + 2], *closes) if start > x), default=frame.at(1e9))
             _paint_label(frame, bar, x, width, y, room_ends)
-    for state, spans in narrow.items():
-        _mesh(spans, y, height, frame.colours[state].solid)
-    _mesh(hollow, y, height - dp(3), tk.surface)
+    for look, spans in narrow.items():
+        paint_narrow(look, frame.colours[look], spans, y, frame.bar_height)
 
 
 def paint_bars_together(frame: Frame, bars: Sequence[Any], y: float) -> None:
@@ -155,30 +161,67 @@ def paint_bars_together(frame: Frame, bars: Sequence[Any], y: float) -> None:
         start, end = bar.start, bar.end
         x = origin + unit * (start if start > low else low)
         x2 = max(origin + unit * (end if end < high else high), x + 2)
-        _join(taken.setdefault(bar.state, []), x, x2)
-    for state, spans in taken.items():
-        _mesh(spans, y, frame.bar_height, frame.colours[state].solid)
+        _join(taken.setdefault("assumed" if bar.assumed else bar.state, []), x, x2)
+    for look, spans in taken.items():
+        paint_narrow(look, frame.colours[look], spans, y, frame.bar_height)
 
 
 def _paint_bar(frame: Frame, bar: Any, x: float, x2: float, y: float) -> None:
-    width, height, colours = x2 - x - 1, frame.bar_height, frame.colours[bar.state]
+    width, height, colours = x2 - x - 1, frame.bar_height, frame.colours[look_of(bar)]
     bottom = y - height / 2
     if (late := _late_end(frame, bar)) > x2 + dp(2):
         box(x2, y - dp(1), late - x2, dp(2), colours.edge)
         box(late - dp(2), y - dp(6), dp(2), dp(12), colours.edge)
-    box(x, bottom, width, height, tk.surface if bar.assumed else colours.fill, dp(4))
-    box(x, bottom, width, height, colours.edge, dp(4), ring=1)
-    if bar.typed:                                # a frame in the frame; fills are solid in high contrast
-        box(x + dp(3), bottom + dp(3), width - dp(6), height - dp(6), colours.ink if tk.strong else colours.edge, dp(2), ring=1)
+    paint_look(look_of(bar), colours, x, bottom, width, height)
+    if bar.typed:                                # a frame in the frame
+        box(x + dp(3), bottom + dp(3), width - dp(6), height - dp(6), colours.edge, dp(2), ring=1)
     if bar.state == "planned":
         box(x, bottom, dp(4), height, tk.accent, (dp(4), 0, 0, dp(4)))
 
 
+def paint_look(look: str, colours: Colours, x: float, bottom: float, width: float, height: float) -> None:
+    """A bar as wide as it may be, or its key in a legend."""
+    box(x, bottom, width, height, colours.fill, dp(4))
+    box(x, bottom, width, height, colours.edge, dp(4), ring=dp(2) if look in ("skipped", "held") else 1)
+    middle, step = bottom + height / 2, dp(8)
+    if look == "held":                           # dashes
+        _mesh([(left, left + step / 2) for left in _steps(x + step / 2, x + width - step / 2, step)], middle, height, colours.fill)
+        _mesh([(x, x + width)], middle, step / 2, colours.fill)
+        size = 14 if width >= dp(20) else 10
+        text(md_icons["hand-back-right-outline"], x + min(width / 2, dp(14)), middle, colours.ink, size, .5, .5, "Icons")
+    elif look == "failed":
+        _notches([(x, x + width)], bottom + height)
+
+
+def paint_narrow(look: str, colours: Colours, spans: Sequence[Span], y: float, height: float) -> None:
+    """Many bars of one look that are too narrow for more: the same fill, border, dashes and notch."""
+    _mesh(spans, y, height, colours.edge)
+    if colours.fill != colours.edge:
+        inset = dp(1.5)
+        _mesh([(x + inset, x2 - inset) for x, x2 in spans if x2 - x > 2 * inset], y, height - 2 * inset, colours.fill)
+    if look == "held":
+        for part in (-.25, .25):
+            _mesh(spans, y + height * part, dp(4), colours.fill)
+    elif look == "failed":
+        _notches(spans, y + height / 2)
+
+
+def _notches(spans: Sequence[Span], top: float) -> None:
+    """Cut out of the upper edge, in the middle of each, so that failed bars are told without their colour."""
+    _mesh([(middle - half, middle + half) for x, x2 in spans for middle, half in [((x + x2) / 2, min(dp(4), (x2 - x) / 4))]],
+          top - dp(3), dp(6), tk.surface)
+
+
+def _steps(start: float, end: float, step: float) -> Iterator[float]:
+    return (start + step * n for n in range(max(0, int((end - start) / step))))
+
+
 def _paint_label(frame: Frame, bar: Any, x: float, width: float, y: float, room_ends: float) -> None:
     """In the bar, or beside it where nothing follows too soon."""
-    need, ends = width_of(bar.label) + dp(16), max(x + width, _late_end(frame, bar))
+    room_for_hand = dp(14) if bar.state == "held" else 0
+    need, ends = width_of(bar.label) + dp(16) + room_for_hand, max(x + width, _late_end(frame, bar))
     if need <= width:
-        text(bar.label, x + dp(10), y, tk.ink2 if bar.assumed else frame.colours[bar.state].ink)
+        text(bar.label, x + dp(10) + room_for_hand, y, frame.colours[look_of(bar)].ink)
     elif ends + need <= min(room_ends, frame.right if frame.first <= bar.start <= frame.first + frame.hours else 1e9):
         text(bar.label, ends + dp(6), y, tk.ink2)
 

@@ -55,4 +55,3 @@ def test_what_is_known_of_a_length_is_seen_in_its_bar(ui):
         return count(chart.canvas)
 
     assert drawn(typed=True) > drawn() == drawn(assumed=True)
-    assert drawn(.1, assumed=True) > drawn(.1)                # too narrow for a border: hollow all the same

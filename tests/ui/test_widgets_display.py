@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from kivy.graphics import Mesh, Rectangle, SmoothLine, StencilUse
+from kivy.graphics import Color, Mesh, Rectangle, SmoothLine, StencilUse
 from kivy.metrics import Metrics
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
@@ -13,12 +13,14 @@ from kivymd.uix.screen import MDScreen
 
 from app.screens.logs.kpi_view import DayBar, RobotBar
 from app.screens.scheduler.timeline import Bar, Lane
+from app.widgets import timeline_painting
 from app.widgets.chart import Meter, Sparkline, nice_step
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.display import EmptyState, KpiCard, StatusBadge, ValueTile
 from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
 from app.widgets.robot_map import RobotMap
 from app.widgets.surfaces import Tap
+from app.widgets.swatch import Swatch
 from app.widgets.text import Ico, Txt
 from app.widgets.timeline import Timeline
 from app.widgets.timeline_drawing import Drawing
@@ -330,6 +332,39 @@ def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
     assert first + hours / 2 == pytest.approx(12)
     fingers(chart, *([(middle + side * x, chart.center_y) for x in (10, 350)] for side in (-1, 1)))
     assert calls[-1][1] == 6                                      # not nearer
+
+
+LOOKS = ("planned", "assumed", "running", "past", "failed", "skipped", "held")
+
+
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("look", LOOKS)
+def test_a_bar_has_one_colour_at_every_width_and_in_the_legend(ui, stage, theme, look):
+    """Wide, narrow, of a crowd, and as the key that explains it."""
+    apply_theme(stage.theme_cls, theme)
+    state, assumed = ("planned", True) if look == "assumed" else (look, False)
+
+    def colours_of(widget, root) -> list[tuple]:
+        """Fill and border, as far as they are drawn."""
+        wanted = timeline_painting.colours()[look]
+        drawn = {tuple(one.rgba) for one in instructions(root) if isinstance(one, Color)}
+        return [tuple(colour) in drawn for colour in (wanted.fill, wanted.edge)]
+
+    for hours, bars in ((24, [Bar(1, 2, 8, "", state, assumed=assumed)]), (168, [Bar(1, 2, 2.8, "", state, assumed=assumed)]),
+                        (24, [Bar(n, n / 10, n / 10 + .1, "", state, assumed=assumed) for n in range(240)])):
+        chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=hours), (800, 100))
+        assert colours_of(chart, chart._drawing._bars) == [True, True]
+    key = ui.show(Swatch(kind=look), (14, 14))
+    assert colours_of(key, key.canvas) == [True, True]
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_no_two_kinds_of_bars_look_the_same(ui, stage, theme):
+    apply_theme(stage.theme_cls, theme)
+    looks = timeline_painting.colours()
+    assert len({(tuple(one.fill), tuple(one.edge)) for one in looks.values()}) == len(looks) == len(LOOKS)
+    for one in looks.values():
+        assert checks.contrast_ratio(_hex(one.ink), _hex(one.fill)) >= 4.5
 
 
 @pytest.mark.parametrize("hours", [6, 24, 168])

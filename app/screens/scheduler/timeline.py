@@ -2,14 +2,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
 from app.domain.models import Execution, Robot, State
-from app.i18n import _, ngettext
+from app.i18n import _, ngettext, pgettext
 from app.screens.common import formats
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler.facts import HOURS, MARGIN, SchedulerFacts, Window, full_hour
@@ -38,7 +38,7 @@ class Bar(NamedTuple):
     start: float
     end: float
     label: str = ""
-    state: str = "planned"               # past, failed, skipped, running or planned
+    state: str = "planned"               # past, failed, skipped, held, running or planned
     late: float | None = None            # when nine of ten runs have ended
     assumed: bool = False                # its length is not known
     typed: bool = False                  # its length was entered by a person
@@ -66,6 +66,12 @@ class Lane(NamedTuple):
     overlaps: tuple[tuple[float, float], ...] = ()
 
 
+class LegendEntry(NamedTuple):
+    """What something that is drawn means."""
+    kind: str
+    text: str
+
+
 @dataclass(frozen=True)
 class TimelineView:
     """What the widget shows."""
@@ -78,6 +84,7 @@ class TimelineView:
     now: float = 0.0
     now_label: str = ""
     span: str = ""                       # in words
+    legend: tuple[LegendEntry, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -125,11 +132,25 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     first = (left - origin).total_seconds() / 3600
     read = _Range(origin, first - window.hours * MARGIN, first + window.hours * (1 + MARGIN))
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
+    lanes = tuple(_lane(facts, robot, now, read, window.hours * THIN) for robot in facts.robots)
+    closed = tuple(_closed(facts, read))
     return TimelineView(
-        origin, lanes=tuple(_lane(facts, robot, now, read, window.hours * THIN) for robot in facts.robots),
-        closed=(*_closed(facts, read), *_held(facts, read)), ticks=tuple(_ticks(facts.zone, read, read.at(now), step, window.hours)),
+        origin, lanes=lanes, closed=(*closed, *_held(facts, read)), legend=tuple(_legend(lanes, closed)),
+        ticks=tuple(_ticks(facts.zone, read, read.at(now), step, window.hours)),
         first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
         span=span_text(window.hours))
+
+
+def _legend(lanes: Sequence[Lane], closed: Sequence[Closed]) -> Iterable[LegendEntry]:
+    """Of what is drawn, and of nothing else."""
+    bars = [bar for lane in lanes for bar in lane.bars]
+    drawn = {"typed" if bar.typed else "assumed" if bar.assumed else bar.state for bar in bars}
+    drawn |= {"overlap"} if any(lane.overlaps for lane in lanes) else set()
+    drawn |= {"closed"} if closed else set()
+    words = {"planned": _("Planned"), "typed": _("Length typed"), "assumed": _("Length not known yet"), "running": _("Running"),
+             "past": _("Ended"), "failed": pgettext("run", "Failed"), "skipped": _("Not run"), "held": _("Held"), "overlap": _("Overlap"),
+             "closed": _("No work")}
+    return (LegendEntry(kind, text) for kind, text in words.items() if kind in drawn)
 
 
 # ---------------------------------------------------------------------- bars
@@ -180,7 +201,7 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: _Range) -> Bar:
     start, held = read.at(run.at), facts.hold(run.robot.id, run.at) is not None
     is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
     return Bar(("schedule", run.schedule.id), start, start + (run.usual_s or ASSUMED_S) / 3600,
-               _("Held: {mission}").format(mission=run.mission.name) if held else run.mission.name, "skipped" if held else "planned",
+               _("Held: {mission}").format(mission=run.mission.name) if held else run.mission.name, "held" if held else "planned",
                late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
                typed=run.usual_s is not None and run.typed)
 
@@ -192,7 +213,7 @@ def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: 
     typed = waits and key in facts.typed
     assumed = waits and not typed and key not in facts.usual_s
     if execution.state is State.WAITING and facts.hold(execution.robot_id, now) is not None:
-        state, label = "skipped", _("Held: {mission}").format(mission=execution.mission)
+        state, label = "held", _("Held: {mission}").format(mission=execution.mission)
     return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)
 
 

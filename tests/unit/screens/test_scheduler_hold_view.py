@@ -73,14 +73,14 @@ def test_robots_can_be_chosen_one_by_one():
 # ---------------------------------------------------------------------- what is held
 def test_starts_within_a_hold_look_held_and_later_ones_do_not():
     bars = timeline(facts(planned=(planned(22), planned(82))), NOW).lanes[0].bars
-    assert [(bar.label, bar.state) for bar in bars] == [("Held: Kits", "skipped"), ("Kits", "planned")]
+    assert [(bar.label, bar.state) for bar in bars] == [("Held: Kits", "held"), ("Kits", "planned")]
     assert timeline(facts(), NOW).closed[-1] == (pytest.approx(1 + 2 / 60), pytest.approx(2 + 38 / 60), "")
 
 
 def test_a_hold_of_one_robot_is_on_its_lane_only():
     one = facts(holds=(replace(HOLD, robot_id=2),), planned=(planned(22), planned(22, VEIKKO)))
     lanes = timeline(one, NOW).lanes
-    assert [lane.bars[0].state for lane in lanes] == ["planned", "skipped"]
+    assert [lane.bars[0].state for lane in lanes] == ["planned", "held"]
     assert timeline(one, NOW).closed == timeline(facts(holds=()), NOW).closed
 
 
@@ -88,7 +88,7 @@ def test_what_waits_because_of_a_hold_looks_held():
     closes = NOW + timedelta(minutes=15)
     waiting = Execution(Trigger.SCHEDULED, 1, "Aino", "Kits", "g", NOW, closes, NOW, "t", ZONE, state=State.WAITING, id=9)
     [bar] = timeline(facts(past=(waiting,)), NOW).lanes[0].bars
-    assert (bar.label, bar.state) == ("Held: Kits", "skipped")
+    assert (bar.label, bar.state) == ("Held: Kits", "held")
 
 
 def test_lists_say_until_when_it_is_held():

@@ -210,6 +210,17 @@ def test_runs_that_overlap_do_so_at_every_zoom_and_only_as_long_as_they_do(hours
     assert (start * 3600, (end - start) * 3600) == (pytest.approx(begins.total_seconds()), pytest.approx(60))
 
 
+def test_the_legend_explains_what_is_drawn_and_nothing_else():
+    def kinds(**values):
+        return [entry.kind for entry in timeline(facts(**values), NOW, Window(None, 6)).legend]
+
+    assert kinds() == []
+    assert kinds(planned=(planned(22),)) == ["planned"]
+    assert kinds(planned=(planned(22, None), planned(24)), past=(execution(State.FAILED, 30, ended_at=NOW),)) == [
+        "planned", "assumed", "failed", "overlap"]
+    assert [entry.kind for entry in timeline(facts(), NOW).legend] == ["closed"]          # Saturday comes into sight
+
+
 def test_what_has_ended_overlaps_with_nothing():
     ended = [execution(state, ago, id=n, ended_at=NOW) for n, (state, ago) in enumerate([(State.COMPLETED, 9), (State.SKIPPED, 8)])]
     assert timeline(facts(past=tuple(ended)), NOW).lanes[0].overlaps == ()
