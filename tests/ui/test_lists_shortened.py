@@ -1,0 +1,82 @@
+"""Lists that were scrolled down and then have fewer rows come back to what there is."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+from kivy.tests.common import UnitTestTouch
+
+from app.widgets.lists import ScrollRows
+from app.widgets.long_list import LongList
+from app.widgets.rows import OptionRow
+
+
+@dataclass(frozen=True)
+class Line:
+    key: int
+    text: str
+
+
+def lines(count: int) -> list[Line]:
+    return [Line(n, f"Row {n}") for n in range(count)]
+
+
+def in_sight(ui, shown) -> set[str]:
+    bottom, top = shown.to_window(0, shown.y)[1], shown.to_window(0, shown.top)[1]
+    left = shown.to_window(shown.x, 0)[0]
+    return {row.text for row in ui.find_all(OptionRow) for y in [row.to_window(0, row.center_y)[1]]
+            if bottom <= y <= top and row.to_window(row.x, 0)[0] < left + shown.width}
+
+
+@pytest.mark.parametrize("kind", [LongList, ScrollRows])
+@pytest.mark.parametrize("left", [2, 8])
+def test_a_list_that_is_scrolled_down_and_shortened_shows_what_there_is(ui, kind, left):
+    shown = ui.show(kind(viewclass="OptionRow", data=lines(40)), (400, 300))
+    ui.advance(.3)
+    for _drag in range(12):
+        ui.drag(shown, 0, 250)
+    ui.advance(1)
+    assert "Row 39" in in_sight(ui, shown)
+    shown.data = lines(left)
+    ui.advance(1)
+    seen = in_sight(ui, shown)
+    assert len(seen) >= min(left, 4), seen
+    if left == 2:
+        assert seen == {"Row 0", "Row 1"}
+    else:
+        assert seen <= {line.text for line in lines(left)}
+
+
+@pytest.mark.parametrize("kind", [LongList, ScrollRows])
+def test_while_a_finger_still_moves_it_too(ui, kind):
+    shown = ui.show(kind(viewclass="OptionRow", data=lines(40)), (400, 300))
+    ui.advance(.3)
+    for _drag in range(12):
+        ui.drag(shown, 0, 280)
+        if _drag == 10:
+            shown.data = lines(3)
+    ui.advance(2)
+    assert in_sight(ui, shown) == {"Row 0", "Row 1", "Row 2"}
+
+
+@pytest.mark.parametrize("kind", [LongList, ScrollRows])
+@pytest.mark.parametrize("left", [0, 3, 6, 12])
+@pytest.mark.parametrize("pull", [250, 600])
+def test_while_it_flies_on_too(ui, kind, left, pull):
+    shown = ui.show(kind(viewclass="OptionRow", data=lines(60)), (400, 300))
+    ui.advance(.3)
+    for _fling in range(8):
+        x, y = shown.to_window(*shown.center)
+        touch = UnitTestTouch(x, y - 100)
+        touch.touch_down()
+        ui.advance()
+        for n in range(1, 6):
+            touch.touch_move(x, y - 100 + pull * n / 5)
+            ui.advance()
+        touch.touch_up()
+        if _fling == 7:
+            shown.data = lines(left)
+        ui.advance(.1)
+    ui.advance(2)
+    seen = in_sight(ui, shown)
+    assert len(seen) >= min(left, 4), seen
