@@ -56,7 +56,7 @@ def runs(narrow: bool) -> list[RunRow]:
     rows = [RunRow(n, *run, opened=False, narrow=narrow) for n, run in enumerate([
         ("skip-next-circle", "attention", "Skipped", "Move coils to press", "Battery 12 % stayed under 30 % until 14:30", "Sisu",
          "Schedule", "14:15", "–"),
-        ("check-circle-outline", "done", "Completed", "Collect empties", "Started on time, as long as usual", "Veikko", "Schedule", "14:12",
+        ("check-circle-outline", "done", "Completed", "Collect empties", "Longer than usual", "Veikko", "Schedule", "14:12",
          "8 min 05 s"),
         ("alert-circle", "fault", "Failed", "Bring pallet to dock", "Could not reach 'Dock 3' within 4 min", "Veikko", "Run now", "13:30",
          "22 min 04 s")] * 40)]

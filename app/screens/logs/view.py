@@ -219,7 +219,7 @@ def when(at: datetime, now: datetime) -> str:
 
 
 def reason_line(execution: Execution, zone: ZoneInfo, usual: UsualSeconds) -> str:
-    """Why it went as it did, in one sentence."""
+    """Why it went as it did, in one sentence; nothing where all was as it should be."""
     if execution.state.is_open:
         return waiting_sentence(execution, zone, _)
     if execution.reason is not None:
@@ -230,17 +230,13 @@ def reason_line(execution: Execution, zone: ZoneInfo, usual: UsualSeconds) -> st
 
 
 def _completed(execution: Execution, usual: UsualSeconds) -> str:
-    """How punctual and how long, as whole sentences, because translations can't be joined from halves."""
+    """In what it was out of the ordinary, if it was: late, longer or shorter. Whole sentences, as translations can't be joined of halves."""
     length = _length(execution, usual)
     late = _late_s(execution)
-    if execution.trigger is not Trigger.SCHEDULED:
-        return {"": "", "usual": _("As long as usual"), "longer": _("Longer than usual"), "shorter": _("Shorter than usual")}[length] or \
-            (_("After idle time") if execution.trigger is Trigger.IDLE else _("Started by a person"))
-    if late is None or late <= ON_TIME_S:
-        return {"": _("Started on time"), "usual": _("Started on time, as long as usual"),
-                "longer": _("Started on time, longer than usual"), "shorter": _("Started on time, shorter than usual")}[length]
-    text = {"": _("Started {late} late"), "usual": _("Started {late} late, as long as usual"),
-            "longer": _("Started {late} late, longer than usual"), "shorter": _("Started {late} late, shorter than usual")}[length]
+    if execution.trigger is not Trigger.SCHEDULED or late is None or late <= ON_TIME_S:
+        return {"longer": _("Longer than usual"), "shorter": _("Shorter than usual")}.get(length, "")
+    text = {"longer": _("Started {late} late, longer than usual"), "shorter": _("Started {late} late, shorter than usual")}.get(
+        length, _("Started {late} late"))
     return text.format(late=formats.rough_duration(late))
 
 
