@@ -38,7 +38,8 @@ class ExecutionFilter:
     triggers: Sequence[Trigger] | None = None
     start: datetime | None = None        # of the planned instant, included
     end: datetime | None = None          # not included
-    text: str = ""                       # somewhere in the names of mission, schedule or robot, in whatever case
+    text: str = ""                       # somewhere in the names of mission, schedule or robot, or in the robot's message, in whatever case
+    reasons: Sequence[ReasonCode] = ()   # or that ended for one of these, where a text is wanted
 
 
 @dataclass(frozen=True)
@@ -322,7 +323,9 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
     if wanted.end is not None:
         demand("planned_at < ?", to_text(wanted.end))
     if text := wanted.text.strip():
-        demand("instr(casefold(mission || char(10) || schedule || char(10) || robot), ?)", text.casefold())
+        demand(f"""(instr(casefold(mission || char(10) || schedule || char(10) || robot || char(10)
+                               || coalesce(json_extract(reason_details, '$.message'), '')), ?)
+                    OR reason_code IN ({placeholders(wanted.reasons)}))""", text.casefold(), *wanted.reasons)
     return " AND ".join(parts), values
 
 

@@ -5,6 +5,7 @@ Nothing here ever fails: a row of an older version, or one whose details are mis
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from datetime import datetime, tzinfo
 from types import MappingProxyType
@@ -80,12 +81,20 @@ _UNDER_WAY: Mapping[State, str] = MappingProxyType({
 })
 
 _INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at"})
+_FILLED_IN = re.compile(r"\{\w+\}")
 _LONGEST = 400                                               # characters of a text that came from elsewhere
 
 
 def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
     """One sentence; ``zone`` is the one its times are given in."""
     return _filled_in(_TEMPLATES.get(reason.code, (((), str(reason.code)),)), reason.details, zone, translate)
+
+
+def codes_with(text: str, translate: Translate = lambda text: text) -> tuple[ReasonCode, ...]:
+    """Those of whose sentences one has ``text`` in it, in whatever case, apart from what is filled in."""
+    wanted = text.casefold()
+    return tuple(code for code, templates in _TEMPLATES.items()
+                 if any(wanted in part.casefold() for _needed, template in templates for part in _FILLED_IN.split(translate(template))))
 
 
 def to_store(reason: Reason) -> dict[str, Any]:

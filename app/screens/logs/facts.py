@@ -9,6 +9,8 @@ from zoneinfo import ZoneInfo
 from app.database.executions import ExecutionFilter, PageKey
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Robot, Settings
+from app.domain.reasons import codes_with
+from app.i18n import _
 from app.screens.logs.view import Filters, Period, UsualSeconds, period_start
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.ledger import Ledger
@@ -62,7 +64,8 @@ def execution_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> Executi
     """The filters of the screen as those of the history."""
     return ExecutionFilter(
         robot_ids=filters.robot_ids, mission=filters.mission, states=filters.states or None,
-        triggers=filters.triggers or None, start=period_start(filters.period, now, zone), text=filters.text.strip())
+        triggers=filters.triggers or None, start=period_start(filters.period, now, zone), text=filters.text.strip(),
+        reasons=codes_with(filters.text.strip(), _) if filters.text.strip() else ())
 
 
 def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> LogsFacts:

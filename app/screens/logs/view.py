@@ -230,7 +230,7 @@ def reason_line(execution: Execution, zone: ZoneInfo, usual: UsualSeconds) -> st
 
 
 def _completed(execution: Execution, usual: UsualSeconds) -> str:
-    """In what it was out of the ordinary, if it was: late, longer or shorter. Whole sentences, as translations can't be joined of halves."""
+    """In what it was out of the ordinary, if it was: late, longer or shorter. Whole sentences: translations can't be joined."""
     length = _length(execution, usual)
     late = _late_s(execution)
     if execution.trigger is not Trigger.SCHEDULED or late is None or late <= ON_TIME_S:

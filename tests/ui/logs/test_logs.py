@@ -172,6 +172,16 @@ def test_typing_searches_and_closing_the_search_clears_it(screen, ui):
     assert len({row.mission for row in screen.logs.rows}) > 1
 
 
+@pytest.mark.parametrize(("typed", "reason"), [
+    ("stayed under", "Battery"), ("DOCK 3", "The robot ended it: Failed to reach goal position 'Dock 3'")])
+def test_a_search_finds_reasons_too(screen, ui, typed, reason):
+    tap(screen, ui, ui.find(IconButton, icon="magnify"))
+    ui.type(ui.find(SearchField), typed)
+    settle(screen, ui)
+    assert screen.logs.rows
+    assert all(row.reason.startswith(reason) for row in screen.logs.rows)
+
+
 def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):
     tick(screen, ui, "Outcome", "Missed")
     assert {"Nothing found", "Choose a longer period, or fewer filters."} <= set(ui.texts())

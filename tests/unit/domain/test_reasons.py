@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
-from app.domain.reasons import sentence, waiting_sentence
+from app.domain.reasons import codes_with, sentence, waiting_sentence
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 HELSINKI = "Europe/Helsinki"
@@ -110,3 +110,9 @@ def test_what_holds_an_execution_is_reported(values, expected):
 def test_every_wait_has_a_sentence(wait):
     text = waiting_sentence(row(wait=wait), ZoneInfo("UTC"))
     assert text[0] in string.ascii_uppercase
+
+
+def test_reasons_are_found_by_words_of_their_sentences_in_the_language_on_screen():
+    assert codes_with("stayed UNDER") == (ReasonCode.BATTERY_LOW,)
+    assert codes_with("{minimum}") == ()
+    assert codes_with("akku", lambda text: text.replace("Battery", "Akku")) == (ReasonCode.BATTERY_LOW,)
