@@ -284,7 +284,9 @@ class MenuRow(Row, TonedTap):
 
 class Menu(Overlay):
     """Commands under the widget ``anchor``, or above it where there is no room: ``items`` have ``key``, ``text``, ``icon``, ``tone``,
-    ``disabled``; fires ``on_choose(key)``."""
+    ``disabled``; fires ``on_choose(key)``. With a ``title``, and ``text`` under it, it is a card about what it hangs on."""
+    title = StringProperty()
+    text = StringProperty()
     items = ListProperty()
     anchor = ObjectProperty(None)
 

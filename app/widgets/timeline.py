@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from kivy.clock import Clock
 from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.uix.widget import Widget
 
 from app.widgets.chart import Chart
 from app.widgets.timeline_drawing import Box, Drawing
@@ -110,6 +111,15 @@ class Timeline(Chart):
         if self._drawing is not None:
             for lane in self._drawing.lanes:
                 yield from self._drawing.boxes(lane)
+
+    def place_of(self, key) -> Widget:
+        """Something as large as a bar and where it is seen, to hang a card on; of one that is gone: the timeline itself."""
+        for left, bottom, right, top, other in self.boxes():
+            if other == key:
+                left, right = max(left, self._drawing.frame.left), min(right, self.right)
+                x, y = self.to_window(left, bottom)
+                return Widget(pos=(x, y), size=(max(0, right - left), top - bottom))
+        return self
 
     def _bar_near(self, x, y):
         if self._drawing is None:

@@ -178,6 +178,22 @@ def menu(studio: Any) -> Any:
     return studio.dialogs.top
 
 
+def card_at(look: str) -> Callable[[Any], Any]:
+    """The card of the first long bar of that look."""
+    def build(studio: Any) -> Any:
+        stand = Stand(studio, "scheduler")
+        chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
+        bar = max((bar for lane in chart.lanes for bar in lane.bars if bar.state == look), key=lambda bar: bar.end - bar.start)
+        stand.vm.open_bar(bar.key, chart.place_of(bar.key))
+        return studio.dialogs.top
+
+    return build
+
+
+picture("scheduler-bar-planned", sizes=BOTH)(card_at("planned"))
+picture("scheduler-bar-failed", sizes=BOTH)(card_at("failed"))
+
+
 @picture("scheduler-mission", sizes=BOTH)
 def mission(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")

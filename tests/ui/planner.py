@@ -134,7 +134,7 @@ def menu(app, ui, schedule: Schedule, word: str) -> None:
 
 def tap_bar(ui, key) -> None:
     timeline = ui.find(Timeline)
-    x, y, right, top, _key = next(hit for hit in timeline.boxes() if hit[4] == key)
+    x, y, right, top, _key = next(hit for hit in timeline.boxes() if hit[4][:len(key)] == key)
     ui.tap_at(*timeline.to_window((x + right) / 2, (y + top) / 2))
 
 

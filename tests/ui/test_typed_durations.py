@@ -39,7 +39,7 @@ def test_a_typed_duration_is_said_drawn_and_warned_by(screen, container, ui):
     assert any("17:00" in warning.text for warning in view.warnings)          # the kits of the full hour
     save(screen, ui)
     saved = named(container, DOCK, "Aino")
-    bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.key == ("schedule", saved.id))
+    bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.key[:2] == ("schedule", saved.id))
     assert (bar.typed, round((bar.end - bar.start) * 60)) == (True, 45)
     assert "Length typed" in [item.text for item in ui.find_all(LegendItem)]
 

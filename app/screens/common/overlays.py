@@ -79,9 +79,9 @@ class Dialogs:
         dialog.bind(on_pick=lambda _dialog, value: done(value))
         return self.open(dialog)
 
-    def menu(self, anchor: Widget, items: Sequence[MenuItem], done: Callable[[Any], object]) -> Overlay:
-        """Hang a menu on ``anchor``; ``done(key)``."""
-        menu = Menu(items=list(items), anchor=anchor)
+    def menu(self, anchor: Widget, items: Sequence[MenuItem], done: Callable[[Any], object], title: str = "", text: str = "") -> Overlay:
+        """Hang a menu on ``anchor``; ``done(key)``. With a title it is a card about the anchor."""
+        menu = Menu(items=list(items), anchor=anchor, title=title, text=text)
         menu.bind(on_choose=lambda _menu, key: done(key))
         return self.open(menu)
 

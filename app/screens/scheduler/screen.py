@@ -23,7 +23,7 @@ from app.screens.scheduler.cards import SchedulerEmpty
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.hold import HoldDialog
-from app.screens.scheduler.timeline import TimelineView
+from app.screens.scheduler.timeline import BarCard, TimelineView
 from app.screens.scheduler.view import DayRow
 from app.services.catalogue.catalogue import Removed
 from app.services.files.plan_export import PlanExport
@@ -169,17 +169,27 @@ class SchedulerViewModel(ViewModel):
         self._refresher.read()
 
     # ------------------------------------------------------------------ what the operator presses
-    def open_bar(self, key: tuple[str, Any]) -> None:
-        """A bar of the timeline was tapped: show its run or its schedule; one that represents several is zoomed into."""
+    def open_bar(self, key: tuple[Any, ...], place: Widget) -> None:
+        """A bar of the timeline was tapped, at ``place``: show its card; one that represents several is zoomed into."""
         match key:
             case ("execution", number):
-                self._shell.go("logs", execution_id=number)
+                execution = next((one for one in self._facts.past if one.id == number), None)
+                if execution is not None:
+                    self._open_card(timeline.run_card(self._facts, execution, self._services.clock.now()), place, {
+                        "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(execution.schedule_id or 0)})
             case ("zoom", middle, length) if self.timeline.origin is not None:
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
                 hours = min(hours, max(self._window.hours / 2, timeline.SPANS[0]))
                 self._show_window(Window(self.timeline.origin + timedelta(hours=middle - hours / 2), hours))
-            case ("schedule", number):
-                self.edit(number)
+            case ("schedule", number, at):
+                run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
+                if run is not None:
+                    self._open_card(timeline.start_card(self._facts, run), place, {
+                        "edit": lambda: self.edit(number), "skip": lambda: self.skip_next(run.schedule),
+                        "run": lambda: self.run_now(run.schedule)})
+
+    def _open_card(self, card: BarCard, place: Widget, calls: dict[str, Callable[[], object]]) -> None:
+        self._shell.dialogs.menu(place, card.items, lambda key: calls[key](), card.title, card.text)
 
     def open_day(self, key: tuple[str, int, Any]) -> None:
         self.choose_mode("hours")

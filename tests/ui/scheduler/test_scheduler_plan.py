@@ -10,6 +10,7 @@ from app.screens.common.shell import pick
 from app.screens.scheduler.cards import FormCard
 from app.screens.scheduler.screen import SchedulerScreen
 from app.widgets.buttons import CommandButton, IconButton, Toggle
+from app.widgets.dialogs import Menu, MenuRow
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
@@ -110,18 +111,45 @@ def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
 
 
 # ---------------------------------------------------------------------- upcoming
-def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_opens_its_schedule(screen, container, ui):
+def card_of(ui) -> Menu:
+    ui.wait(lambda: ui.find_all(Menu))
+    ui.advance(.3)
+    return ui.find(Menu)
+
+
+def take(screen, ui, word: str) -> None:
+    ui.tap(ui.find(MenuRow, text=word))
+    settle(screen, ui)
+
+
+def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_says_what_it_is_and_leads_to_its_schedule(screen, container, ui):
     timeline = ui.find(Timeline)
     assert [lane.name for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko"]
     tap_bar(ui, ("schedule", named(container, "Night stock count", "Aino").id))
-    settle(screen, ui)
+    card = card_of(ui)
+    start, usual = card.text.splitlines()
+    assert (card.title, start) == ("Night stock count", "Aino · Fri 20 Nov 19:00–21:54")
+    assert usual.startswith("Usually 2 h 54 min, nine of ten within 3 h")
+    left, right = (card.to_window(x, 0)[0] for x in (card.x, card.right))
+    assert left <= timeline.to_window(next(hit[2] for hit in timeline.boxes() if hit[4][:2] == (
+        "schedule", named(container, "Night stock count", "Aino").id)), 0)[0] <= right + 1       # it hangs on the bar
+    take(screen, ui, "Edit schedule")
     assert field(ui, "Mission").value == "Night stock count"
 
 
-def test_a_past_bar_goes_to_its_story_in_the_logs(screen, ui):
+def test_a_planned_start_can_be_left_out_from_its_bar_if_it_is_the_next(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    tap_bar(ui, ("schedule", schedule.id, schedule.next_at))
+    card_of(ui)
+    take(screen, ui, "Skip this one")
+    assert named(container, "Night stock count", "Aino").next_at > schedule.next_at
+
+
+def test_a_past_bar_says_why_and_goes_to_its_story_in_the_logs(screen, ui):
     failed = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.state == "failed" and lane.name == "Veikko")
     tap_bar(ui, failed.key)
-    settle(screen, ui)
+    assert "Failed to reach goal position 'Dock 3'" in card_of(ui).text
+    take(screen, ui, "Open in Logs")
     assert screen.shell.navigator.current == "logs"
     assert screen.shell.navigator.screen("logs").vm.opened_run == failed.key[1]
 

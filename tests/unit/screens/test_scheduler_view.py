@@ -73,7 +73,7 @@ def test_there_is_a_lane_for_every_robot_and_one_that_is_off_says_so():
 def test_a_planned_bar_is_as_long_as_the_mission_usually_takes():
     bar = timeline(facts(planned=(planned(22),)), NOW).lanes[0].bars[0]
     assert (bar.start, bar.end - bar.start) == (pytest.approx(2.0), pytest.approx(7 / 60))
-    assert (bar.key, bar.label, bar.state) == (("schedule", 7), "Deliver kits", "planned")
+    assert (bar.key, bar.label, bar.state) == (("schedule", 7, NOW + timedelta(minutes=22)), "Deliver kits", "planned")
     unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0].bars[0]
     assert unknown.end - unknown.start == pytest.approx(ASSUMED_S / 3600)
 
