@@ -1,6 +1,6 @@
-"""Drawings of the page of figures: ranked bars with a cumulative line, a duration day by day in its usual band, two parts of a whole."""
+"""Drawings of the page of figures: ranked bars, a duration day by day in its usual band, two parts of a whole."""
 from kivy.graphics import Color, SmoothLine
-from kivy.metrics import dp
+from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -11,82 +11,72 @@ from app.widgets.tokens import tk
 
 
 class RankBar(Chart):
-    """One bar of a ranking, ``share`` 0..1. ``cumulative`` >= 0 adds the dot and line of the shares down to here; rows that touch make it
-    one line, from the neighbours' ``above`` and ``below`` (-1: there is none)."""
+    """One bar of a ranking, ``share`` 0..1."""
     share = NumericProperty(0)
-    cumulative = NumericProperty(-1)
-    above = NumericProperty(-1)
-    below = NumericProperty(-1)
     tone = StringProperty("accent_mid")
-    watch = ("share", "cumulative", "above", "below", "tone")
+    watch = ("share", "tone")
 
     def draw(self):
-        room, height = self.width - dp(8), dp(16)
-        self.box(self.x, self.center_y - height / 2, room, height, tk.track, dp(4))
+        bottom, height = self.center_y - dp(8), dp(16)
+        self.box(self.x, bottom, self.width, height, tk.track, dp(4))
         if self.share > 0:
-            self.box(self.x, self.center_y - height / 2, max(dp(4), room * min(1., self.share)), height, getattr(tk, self.tone), dp(4))
-        if self.cumulative < 0:
-            return
-        x = self.x + room * self.cumulative
-        points = [x, self.center_y]
-        if self.above >= 0:
-            points = [self.x + room * (self.above + self.cumulative) / 2, self.top, *points]
-        if self.below >= 0:
-            points += [self.x + room * (self.below + self.cumulative) / 2, self.y]
-        if len(points) > 2:
-            Color(*tk.ink)
-            SmoothLine(points=points, width=dp(1.1))
-        self.box(x - dp(6), self.center_y - dp(6), dp(12), dp(12), tk.surface, dp(6))
-        self.box(x - dp(4), self.center_y - dp(4), dp(8), dp(8), tk.ink, dp(4))
+            self.box(self.x, bottom, max(dp(4), self.width * min(1., self.share)), height, getattr(tk, self.tone), dp(4))
 
 
 class RankRow(Row, BoxLayout):
-    """A reason, its bar, how often; ``note`` under the number."""
+    """A reason, its bar, how often; ``note`` under the number, ``detail`` under the reason."""
     label = StringProperty()
     value = StringProperty()
     note = StringProperty()
     share = NumericProperty(0)
-    cumulative = NumericProperty(-1)
-    above = NumericProperty(-1)
-    below = NumericProperty(-1)
+    detail = StringProperty()
 
 
 class TrendChart(Chart):
-    """``points`` have ``place`` (0..1 from left to right) and ``value``; ``band`` has ``low``, ``middle``, ``high`` of what is usual."""
+    """``points`` have ``place`` (0..1 from left to right), ``value`` and ``joined`` (to the one before); ``band`` has ``low``, ``middle``,
+    ``high`` of what is usual. ``scale`` says the lowest and the highest value, ``days`` the first and the last day."""
     points = ListProperty()
     band = ObjectProperty(None, allownone=True)
     tone = StringProperty("neutral")
-    watch = ("points", "band", "tone")
+    scale = ListProperty(["", ""])
+    days = ListProperty(["", ""])
+    watch = ("points", "band", "tone", "scale", "days")
 
     def draw(self):
         band = (self.band.low, self.band.middle, self.band.high) if self.band else ()
         values = [*(point.value for point in self.points), *band]
         if not values:
             return
-        low, high = min(values), max(values)
-        margin = (high - low) * .08 or 1
-        low, span = low - margin, high - low + 2 * margin
-        pad = dp(6)
-        width, height = self.width - 2 * pad, self.height - 2 * pad
+        low, span = min(values), max(values) - min(values)
+        pad, line = dp(6), sp(20)
+        left = self.x + max(map(self.width_of, self.scale)) + dp(8)
+        width, bottom, height = self.right - left, self.y + line + pad, self.height - line - pad - sp(10)
 
         def at(value):
-            return self.y + pad + height * (value - low) / span
+            return bottom + height * ((value - low) / span if span else .5)
 
+        for words, value in zip(self.scale, (low, low + span), strict=True) if span else [(self.scale[0], low)]:
+            self.text(words, left - dp(8), at(value), tk.ink3, ax=1)
+        for n, words in enumerate(self.days):
+            self.text(words, left + width * n, self.y + line / 2, tk.ink3, ax=n)
         if band:
-            bottom, middle, top = map(at, band)
-            self.box(self.x, bottom, self.width, max(dp(2), top - bottom), tk.accent_soft, dp(4), alpha=.45)
-            for edge in (bottom, top):
-                self.box(self.x, edge, self.width, 1, tk.accent)
-            for start in range(0, int(self.width), int(dp(10))):             # dashed: from before the period
-                self.box(self.x + start, middle - 1, min(dp(6), self.width - start), 2, tk.accent)
-        points = [(self.x + pad + width * min(1., max(0., point.place)), at(point.value)) for point in self.points]
-        if len(points) > 1:
-            Color(*tk.ink2)
-            SmoothLine(points=[c for point in points for c in point], width=dp(1))
+            self._band(left, width, *map(at, band))
+        points = [(left + pad + (width - 2 * pad) * min(1., max(0., point.place)), at(point.value)) for point in self.points]
+        Color(*tk.ink2)
+        for before, after, point in zip(points, points[1:], self.points[1:], strict=False):
+            if point.joined:                                                 # gaps stay open
+                SmoothLine(points=(*before, *after), width=dp(1))
         colour = tk.attention if self.tone == "attention" else tk.ink
         size = dp(7) if len(points) <= 31 else dp(4)
         for x, y in points:
             self.box(x - size / 2, y - size / 2, size, size, colour, size / 2)
+
+    def _band(self, left, width, bottom, middle, top):
+        self.box(left, bottom, width, max(dp(2), top - bottom), tk.accent_soft, dp(4), alpha=.45)
+        for edge in (bottom, top):
+            self.box(left, edge, width, 1, tk.accent)
+        for start in range(0, int(width), int(dp(10))):                      # dashed: from before the period
+            self.box(left + start, middle - 1, min(dp(6), width - start), 2, tk.accent)
 
 
 class TrendRow(Row, Toned, BoxLayout):
@@ -98,6 +88,8 @@ class TrendRow(Row, Toned, BoxLayout):
     icon = StringProperty()
     points = ListProperty()
     band = ObjectProperty(None, allownone=True)
+    scale = ListProperty(["", ""])
+    days = ListProperty(["", ""])
 
 
 class PartsBar(Chart):
@@ -115,15 +107,9 @@ class PartsBar(Chart):
 
 
 class LineKey(Chart):
-    """Legend of a drawn line: ``kind`` "line" with its dot, "band" of what is usual."""
-    kind = StringProperty("line")
-    watch = ("kind",)
+    """Legend of the band of what is usual."""
 
     def draw(self):
-        if self.kind == "band":
-            self.box(*self.pos, *self.size, tk.accent_soft, dp(3), alpha=.45)
-            self.box(*self.pos, *self.size, tk.accent, dp(3), ring=1)
-            self.box(self.x, self.center_y - 1, self.width, 2, tk.accent)
-            return
-        self.box(self.x, self.center_y - 1, self.width, 2, tk.ink)
-        self.box(self.center_x - dp(4), self.center_y - dp(4), dp(8), dp(8), tk.ink, dp(4))
+        self.box(*self.pos, *self.size, tk.accent_soft, dp(3), alpha=.45)
+        self.box(*self.pos, *self.size, tk.accent, dp(3), ring=1)
+        self.box(self.x, self.center_y - 1, self.width, 2, tk.accent)

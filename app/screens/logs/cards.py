@@ -78,8 +78,7 @@ class Ranking(BoxLayout):
 
 
 class LineLegend(BoxLayout):
-    """What a drawn line or band means."""
-    kind = StringProperty("line")
+    """What the drawn band means."""
     text = StringProperty()
     shown = BooleanProperty(True)
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import date
+from datetime import date, timedelta
 from typing import Generic, TypeVar
 
 from app.domain.models import Reason
@@ -19,27 +19,26 @@ from app.services.planning.durations import Trend
 Row = TypeVar("Row")
 
 MOST_FAILURES = 0.8          # share of all failures that the first few causes are said to make up
+LEAST_DRAWN = 0.02           # share of a whole: less is no bar
 ABOUT_USUAL = 0.05           # of the usual duration, within which the median is called as usual
 
 
 @dataclass(frozen=True)
 class RankedBar:
-    """One bar of a ranking, ``share`` 0..1. ``cumulative`` is the share down to here, ``above`` and ``below`` those of the neighbours; -1:
-    there is none."""
+    """One bar of a ranking, ``share`` 0..1; ``detail`` goes under its label."""
     label: str
     value: str
     note: str
     share: float
-    cumulative: float = -1
-    above: float = -1
-    below: float = -1
+    detail: str = ""
 
 
 @dataclass(frozen=True)
 class Point:
-    """A day's median in seconds, at 0..1 of the period."""
+    """A day's median in seconds, at 0..1 of the period; ``joined``: the day before has one too."""
     place: float
     value: float
+    joined: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,6 +61,8 @@ class TrendLine:
     points: tuple[Point, ...]
     band: UsualBand | None
     count: str
+    scale: tuple[str, str]               # the lowest and the highest that is drawn
+    days: tuple[str, str]                # the first and the last day
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class FiguresPage:
     waiting: Panel[FactLine] = Panel()
     causes: Panel[RankedBar] = Panel()
     durations: Panel[TrendLine] = Panel()
-    queue_share: float = 0.0             # of the time from submission to end
+    queue_share: float = 0.0             # of the time from submission to end; 0: too little to be drawn
 
 
 def page(figures: Figures, more: MoreFigures) -> FiguresPage:
@@ -88,7 +89,7 @@ def page(figures: Figures, more: MoreFigures) -> FiguresPage:
         Panel(delay_head(delays), waiting_text(delays), delay_rows(delays)),
         Panel(cause_head(more.causes), cause_summary(more.causes), cause_rows(more.causes)),
         Panel("", "" if more.trends else _("No mission was completed."), trend_rows(more.trends, figures.first_day, figures.last_day)),
-        delays.queue_share or 0.0)
+        share if (share := delays.queue_share or 0.0) >= LEAST_DRAWN else 0.0)
 
 
 # ---------------------------------------------------------------------- planned and run
@@ -144,9 +145,8 @@ def cause_text(cause: Cause) -> str:
 
 def cause_rows(causes: Sequence[Cause]) -> tuple[RankedBar, ...]:
     return tuple(RankedBar(
-        cause_text(cause), str(cause.number), formats.percent(cause.cumulative * 100), cause.share, cause.cumulative,
-        above=causes[n - 1].cumulative if n else -1, below=causes[n + 1].cumulative if n + 1 < len(causes) else -1)
-        for n, cause in enumerate(causes))
+        cause_text(cause), str(cause.number), formats.percent(cause.share * 100), cause.share,
+        ", ".join(f"{name} ×{number}" for name, number in cause.particulars)) for cause in causes)
 
 
 def cause_head(causes: Sequence[Cause]) -> str:
@@ -174,21 +174,23 @@ def trend_rows(trends: Sequence[Trend], first: date | None, last: date | None) -
 
 def _trend_row(trend: Trend, first: date, last: date) -> TrendLine:
     length = max(1, (last - first).days)
-    usual = trend.usual
+    usual, known = trend.usual, {day.day for day in trend.days}
+    drawn = [*(day.median_s for day in trend.days), *((usual.p10_s, usual.p90_s) if usual else ())]
     return TrendLine(
         trend.guid, trend.mission, formats.duration(trend.median_s), _comparison(trend),
         tone="attention" if trend.is_longer else "neutral",
         icon="arrow-up-bold" if trend.is_longer else "arrow-down-bold" if trend.is_shorter else "",
-        points=tuple(Point((day.day - first).days / length, day.median_s) for day in trend.days),
+        points=tuple(Point((day.day - first).days / length, day.median_s, day.day - timedelta(days=1) in known) for day in trend.days),
         band=UsualBand(usual.p10_s, usual.p50_s, usual.p90_s) if usual else None,
-        count=ngettext("{n} run", "{n} runs", trend.count).format(n=trend.count))
+        count=ngettext("{n} run", "{n} runs", trend.count).format(n=trend.count),
+        scale=(formats.duration(min(drawn)), formats.duration(max(drawn))), days=(formats.wall_day(first), formats.wall_day(last)))
 
 
 def _comparison(trend: Trend) -> str:
     """The median against what was usual before the period."""
     usual = trend.usual
     if usual is None:
-        return _("Too few runs before it to say what is usual")
+        return _("No earlier period to compare with")
     values = {"usual": formats.duration(usual.p50_s), "low": formats.duration(usual.p10_s), "high": formats.duration(usual.p90_s)}
     change = trend.median_s / usual.p50_s - 1 if usual.p50_s else 0.0
     text = _("As usual: {usual} ({low} to {high})")
@@ -228,7 +230,7 @@ def _about_delays(delays: Delays) -> Explanation:
 def _about_causes(causes: Sequence[Cause]) -> Explanation:
     return Explanation(_("Reasons for failure"), _(
         "Failed runs, however they had been started, by why they failed, most frequent first. For runs that the robot ended itself this is "
-        "the robot's message, without names and numbers. The line shows which share of all failures the reasons down to there make up."),
+        "the robot's message, without names and numbers; what it named most often stands below."),
         tuple(FactLine(cause_text(cause), _("{n} · {share}").format(n=cause.number, share=formats.percent(cause.share * 100)))
               for cause in causes))
 

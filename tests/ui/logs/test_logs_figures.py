@@ -48,7 +48,8 @@ def test_failures_are_ranked_and_their_shares_add_up(screen, container, ui):
     causes = screen.logs._more.causes
     assert sorted((row.value for row in rows), key=int) == sorted((str(cause.number) for cause in causes), key=int)
     assert "Failed to reach goal position …" in {row.label for row in rows}
-    assert max(row.cumulative for row in rows) == pytest.approx(1)
+    assert sum(row.share for row in rows) == pytest.approx(1)
+    assert next(row.detail for row in rows if row.label == "Failed to reach goal position …").startswith("Dock ")
     assert sum(cause.number for cause in causes) == screen.logs._figures.thesis.failed
 
 

@@ -36,7 +36,8 @@ def test_the_most_frequent_cause_comes_first_with_its_share(world):
     world.row(State.COMPLETED, 6)
     world.row(State.SKIPPED, 7)
     assert world.kpis.failures() == [
-        Cause(ReasonCode.ROBOT_ABORTED, "Failed to reach goal position …", 3, .6, .6),
+        Cause(ReasonCode.ROBOT_ABORTED, "Failed to reach goal position …", 3, .6, .6,
+              (("Dock 1", 1), ("Dock 2", 1), ("Dock 3", 1))),
         Cause(ReasonCode.RETRY_LIMIT, "", 2, .4, 1.0)]
     assert world.kpis.failures(KpiFilter(end=NOON)) == []
 

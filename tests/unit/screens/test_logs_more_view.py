@@ -7,8 +7,9 @@ import pytest
 
 from app.domain.models import ReasonCode
 from app.screens.logs import more_view as view
+from app.screens.logs.figures import Figures, MoreFigures
 from app.screens.logs.kpi_view import with_interval
-from app.services.history.kpi import Adherence, Delays
+from app.services.history.kpi import Adherence, Delays, ThesisKpis
 from app.services.history.pareto import causes
 from app.services.planning.durations import Band, DayMedian, Trend
 
@@ -32,13 +33,13 @@ def test_reasons_of_not_running_with_their_share_of_what_was_planned():
         ("Battery stayed under the minimum for its whole start window", "2", "4.0 %"), ("The app was off or asleep", "1", "2.0 %")]
 
 
-def test_bars_of_causes_form_one_line():
-    found = causes([("robot_aborted", "Lost", 6), ("retry_limit", None, 3), ("refused", None, 1)])
+def test_each_cause_has_its_own_share_and_what_the_robot_named():
+    found = causes([("robot_aborted", "No way to 'Dock 3'", 4), ("robot_aborted", "No way to 'Dock 1'", 2), ("retry_limit", None, 3),
+                    ("refused", None, 1)])
     rows = view.cause_rows(found)
-    assert [row.cumulative for row in rows] == pytest.approx([.6, .9, 1])
-    assert [row.above for row in rows] == pytest.approx([-1, .6, .9])
-    assert [row.below for row in rows] == pytest.approx([.9, 1, -1])
-    assert rows[0].label == "Lost"
+    assert [(row.value, row.note) for row in rows] == [("6", "60 %"), ("3", "30 %"), ("1", "10 %")]
+    assert [row.share for row in rows] == pytest.approx([.6, .3, .1])
+    assert (rows[0].label, rows[0].detail, rows[1].detail) == ("No way to …", "Dock 3 ×4, Dock 1 ×2", "")
     assert view.cause_summary(found) == "The first 2 reasons make up 90 % of all failures."
     assert view.cause_head(found) == "10 failed runs"
 
@@ -64,7 +65,23 @@ def test_a_median_is_set_against_the_usual_band(median, beginning, tone):
 def test_without_a_history_before_nothing_is_called_usual():
     trend = Trend("g", "Deliver", 1, 60.0, None, [DayMedian(date(2026, 11, 16), 1, 60.0)])
     [row] = view.trend_rows([trend], None, None)
-    assert (row.note, row.band, row.points) == ("Too few runs before it to say what is usual", None, (view.Point(0, 60.0),))
+    assert (row.note, row.band, row.points) == ("No earlier period to compare with", None, (view.Point(0, 60.0),))
+
+
+def test_a_chart_of_durations_says_its_scale_and_its_days_and_leaves_gaps_open():
+    days = [DayMedian(date(2026, 11, day), 1, 60.0 * day) for day in (16, 17, 19)]
+    [row] = view.trend_rows([Trend("g", "Deliver", 3, 1020.0, None, days)], date(2026, 11, 14), date(2026, 11, 20))
+    assert (row.scale, row.days) == (("16 min", "19 min"), ("Sat 14 Nov", "Fri 20 Nov"))
+    assert [point.joined for point in row.points] == [False, True, False]
+
+
+@pytest.mark.parametrize(("waited", "drawn"), [(1.0, 0.0), (40.0, .2)])
+def test_a_share_that_is_hardly_anything_is_a_sentence_and_no_bar(waited, drawn):
+    delays = Delays(3, 5, 9, 1, 4, waited, 160.0 if drawn else 249.0, 80, 120)
+    nothing = ThesisKpis(0, 0, 0, 0, 0.0, 0, ())
+    page = view.page(Figures(nothing, Adherence(0, 0, {}), delays), MoreFigures())
+    assert page.queue_share == drawn
+    assert page.waiting.text.startswith("Of the time from submission to end, ")
 
 
 def test_waiting_against_running_in_words():
