@@ -144,6 +144,7 @@ def test_words_of_items_are_those_that_searches_find() -> None:
     found = [robot.send("POST", "/mission_queue/search", {"filters": [{"fieldname": "state", "operator": "=", "value": word}]}).json()
              for word in ("Jonossa", "Pending")]
     assert [len(one) for one in found] == [1, 0]
+    assert robot.send("PUT", "/mission_queue/1", {"priority": 1}).json()["state"] == robot.state_of(1) == "Jonossa"
 
 
 def test_a_phrase_is_replaced_once_and_the_longest_that_fits() -> None:
@@ -161,6 +162,7 @@ def test_all_that_is_told_of_a_failure_is_in_the_robots_words() -> None:
     told = [robot.item(number)["message"], robot.get(f"/mission_queue/{number}/actions/{action}")["message"], status["mission_text"],
             status["errors"][0]["description"], robot.get("/log/error_reports/1")["description"]]
     assert told == ["Zielposition nicht erreicht: 'Line 1'"] * 5
+    assert robot.put_status(mode_id=int(ModeId.MAPPING))["mode_text"] == "Kartierung"
 
 
 def test_the_german_robot_says_nothing_in_english() -> None:
