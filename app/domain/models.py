@@ -264,6 +264,7 @@ class RobotSnapshot:
     problem: Message = ""                   # what the last failure says, empty when it answers
 
 
+THEMES = ("light", "dark", "contrast")
 KEYBOARDS = ("auto", "on", "off")        # on the screen: when the tablet has none of its own, always, never
 FONT_SCALES = (100, 115, 130)            # %, of the size that texts have by themselves
 
@@ -279,9 +280,9 @@ class Settings:
     start_window_minutes: int = 15
     unknown_outcome_quiet_seconds: int = 90
     history_limit: int | None = 100_000
-    # the tablet's own, not part of the configuration file
+    # of the display and the calendar in the configuration file; the selected robot is not in it
     language: str = "en"
-    theme: str = "light"
+    theme: str = "light"                 # one of THEMES
     gloves: bool = False                 # larger targets
     font_scale_percent: int = 100        # one of FONT_SCALES
     keyboard: str = "auto"               # one of KEYBOARDS

@@ -11,7 +11,8 @@ from kivy.event import EventDispatcher
 from kivy.metrics import Metrics, dp
 from kivy.properties import BooleanProperty, ColorProperty, NumericProperty, OptionProperty
 
-THEMES = ("light", "dark", "contrast")
+from app.domain.models import THEMES
+
 TONES = ("fault", "attention", "action", "done", "neutral", "offline", "accent")
 
 # name: (light, dark, high contrast)

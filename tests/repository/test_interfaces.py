@@ -43,7 +43,9 @@ def test_every_option_of_the_command_line_is_there_and_no_other() -> None:
 
 
 def test_the_keys_of_the_configuration_file() -> None:
-    known = {f"settings.{key}" for key in document.SETTINGS} | {f"robots[].{key}" for key in document.ROBOT} \
+    known = {f"settings.{key}" for key in document.SETTINGS} | {f"display.{key}" for key in document.DISPLAY} \
+        | {f"calendar.{key}" for key in document.CALENDAR} | {f"calendar.days[].{key}" for key in document.DAY} \
+        | {f"robots[].{key}" for key in document.ROBOT} \
         | {f"missions[].{key}" for key in document.MISSION} | {f"schedules[].{key}" for key in document.SCHEDULE}
     assert set(keys()) == known
     assert {key for key, cells in keys().items() if cells[0] == "yes"} == {
@@ -56,6 +58,13 @@ def test_the_example_is_a_configuration() -> None:
     read = document.read(example[1].encode())
     assert (len(read.robots), len(read.missions), len(read.schedules)) == (1, 2, 1)
     assert set(json.loads(example[1])["settings"]) == set(document.SETTINGS)
+    assert set(json.loads(example[1])["display"]) == set(document.DISPLAY)
+    assert set(json.loads(example[1])["calendar"]) == set(document.CALENDAR)
+
+
+@pytest.mark.parametrize("name", sorted(document.DISPLAY))
+def test_the_defaults_of_the_display(name: str) -> None:
+    assert keys()[f"display.{name}"][1] == str(getattr(Settings(), name)).lower()
 
 
 @pytest.mark.parametrize("name", sorted(document.SETTINGS))

@@ -12,11 +12,12 @@ from kivymd.uix.progressindicator import MDCircularProgressIndicator, MDLinearPr
 from kivymd.uix.selectioncontrol import MDSwitch
 from kivymd.uix.snackbar import MDSnackbar
 
+from app.domain.models import THEMES
 from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip, SwitchFace, Toggle
 from app.widgets.chart import Meter, WorkingRing
 from app.widgets.snackbar import Snackbar, Snackbars
 from app.widgets.text import Ico, Txt
-from app.widgets.tokens import THEMES, tk
+from app.widgets.tokens import tk
 
 
 def presses(widget) -> list[object]:

@@ -11,6 +11,7 @@ from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 from kivymd.uix.screen import MDScreen
 
+from app.domain.models import THEMES
 from app.screens.logs.kpi_view import DayBar, RobotBar
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets import timeline_painting
@@ -24,7 +25,7 @@ from app.widgets.swatch import Swatch
 from app.widgets.text import Ico, Txt
 from app.widgets.timeline import Timeline
 from app.widgets.timeline_drawing import Drawing
-from app.widgets.tokens import COLOURS, THEMES, TONES, apply_theme, tk
+from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
 from tests.ui import checks
 from tests.ui.headless import COMMON, MOCK
 

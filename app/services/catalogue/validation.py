@@ -16,7 +16,19 @@ from zoneinfo import ZoneInfo
 from app.domain import names
 from app.domain.clock import zone_names
 from app.domain.message import message
-from app.domain.models import FONT_SCALES, KEYBOARDS, WEEKDAYS, Between, DayException, InvalidInput, Overlap, Robot, Schedule, Settings
+from app.domain.models import (
+    FONT_SCALES,
+    KEYBOARDS,
+    THEMES,
+    WEEKDAYS,
+    Between,
+    DayException,
+    InvalidInput,
+    Overlap,
+    Robot,
+    Schedule,
+    Settings,
+)
 from app.i18n import languages
 from app.mir.address import Address
 from app.mir.credentials import normalise_fingerprint
@@ -166,7 +178,7 @@ def _setting(field: str, value: Any) -> Any:
         case "language":
             return one_of(languages(), value, field)
         case "theme":
-            return name(value, field)
+            return one_of(THEMES, value, field)
         case "holiday_country" | "holiday_subdivision":
             return name(value, field) if value else ""
         case "gloves":

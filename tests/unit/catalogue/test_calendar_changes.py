@@ -12,7 +12,6 @@ from app.database.connection import Database
 from app.database.schema import MIGRATIONS
 from app.domain.models import DayException, InvalidInput, ReasonCode, Schedule, State
 from app.services.catalogue import validation
-from app.services.catalogue.configuration import export_configuration
 from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
 from tests.support.clock import VirtualClock
@@ -122,13 +121,6 @@ def test_what_is_gone_can_not_be_changed(world):
     with refuses("days", "no such entry"):
         world.catalogue.save_days(saved)
     assert world.catalogue.remove_days(saved.id).days == []
-
-
-def test_the_configuration_file_does_not_speak_of_it(world):
-    before = export_configuration(world.db.read())
-    world.catalogue.save_days(CLOSED)
-    world.catalogue.set_public_holidays("FI")
-    assert export_configuration(world.db.read()) == before
 
 
 def test_entries_survive_a_restart(world):

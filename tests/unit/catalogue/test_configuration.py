@@ -241,7 +241,7 @@ def test_an_export_carries_everything_to_another_tablet(world, tmp_path):
 def test_an_export_says_what_the_contract_shows(world):
     world.take(FULL)
     exported = world.export()
-    assert list(exported) == ["format", "settings", "robots", "missions", "schedules"]
+    assert list(exported) == ["format", "settings", "display", "calendar", "robots", "missions", "schedules"]
     assert exported["settings"] == FULL["settings"]
     assert exported["robots"][0] == {key: value for key, value in FULL["robots"][0].items() if key != "password"}
     assert exported["missions"] == FULL["missions"]

@@ -5,10 +5,11 @@ Every problem is an InvalidInput whose field is the place in the file, such as `
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import time
+from datetime import date, time
 from types import MappingProxyType
 from typing import Any, NoReturn
 
@@ -34,6 +35,8 @@ class Item:
 @dataclass(frozen=True)
 class Document:
     settings: Item
+    display: Item
+    calendar: Item                       # its "days" are a list of Item
     robots: Sequence[Item]
     missions: Sequence[Item]
     schedules: Sequence[Item]
@@ -45,12 +48,14 @@ def read(content: bytes) -> Document:
     if not isinstance(root, dict):
         raise InvalidInput("file", "the file has to hold one JSON object")
     _check_format(root)
-    _check_keys("", root, {"format", "settings", "robots", "missions", "schedules"})
+    _check_keys("", root, {"format", "settings", "display", "calendar", "robots", "missions", "schedules"})
     return Document(
         _item("settings", root.get("settings", {}), SETTINGS),
-        _items("robots", root, ROBOT),
-        _items("missions", root, MISSION),
-        _items("schedules", root, SCHEDULE))
+        _item("display", root.get("display", {}), DISPLAY),
+        _item("calendar", root.get("calendar", {}), CALENDAR),
+        _items("robots", root.get("robots", []), ROBOT),
+        _items("missions", root.get("missions", []), MISSION),
+        _items("schedules", root.get("schedules", []), SCHEDULE))
 
 
 def at(path: str, error: InvalidInput) -> InvalidInput:
@@ -102,8 +107,7 @@ def _check_format(root: Mapping[str, Any]) -> None:
 
 
 # ---------------------------------------------------------------------- objects
-def _items(section: str, root: Mapping[str, Any], readers: Mapping[str, Read]) -> list[Item]:
-    objects = root.get(section, [])
+def _items(section: str, objects: Any, readers: Mapping[str, Read]) -> list[Item]:
     if not isinstance(objects, list):
         raise InvalidInput(section, "{path}: a list is wanted here", path=section)
     return [_item(f"{section}[{number}]", given, readers, REQUIRED[section]) for number, given in enumerate(objects)]
@@ -140,6 +144,10 @@ def _or_none(reader: Read) -> Read:
 
 def _number(range_of: str) -> Read:
     return lambda value, path: validation.whole_number(value, path, range_of)
+
+
+def _setting(name: str) -> Read:
+    return lambda value, path: validation.settings({name: value})[name]
 
 
 def _text(value: Any, path: str) -> str:
@@ -183,6 +191,20 @@ def _time_of_day(value: Any, path: str) -> time:
     raise InvalidInput(path, "write a time of day such as 08:30, not {value}", value=validation.shown(text))
 
 
+def _days(value: Any, path: str) -> list[Item]:
+    return _items(path, value, DAY)
+
+
+def _day(value: Any, path: str) -> date:
+    text = _text(value, path)
+    if re.fullmatch(r"\d{4}-\d\d-\d\d", text, re.ASCII):
+        try:
+            return date.fromisoformat(text)
+        except ValueError:
+            raise InvalidInput(path, "there is no such date or time: {value}", value=text) from None
+    raise InvalidInput(path, "write a date such as 2026-12-24, not {value}", value=validation.shown(text))
+
+
 # What each object of the file may hold, and how it is read.
 SETTINGS: Mapping[str, Read] = MappingProxyType({
     "poll_interval_seconds": _number("poll_interval_seconds"),
@@ -193,6 +215,21 @@ SETTINGS: Mapping[str, Read] = MappingProxyType({
     "start_window_minutes": _number("start_window_minutes"),
     "unknown_outcome_quiet_seconds": _number("unknown_outcome_quiet_seconds"),
     "history_limit": _or_none(_number("history_limit")),
+})
+DISPLAY: Mapping[str, Read] = MappingProxyType(
+    {key: _setting(key) for key in ("language", "theme", "gloves", "font_scale_percent", "keyboard")})
+CALENDAR: Mapping[str, Read] = MappingProxyType({
+    "country": _or_none(validation.name),
+    "region": _or_none(validation.name),
+    "days": _days,
+})
+DAY: Mapping[str, Read] = MappingProxyType({
+    "name": validation.name,
+    "first_day": _day,
+    "last_day": _day,
+    "working": validation.flag,
+    "yearly": validation.flag,
+    "source": _or_none(validation.name),
 })
 ROBOT: Mapping[str, Read] = MappingProxyType({
     "name": validation.name,
@@ -213,6 +250,7 @@ MISSION: Mapping[str, Read] = MappingProxyType({
     "guid": validation.guid,
     "robot": _or_none(validation.name),
     "usual_minutes": _or_none(_number("usual_minutes")),
+    "favourite": validation.flag,
 })
 SCHEDULE: Mapping[str, Read] = MappingProxyType({
     "name": _or_none(validation.name),
@@ -232,4 +270,5 @@ SCHEDULE: Mapping[str, Read] = MappingProxyType({
 })
 _BETWEEN: Mapping[str, Read] = MappingProxyType({"from": _time_of_day, "to": _time_of_day})
 REQUIRED: Mapping[str, Sequence[str]] = MappingProxyType({
-    "robots": ("name", "address"), "missions": ("name", "guid"), "schedules": ("robot", "mission", "start")})
+    "robots": ("name", "address"), "missions": ("name", "guid"), "schedules": ("robot", "mission", "start"),
+    "calendar.days": ("name", "first_day")})

@@ -3,27 +3,36 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from app.database.calendar import CalendarRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.domain.models import Mission, Robot, Schedule, Settings
-from app.services.catalogue.configuration.document import FORMAT
+from app.domain import names
+from app.domain.models import DayException, InvalidInput, Mission, Robot, Schedule, Settings
+from app.services.catalogue import validation
+from app.services.catalogue.configuration.document import DISPLAY, FORMAT
+from app.services.planning.working_days import WorkingCalendar
 
 
 def export_configuration(c: sqlite3.Connection) -> str:
     """JSON with a line break at its end."""
     robots = {robot.id: robot for robot in RobotRepository().all(c)}
     missions = {mission.id: mission for mission in MissionRepository().all(c)}
+    settings, days = SettingsRepository().load(c), CalendarRepository().all(c)
+    calendar = WorkingCalendar(settings, days)
     document = {
         "format": FORMAT,
-        "settings": _settings(SettingsRepository().load(c)),
+        "settings": _settings(settings),
+        "display": {key: getattr(settings, key) for key in DISPLAY},
+        "calendar": _calendar(settings, days),
         "robots": [_robot(robot, missions) for robot in robots.values()],
-        "missions": [_mission(mission, robots) for mission in missions.values()],
-        "schedules": [_schedule(schedule, robots, missions) for schedule in ScheduleRepository().all(c)],
+        "missions": sorted((_mission(mission, robots) for mission in missions.values()),
+                           key=lambda given: (given["name"], given.get("robot", ""))),
+        "schedules": [_schedule(schedule, robots, missions, calendar) for schedule in ScheduleRepository().all(c)],
     }
     return json.dumps(document, ensure_ascii=False, indent=2) + "\n"
 
@@ -35,6 +44,19 @@ def _settings(settings: Settings) -> dict[str, Any]:
         "timezone": settings.timezone, "start_window_minutes": settings.start_window_minutes,
         "unknown_outcome_quiet_seconds": settings.unknown_outcome_quiet_seconds, "history_limit": settings.history_limit,
     }
+
+
+def _calendar(settings: Settings, days: Sequence[DayException]) -> dict[str, Any]:
+    """The days as they were entered, since of two for the same day the later one may hold."""
+    return {"country": settings.holiday_country or None, "region": settings.holiday_subdivision or None,
+            "days": [_day(exception) for exception in sorted(days, key=lambda exception: exception.id)]}
+
+
+def _day(exception: DayException) -> dict[str, Any]:
+    given = {"name": exception.name, "first_day": exception.first_day.isoformat(), "last_day": exception.last_day.isoformat(),
+             "working": exception.is_working, "yearly": exception.yearly}
+    source = names.cleaned(exception.source)             # the name of a file, of any length
+    return {**given, "source": source} if source else given
 
 
 def _robot(robot: Robot, missions: Mapping[int, Mission]) -> dict[str, Any]:
@@ -52,20 +74,32 @@ def _mission(mission: Mission, robots: Mapping[int, Robot]) -> dict[str, Any]:
         given["robot"] = robots[mission.robot_id].name
     if mission.usual_minutes is not None:
         given["usual_minutes"] = mission.usual_minutes
+    if mission.favourite:
+        given["favourite"] = True
     return given
 
 
-def _schedule(schedule: Schedule, robots: Mapping[int, Robot], missions: Mapping[int, Mission]) -> dict[str, Any]:
+def _schedule(schedule: Schedule, robots: Mapping[int, Robot], missions: Mapping[int, Mission],
+              calendar: WorkingCalendar) -> dict[str, Any]:
     between = schedule.between
     return {
         "name": schedule.name, "robot": robots[schedule.robot_id].name, "mission": missions[schedule.mission_id].name,
         "start": schedule.start.isoformat(timespec="minutes"), "timezone": schedule.timezone, "recurrence": schedule.recurrence,
         "enabled": schedule.enabled, "minimum_battery_percent": _percent(schedule.minimum_battery_percent),
-        "respect_working_days": schedule.respect_working_days,
+        "respect_working_days": schedule.respect_working_days and not _is_on_a_day_off(schedule, calendar),
         "between": between and {"from": f"{between.start:%H:%M}", "to": f"{between.end:%H:%M}"},
         "start_window_minutes": schedule.start_window_minutes, "overlap": str(schedule.overlap), "priority": schedule.priority,
         "parameters": dict(schedule.parameters),
     }
+
+
+def _is_on_a_day_off(schedule: Schedule, calendar: WorkingCalendar) -> bool:
+    """A one-time schedule whose day was closed after it was entered: it starts all the same, but can't be entered so any more."""
+    try:
+        validation.one_time_on_working_day(schedule, calendar)
+    except InvalidInput:
+        return True
+    return False
 
 
 def _percent(value: float | None) -> float | int | None:

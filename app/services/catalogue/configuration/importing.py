@@ -2,6 +2,7 @@
 runs only after a person has confirmed it."""
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -11,24 +12,27 @@ from typing import Any
 
 from app.domain import names
 from app.domain.message import Message, message, render
-from app.domain.models import IdleRule, InvalidInput, Mission, Robot, Schedule
+from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule
+from app.services.catalogue import validation
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration.document import Document, Item, at, read
 from app.services.catalogue.configuration.unnamed import Unnamed
 
 MOST_ROBOTS, MOST_MISSIONS, MOST_SCHEDULES = 500, 2000, 2000        # written in some 200 ms, while nobody else can write
 _OF_ROBOT = ("address", "username", "enabled", "certificate_sha256")
-_OF_MISSION = ("guid", "usual_minutes")
+_OF_MISSION = ("guid", "usual_minutes", "favourite")
 _OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
                 "start_window_minutes", "overlap", "priority", "parameters")
-_KEY_OF_FIELD = {"robot_id": "robot", "mission_id": "mission"}
+_KEY_OF_FIELD = {"robot_id": "robot", "mission_id": "mission", "holiday_country": "country", "holiday_subdivision": "region"}
 # Keys of the file as sentences name them; in English as they are written in the file.
 _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word in (
     message("poll_interval_seconds"), message("retry_limit"), message("minimum_battery_percent"), message("working_days"),
     message("timezone"), message("start_window_minutes"), message("unknown_outcome_quiet_seconds"), message("history_limit"),
     message("address"), message("username"), message("password"), message("enabled"), message("certificate_sha256"), message("idle"),
     message("robot"), message("mission"), message("start"), message("recurrence"), message("respect_working_days"), message("between"),
-    message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"))})
+    message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"),
+    message("favourite"), message("language"), message("theme"), message("gloves"), message("font_scale_percent"), message("keyboard"),
+    message("country"), message("region"))})
 
 
 class DeletesRuns(InvalidInput):
@@ -66,7 +70,8 @@ class _Import:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
         self._check_room()
         _check_no_doubles(self._document)
-        setting_lines = list(self._settings(self._document.settings))
+        setting_lines = [*self._settings(self._document.settings), *self._different(self._document.display)]
+        setting_lines += self._calendar(self._document.calendar)
         before = {item.path: self._edit.robots.by_name(self._edit.c, item.values["name"]) for item in self._document.robots}
         for item in self._document.robots:
             with _placed(item):
@@ -95,11 +100,41 @@ class _Import:
     # ------------------------------------------------------------------ settings
     def _settings(self, item: Item) -> Iterator[Message]:
         before = self._edit.settings
-        after = self._edit.change_settings(**item.values)
+        with _placed(item):
+            after = self._edit.change_settings(**item.values)
         for name in item.values:
             if getattr(after, name) != getattr(before, name):
-                yield message("setting {name} changed: {before} -> {after}", name=_word(name), before=_shown(getattr(before, name)),
-                           after=_shown(getattr(after, name)))
+                yield message("setting {name} changed: {before} -> {after}", name=_word(_KEY_OF_FIELD.get(name, name)),
+                              before=_shown(getattr(before, name)), after=_shown(getattr(after, name)))
+
+    def _different(self, item: Item) -> Iterator[Message]:
+        """Those that are not as they are by default either."""
+        yield from self._settings(replace(item, values={name: value for name, value in item.values.items()
+                                                        if value != getattr(self._edit.settings, name)}))
+
+    def _calendar(self, item: Item) -> Iterator[Message]:
+        """Another country has other regions. A day that is there already is not added again."""
+        given, country = item.values, self._edit.settings.holiday_country
+        holidays = {}
+        if "country" in given:
+            holidays["holiday_country"] = given["country"] or ""
+        if "region" in given or holidays.get("holiday_country", country) != country:
+            holidays["holiday_subdivision"] = given.get("region") or ""
+        yield from self._different(Item(item.path, holidays))
+        there = Counter(replace(stored, id=0, source="") for stored in self._edit.days.all(self._edit.c))
+        added = []
+        for exception in map(_day, given.get("days", ())):
+            identity = replace(exception, source="")
+            if there[identity]:
+                there[identity] -= 1
+            else:
+                added.append(exception)
+        if added:
+            with _placed(item):
+                self._edit.save_days(added)
+        for exception in added:
+            yield (message("extra working days added: {name}", name=exception.name) if exception.is_working else
+                   message("closed days added: {name}", name=exception.name))
 
     # ------------------------------------------------------------------ robots
     def _robot(self, item: Item) -> None:
@@ -211,6 +246,14 @@ class _Import:
         raise InvalidInput(path, "{path}: there is no mission {name} for {robot}", path=path, name=name, robot=robot.name)
 
 
+def _day(item: Item) -> DayException:
+    given = item.values
+    exception = DayException(given["name"], given["first_day"], given.get("last_day", given["first_day"]), given.get("working", False),
+                             given.get("yearly", False), given.get("source") or "")
+    with _placed(item):
+        return validation.day_exception(exception)
+
+
 @contextmanager
 def _placed(item: Item) -> Iterator[None]:
     """Problems found while applying get the place in the file, too."""
@@ -219,7 +262,7 @@ def _placed(item: Item) -> Iterator[None]:
     except InvalidInput as error:
         if error.text.startswith(item.path):
             raise
-        raise at(f"{item.path}.{error.field}", error) from None
+        raise at(f"{item.path}.{_KEY_OF_FIELD.get(error.field, error.field)}", error) from None
 
 
 def _check_no_doubles(document: Document) -> None:
@@ -242,6 +285,6 @@ def _list(keys: Sequence[str]) -> Message:
 
 
 def _shown(value: object) -> Message | int | float:
-    if value is None:
+    if value is None or value == "":
         return message("none")
     return " ".join(value) if isinstance(value, tuple) else value if isinstance(value, int | float) else str(value)
