@@ -22,22 +22,51 @@ from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.scrollview import ScrollView
 from kivymd.uix.boxlayout import MDBoxLayout
 
+from app.widgets.dock import dock
+
+STILL = 1.0              # s after a row has disappeared
 SPARE = 4                # views that a list keeps for rows to come
 PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
+
+
+class Standing:
+    """Where the rows of a list stood when one of them disappeared: what has slid under a finger since is not meant by it. While somebody
+    types, rows come and go because of that."""
+
+    def __init__(self):
+        self._ends = 0.
+        self._places = {}
+
+    def note(self, before, after, rows) -> None:
+        """The keys of a list are about to change; ``rows`` are those that exist."""
+        gone = set(before) - set(after)
+        if dock.field is None and len(gone) == 1 and set(after) <= set(before):
+            self._places = {row.key: row.to_window(*row.pos) for row in rows}
+            self._ends = Clock.get_time() + STILL
+
+    def has_left(self, row) -> bool:
+        """Whether that row stands elsewhere than a moment ago."""
+        if Clock.get_time() >= self._ends:
+            return False
+        place = row.to_window(*row.pos)
+        return max(abs(now - then) for now, then in zip(place, self._places.get(row.key, (-1e6, -1e6)), strict=True)) > dp(8)
 
 
 class Row:
     """Mixin of row classes. ``act("cancel")`` notifies the list, which fires ``on_action(key, "cancel")``; ``host`` is that list.
 
     A scroll view forwards a short tap only after the finger has left. If the list has moved by then, another row is under the touch than
-    the one that was tapped, and the tap is dropped.
+    the one that was tapped, and the tap is dropped; so is one on a row that has just taken the place of another (``standing``).
     """
     key = ObjectProperty(None, allownone=True)
     host = ObjectProperty(None, allownone=True)
+    standing = None
 
     def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos) and touch.ud.get(PRESSED_ROW, self.key) != self.key:
-            return True
+        if self.collide_point(*touch.pos):
+            is_another = touch.ud.get(PRESSED_ROW, self.key) != self.key
+            if is_another or (self.standing is not None and self.standing.has_left(self)):
+                return True
         return super().on_touch_down(touch)
 
     def act(self, action: str, *values) -> None:
@@ -65,6 +94,7 @@ class Rows(MDBoxLayout):
 
     def __init__(self, **kwargs):
         self._views = {}
+        self._standing = Standing()
         self._spare = []                     # views whose rows have gone
         self._unseen = set()                 # views that are not drawn
         self._redraw = Clock.create_trigger(self._draw_seen, -1)
@@ -92,13 +122,14 @@ class Rows(MDBoxLayout):
         rows = {getattr(data, "key", n): data for n, data in enumerate(self.data)}
         if len(rows) != len(self.data):
             raise ValueError("two rows with one key")
+        self._standing.note(self._views, rows, self._views.values())
         old, self._views = self._views, {}
         gone = [view for key, view in old.items() if key not in rows]
         if issubclass(kind, RecycledRow):
             self._spare += gone
         for key, data in rows.items():
             view = old.get(key) or (self._spare.pop() if self._spare else kind())
-            view.host = self.host or self
+            view.host, view.standing = self.host or self, self._standing
             Row.take(view, data)
             self._views[key] = view
         del self._spare[SPARE:]

@@ -16,7 +16,7 @@ from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 from kivy.uix.relativelayout import RelativeLayout
 
-from app.widgets.lists import Row
+from app.widgets.lists import Row, Standing
 from app.widgets.pages import LowPage
 
 
@@ -49,7 +49,9 @@ class LongList(LowPage):
     __events__ = ("on_action", "on_end")
 
     def __init__(self, **kwargs):
+        self.standing = Standing()
         self._keys: list = []
+        self._known: list = []
         self._places: dict = {}              # of keys in the list
         self._tops: list[float] = [0.]       # of each row, from the top of the content; the last is the whole height
         self._heights: dict = {}
@@ -115,7 +117,18 @@ class LongList(LowPage):
         return self._keys[n] if key in self._places and 0 <= n < len(self._keys) else None
 
     # ------------------------------------------------------------------ what is where
+    @property
+    def rows(self) -> list:
+        """What can be pressed of them, in no order."""
+        return [seat.view for seat in self._live.values()]
+
+    def keys_of(self, data) -> list:
+        """The keys of what can be pressed."""
+        return [row.key for row in data]
+
     def _changed(self, *_):
+        self.standing.note(self._known, known := self.keys_of(self.data), self.rows)
+        self._known = known
         self._keys = [row.key for row in self.data]
         self._places = {key: n for n, key in enumerate(self._keys)}
         if len(self._places) != len(self._keys):
@@ -222,7 +235,7 @@ class LongList(LowPage):
 
     def _new_seat(self):
         view = Factory.get(self.viewclass)(size_hint=(None, None), width=self.width)
-        view.host = self
+        view.host, view.standing = self, self.standing
         view.fbind("height", self._arrange)
         return Seat(view)
 

@@ -48,6 +48,13 @@ class PanelGrid(LongList):
     def columns(self) -> int:
         return max(1, int((self.width + self.spacing) // (max(dp(100), self.panel_width) + self.spacing)))
 
+    @property
+    def rows(self) -> list:
+        return [panel for shelf in super().rows for panel in shelf.children if isinstance(panel, Row)]
+
+    def keys_of(self, data) -> list:
+        return [panel.key for shelf in data for _name, panel in shelf.panels]
+
     def _fill_shelves(self, _dt):
         if self.width < 2:
             return
@@ -82,10 +89,13 @@ class PanelShelf(BoxLayout):
             for kind in wanted:
                 self.add_widget(spare[kind].pop(0) if spare[kind] else kind())
         for view, (_name, panel) in zip(self.children[::-1], self.panels, strict=False):
-            view.host = self.host
+            self._belong(view)
             view.take(panel)
 
     def on_host(self, *_):
         for view in self.children:
             if isinstance(view, Row):
-                view.host = self.host
+                self._belong(view)
+
+    def _belong(self, view):
+        view.host, view.standing = self.host, getattr(self.host, "standing", None)

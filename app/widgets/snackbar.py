@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.core.window import Window
-from kivy.properties import StringProperty
+from kivy.properties import BooleanProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.snackbar import MDSnackbar
 
@@ -20,22 +20,24 @@ UNDO_SECONDS = 8.
 
 @dataclass
 class Message:
-    """A text that is shown for ``seconds``; ``on_action`` runs when the button is pressed, ``on_end`` if it wasn't."""
+    """A text that is shown for ``seconds``, or until it is closed by hand (None); ``on_action`` runs when the button is pressed, ``on_end``
+    if it wasn't."""
     text: str
     icon: str = ""
     action: str = ""
     on_action: Callable[[], object] | None = None
     on_end: Callable[[], object] | None = None
-    seconds: float = SECONDS
+    seconds: float | None = SECONDS
 
 
 class Snackbar(OnlySeen, Passive, MDSnackbar):
-    """One message on screen; only its button takes touches. When it is shown, and for how long, is up to ``Snackbars``."""
+    """One message on screen; only its button and its cross take touches. When it is shown, and for how long, is up to ``Snackbars``."""
     text = StringProperty()
     icon = StringProperty()
     action_text = StringProperty()
+    closable = BooleanProperty(False)
 
-    __events__ = ("on_action",)
+    __events__ = ("on_action", "on_close")
 
     def add_widget(self, *args, **kwargs):
         """KivyMD has its text on one line that runs through the button, and makes room for that 0.2 s later."""
@@ -43,6 +45,9 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
     def on_action(self):
         """The button was pressed."""
+
+    def on_close(self):
+        """The cross was pressed."""
 
 
 class SnackbarStack(BoxLayout):
@@ -64,11 +69,16 @@ class Snackbars:
         """Show a message."""
         self.post(Message(text, icon=icon, seconds=seconds))
 
-    def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None) -> None:
-        """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``; ``ended`` runs if it wasn't pressed."""
-        self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=UNDO_SECONDS))
+    def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None, *,
+             stays: bool = False) -> None:
+        """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``; ``ended`` runs if it wasn't pressed. It may
+        stay until it is closed."""
+        self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=None if stays else UNDO_SECONDS))
 
     def post(self, message: Message) -> None:
+        staying = [bar for bar, (shown, _timer) in self._shown.items() if shown.seconds is None]
+        if message.seconds is None and len(staying) == AT_ONCE - 1:        # others need a place, too
+            self._close(staying[0], pressed=False)
         self._waiting.append(message)
         self._show_next()
 
@@ -82,9 +92,11 @@ class Snackbars:
     def _show_next(self) -> None:
         while self._waiting and len(self._shown) < AT_ONCE:
             message = self._waiting.popleft()
-            bar = Snackbar(text=message.text, icon=message.icon, action_text=message.action, opacity=0)
-            bar.bind(on_action=self._pressed)
-            timer = Clock.schedule_once(lambda _dt, bar=bar: self._close(bar, pressed=False), message.seconds)
+            bar = Snackbar(text=message.text, icon=message.icon, action_text=message.action, closable=message.seconds is None, opacity=0)
+            bar.bind(on_action=self._pressed, on_close=self._dismissed)
+            timer = Clock.create_trigger(lambda _dt, bar=bar: self._close(bar, pressed=False), message.seconds or 0)
+            if message.seconds is not None:
+                timer()
             self._shown[bar] = message, timer
             self._place().add_widget(bar)
             Animation(opacity=1, d=.15).start(bar)
@@ -98,6 +110,9 @@ class Snackbars:
 
     def _pressed(self, bar: Snackbar) -> None:
         self._close(bar, pressed=True)
+
+    def _dismissed(self, bar: Snackbar) -> None:
+        self._close(bar, pressed=False)
 
     def _close(self, bar: Snackbar, pressed: bool) -> None:
         if bar not in self._shown:

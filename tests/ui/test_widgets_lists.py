@@ -57,6 +57,23 @@ def test_a_queue_that_moves_under_the_finger_cancels_nothing_else(ui):
     assert (2, "cancel") not in calls
 
 
+@pytest.mark.parametrize("kind", [ScrollRows, LongList])
+def test_what_slides_under_the_finger_after_a_row_has_gone_is_not_pressed(ui, kind):
+    rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
+    happened = actions_of(rows)
+    cross = ui.find(IconButton, root=ui.find(QueueRow, key=2))
+    place = cross.to_window(*cross.center)
+    ui.tap_at(*place)
+    rows.data = queue(1, 3)
+    ui.advance(.3)
+    ui.tap_at(*place)                                         # 3 is there now
+    ui.tap(ui.find(IconButton, root=ui.find(QueueRow, key=1)))         # and 1 where it was
+    assert happened == [(2, "cancel"), (1, "cancel")]
+    ui.advance(1)
+    ui.tap_at(*place)
+    assert happened == [(2, "cancel"), (1, "cancel"), (3, "cancel")]
+
+
 def test_a_long_queue_is_only_the_rows_in_sight_also_when_all_of_it_changes(ui):
     rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(200))), (400, 300))
     calls = actions_of(rows)

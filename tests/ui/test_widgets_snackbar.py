@@ -6,7 +6,7 @@ from kivy.core.window import Window
 
 from app.widgets.buttons import CommandButton
 from app.widgets.snackbar import Snackbars
-from app.widgets.text import Txt
+from app.widgets.text import Ico, Txt
 
 
 @pytest.fixture
@@ -41,6 +41,22 @@ def test_nobody_undid_it(ui, bars):
     bars.undo("Robot deleted", "Undo", lambda: calls.append("undo"), lambda: calls.append("ended"))
     ui.advance(8.2)
     assert calls == ["ended"]
+
+
+def test_an_undo_that_stays_is_closed_by_its_cross_and_leaves_others_their_place(ui, bars):
+    calls: list[str] = []
+    for n in range(3):
+        bars.undo(f"Robot {n} deleted", "Undo", lambda n=n: calls.append(f"undo {n}"), lambda n=n: calls.append(f"ended {n}"), stays=True)
+    assert calls == ["ended 0"]
+    bars.show("Saved")
+    ui.advance(1)
+    assert bars.texts == ["Robot 1 deleted", "Robot 2 deleted", "Saved"]
+    ui.skip(3600)
+    assert bars.texts == ["Robot 1 deleted", "Robot 2 deleted"]
+    ui.tap(ui.find(Ico, icon="close"))
+    ui.tap_text("Undo")
+    assert calls == ["ended 0", "ended 1", "undo 2"] or calls == ["ended 0", "ended 2", "undo 1"]
+    assert bars.texts == []
 
 
 def test_each_of_two_deletions_keeps_its_own_undo(ui, bars):

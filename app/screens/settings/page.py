@@ -82,11 +82,11 @@ class PageContext:
         """Change settings, at once."""
         self.change(lambda: self.services.catalogue.change_settings(**changes), failed)
 
-    def remove(self, work: Callable[[], Removed], text: str) -> None:
-        """Delete something at once, say so with ``text``, and offer to undo it."""
+    def remove(self, work: Callable[[], Removed], text: str, *, stays: bool = False) -> None:
+        """Delete something at once, say so with ``text``, and offer to undo it, for some seconds or as long as it ``stays``."""
         def removed(what: Removed) -> None:
             self.refresh()
-            self.shell.snackbars.undo(text, _("Undo"), lambda: self.change(lambda: self.services.catalogue.restore(what)))
+            self.shell.snackbars.undo(text, _("Undo"), lambda: self.change(lambda: self.services.catalogue.restore(what)), stays=stays)
         self.run(work, removed)
 
     def say(self, text: str, icon: str = "check") -> None:

@@ -8,7 +8,8 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, OptionProperty, StringProperty
 
 from app.domain.models import Robot
-from app.screens.settings.missions_view import robot_removal_sentence
+from app.i18n import _
+from app.screens.settings.missions_view import robot_removal_question, robot_removal_sentence
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.view import NoticeView, asking_robot, connection_found, failed_test, robot_panels
@@ -112,9 +113,11 @@ class RobotsPage(SettingsPage):
         self.context.shell.dialogs.open(dialog)
 
     def _remove(self, robot: Robot) -> None:
-        """With its schedules; Undo brings them back."""
-        self.context.remove(lambda: self.context.services.catalogue.remove_robot(robot.id),
-                            robot_removal_sentence(self.context.facts, robot))
+        """Ask first: more than the robot goes. Undo brings it all back."""
+        self.context.shell.dialogs.confirm(
+            _("Delete {robot}?").format(robot=robot.name), robot_removal_question(self.context.facts, robot), _("Delete robot"),
+            lambda: self.context.remove(lambda: self.context.services.catalogue.remove_robot(robot.id),
+                                        robot_removal_sentence(self.context.facts, robot), stays=True), danger=True)
 
 
 def _connection(robot: Robot) -> tuple[str | None, ...]:

@@ -11,7 +11,7 @@ from app.domain.models import Robot, Schedule
 from app.mir.credentials import Token
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
-from app.widgets.buttons import Toggle
+from app.widgets.buttons import CommandButton, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
 from app.widgets.rows import RobotChip
@@ -319,15 +319,44 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     site.container.catalogue.save_schedule(Schedule("Morning", aino.id, mission.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY"))
     go(ui, "robots")
     ui.wait(lambda: ui.find_all(RobotPanel, name="Aino"))
+    site.container.catalogue.save_idle_rule(aino.id, mission.id)
+    ui.wait(lambda: page(app).context.facts.robot(aino.id).idle is not None)
     press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
     press(ui, "Delete robot", ui.find(RobotDialog))
+    question = ui.find(ConfirmDialog)
+    assert (question.title, question.text.splitlines()[0]) == ("Delete Aino?", "This goes with it: 1 schedule, its idle automation.")
+    press(ui, "Cancel", question)
+    ui.wait(lambda: app.shell.background.idle)
+    assert len(robots(site)) == 2
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    press(ui, "Delete robot", ui.find(RobotDialog))
+    press(ui, "Delete robot", ui.find(ConfirmDialog))
     ui.wait(lambda: len(robots(site)) == 1)
     assert schedules(site) == []
     ui.wait(lambda: says(ui, "Aino and its schedule deleted"))
+    ui.skip(3600)                                             # it stays until it is closed
+    assert says(ui, "Aino and its schedule deleted")
     undo(ui)
     ui.wait(lambda: len(robots(site)) == 2)
     assert [schedule.name for schedule in schedules(site)] == ["Morning"]
     ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
+
+
+def test_the_next_robot_does_not_slide_under_the_finger(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
+    edit = ui.find(CommandButton, root=ui.find(RobotPanel, name="Aino"), text="Edit")
+    place = edit.to_window(*edit.center)
+    ui.tap_at(*place)
+    press(ui, "Delete robot", ui.find(RobotDialog))
+    press(ui, "Delete robot", ui.find(ConfirmDialog))
+    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
+    ui.tap_at(*place)
+    assert not ui.find_all(RobotDialog)
+    ui.advance(1)
+    ui.tap_at(*place)
+    assert ui.find(RobotDialog).vm.title == "Edit Veikko"
 
 
 def test_a_robot_that_answers_for_the_first_time_shows_who_it_is(site, app, ui):
