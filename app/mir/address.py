@@ -66,6 +66,13 @@ class Address:
         return self.url
 
 
+@functools.lru_cache(1024)
+def machine(text: str) -> tuple[str, int | None]:
+    """What two addresses of one machine have in common: the host, and its port where that isn't one of a scheme. Raises InvalidAddress."""
+    address = Address.parse(text)
+    return address.host, None if address.port in DEFAULT_PORTS.values() else address.port
+
+
 def _host_and_port(text: str, default_port: int) -> tuple[str, int]:
     if text.count(":") > 1 and not text.startswith("["):
         text = f"[{text}]"                            # a bare IPv6 literal

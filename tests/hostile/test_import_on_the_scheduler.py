@@ -120,17 +120,21 @@ def test_a_key_that_appears_twice_among_many_is_found_at_once(container):
 @pytest.mark.parametrize(("section", "most"), [("robots", 3), ("missions", 4), ("schedules", 5)])
 def test_there_is_room_for_so_many(container, monkeypatch, section, most):
     monkeypatch.setattr(importing, f"MOST_{section.upper()}", most)
-    one = {"robots": {"address": "h"}, "missions": {"guid": "g"}, "schedules": {"robot": "R", "mission": "M", "start": "2026-11-25T06:30"}}
-    full = [{"name": letter, **one[section]} for letter in "RMabc"[:most]]
+    one = {"robots": {}, "missions": {"guid": "g"}, "schedules": {"robot": "R", "mission": "M", "start": "2026-11-25T06:30"}}
+
+    def named(name):
+        return {"name": name, **one[section], **({"address": name} if section == "robots" else {})}
+
+    full = [named(letter) for letter in "RMabc"[:most]]
     import_configuration(container.catalogue, document([]))
     with pytest.raises(InvalidInput, match=f"{section}: there is room for {most}"):
-        import_configuration(container.catalogue, document([], {section: [*full, {"name": "x", **one[section]}]}))
+        import_configuration(container.catalogue, document([], {section: [*full, named("x")]}))
     assert container.catalogue.schedules() == []
     with pytest.raises(InvalidInput, match="there is room for"):           # said before they are compared with each other
         import_configuration(container.catalogue, document([], {section: [full[0]] * (most + 1)}))
     import_configuration(container.catalogue, document([], {section: full}))
     with pytest.raises(InvalidInput, match=f"room for {most}, and with this file there would be more"):
-        import_configuration(container.catalogue, document([], {section: [{"name": "x", **one[section]}]}))
+        import_configuration(container.catalogue, document([], {section: [named("x")]}))
 
 
 def test_a_pipe_is_read_by_the_command(tmp_path):

@@ -70,7 +70,7 @@ def sound(tmp_path_factory) -> Path:
     catalogue = container.catalogue
     mission = catalogue.save_mission(Mission("M", "guid-1"))
     catalogue.save_robot(Robot("Good", "http://127.0.0.1:9", "distributor"), "secret")
-    bad = catalogue.save_robot(Robot("Bad", "http://127.0.0.1:9", "distributor", idle=IdleRule(mission.id)), "secret")
+    bad = catalogue.save_robot(Robot("Bad", "http://127.0.0.1:10", "distributor", idle=IdleRule(mission.id)), "secret")
     catalogue.save_schedule(Schedule("S", bad.id, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY"))
     catalogue.save_days(DayException("Inventory", NOW.date(), NOW.date()))
     container.alarms.raise_("backup_failed", "backup", problem="x")

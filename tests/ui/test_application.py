@@ -194,7 +194,7 @@ def going_back(tmp_path):
     container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u"), password="p")
     backup = tmp_path / "backups" / "daily-2026-11-20.db"
     back_up(container.db.path, backup)
-    container.catalogue.save_robot(Robot("Veikko", "http://127.0.0.1:9", "u"), password="p")
+    container.catalogue.save_robot(Robot("Veikko", "http://127.0.0.1:10", "u"), password="p")
     opened = [container]
 
     def restore(path):

@@ -55,8 +55,9 @@ Rules
   ``tr._("Save")``; ``root.vm`` is rebindable. In Python: ``_("…")``, and ``ngettext`` for counts; never join parts of sentences.
 - Work over 300 ms is shown: give the button ``busy: root.vm.saving``. Every action has a visible result: the new state, a sentence at the
   field, or ``shell.snackbars.show(_("Saved"))``. Deleting: do it, then ``shell.snackbars.undo(text, _("Undo"), undo)``.
-- Ask only before what can't be undone, or takes more with it: ``shell.dialogs.confirm(title, text, action, done, danger=True)``. Also ``choose``,
-  ``choose_many``, ``pick_time``, ``pick_date``, ``menu``, and ``open`` for dialogs of your own (``FormDialog``, app/widgets/dialogs.py).
+- Ask only before what can't be undone, or takes more with it: ``shell.dialogs.confirm(title, text, action, done, danger=True)``. Also
+  ``choose``, ``choose_many``, ``pick_time``, ``pick_date``, ``menu``, and ``open`` for dialogs of your own (``FormDialog``,
+  app/widgets/dialogs.py).
 - Sizes of targets come from ``tk.h_touch``, ``tk.h_field``, ``tk.h_action``; they grow in glove mode, and ``Navigator.rebuild`` then
   builds the screens again. Landscape and portrait: ``root.portrait``; a low window (600 px): let cards scroll (``ScrollPage``).
 - Fields go red with a sentence in ``problem``; fields of settings commit when the focus leaves them (``on_commit``).

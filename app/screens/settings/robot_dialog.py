@@ -27,11 +27,11 @@ from app.screens.settings.view import (
     connection_found,
     has_unknown_certificate,
     hidden_number_question,
-    known_already,
     new_robot_question,
     plain_address,
     went_wrong,
 )
+from app.services.catalogue import validation
 from app.widgets.dialogs import FormDialog
 
 FIELDS = ("name", "address", "username", "password", "fingerprint")
@@ -143,7 +143,7 @@ class RobotDialog(FormDialog):
     # ------------------------------------------------------------------ what is pressed
     def test(self) -> None:
         """Test the connection, without saving."""
-        if not self.vm.testing and self._has_password():
+        if not self.vm.testing and self._is_no_other() and self._has_password():
             self._if_it_may_be_open(lambda: self._ask(lambda: None))
 
     def save(self) -> None:
@@ -153,6 +153,8 @@ class RobotDialog(FormDialog):
             return
         if not form.name.strip():
             form.name_problem = _("Give the robot a name")
+        elif not self._is_no_other():
+            return
         elif not form.enabled or form.connection == self._tested or (form.connection == self._as_saved and not self._needs_decision()):
             self._if_it_may_be_open(self._save)
         elif self._has_password():
@@ -217,15 +219,23 @@ class RobotDialog(FormDialog):
         form.outcome = connection_found(identity, Token.derive(form.username.strip(), form.password).is_published_default)
         if not form.name.strip() and identity.name:
             form.name = names.cleaned(identity.name)
-        if (other := self._known_by(identity.serial_number)) is not None:
-            form.saving, form.outcome, form.save_word = False, known_already(other), _("Save anyway")
-        else:
+        if self._is_no_other():
             then()
+        else:
+            form.saving, form.outcome = False, NoticeView()
 
-    def _known_by(self, serial_number: str | None) -> Robot | None:
-        """The other configured robot with that serial number."""
-        others = (robot for robot in self._context.facts.robots if self._robot is None or robot.id != self._robot.id)
-        return next((robot for robot in others if serial_number and robot.serial_number == serial_number), None)
+    def _is_no_other(self, serial_number: str | None = None) -> bool:
+        """Say at the address when another robot is this machine, or when it can't be an address."""
+        entered, stored = self._entered(), self._robot
+        entered = replace(entered, serial_number=serial_number or entered.serial_number)
+        if stored is not None and (entered.address, entered.serial_number) == (plain_address(stored.address), stored.serial_number):
+            return True
+        try:
+            validation.check_is_no_other(entered, self._context.facts.robots)
+        except InvalidInput as problem:
+            self._show_problem(problem)
+            return False
+        return True
 
     def _failed(self, asked: tuple[str, ...], problem: BaseException) -> None:
         form = self.vm
@@ -257,8 +267,8 @@ class RobotDialog(FormDialog):
         def accepted() -> None:
             self._new_serial, self._as_saved = problem.params["found"], None
             self._test_again()
-        if (other := self._known_by(problem.params["found"])) is not None:
-            self.vm.outcome = known_already(other)
+        if not self._is_no_other(problem.params["found"]):
+            self.vm.outcome = NoticeView()
             return
         self._context.shell.dialogs.confirm(_("Is this the new {robot}?").format(robot=robot.name),
                                             new_robot_question(problem, has_password=bool(self.vm.password)),

@@ -223,11 +223,6 @@ def connection_found(identity: Identity, has_default_password: bool = False) -> 
     return done(answer, facts)
 
 
-def known_already(other: Robot) -> NoticeView:
-    return NoticeView(_("This is {robot}, which is configured already").format(robot=other.name), _("Correct the address"), "attention",
-                      "robot-confused-outline")
-
-
 def went_wrong(problem: BaseException) -> NoticeView:
     is_unknown = isinstance(problem, (AnotherRobot, SerialNumberHidden))
     tone, icon = ("attention", "robot-confused-outline") if is_unknown else ("fault", "alert-circle")

@@ -165,6 +165,6 @@ class Catalogue:
         return self.edit(lambda edit: edit.remove_schedule(schedule_id))
 
     def restore(self, removed: Removed) -> None:
-        """Undo a deletion; raises InvalidInput when one of its names has been taken meanwhile."""
+        """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, has been taken meanwhile."""
         change = self.edit_rehearsed if removed.days else self.edit
         change(lambda edit: restore(edit, removed))

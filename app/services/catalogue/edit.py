@@ -149,11 +149,12 @@ class Edit:
         self._plan_anew()
 
     # ------------------------------------------------------------------ robots
-    def save_robot(self, robot: Robot, password: str | None = None, *, is_tested: bool = False) -> Robot:
+    def save_robot(self, robot: Robot, password: str | None = None, *, is_tested: bool = False, is_one_of_many: bool = False) -> Robot:
         """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another user, address,
         certificate or serial number is switched off and needs a password. A robot that only waited for its password is switched on by it. A
         serial number of None leaves the known one; what else is known of the machine stays unless ``is_tested``: the caller has just asked
-        it, and does not merely give back what it read some time ago."""
+        it, and does not merely give back what it read some time ago. ``is_one_of_many``: others change too, after which the caller asks
+        ``check_is_no_other``."""
         stored = self.the_robot(robot.id) if robot.id else None
         robot = validation.robot(robot)
         self.check_robot_name(robot)
@@ -163,6 +164,8 @@ class Edit:
             robot = replace(robot, serial_number=robot.serial_number or stored.serial_number)
             if not is_tested:
                 robot = replace(robot, model=stored.model, software=stored.software, identified_by=stored.identified_by)
+        if not is_one_of_many:
+            self.check_is_no_other(robot, stored)
         token = token_for(robot, password, stored)
         was_waiting = password is not None and stored is not None and stored.needs_password
         robot = replace(robot, token=token, needs_password=token is None, enabled=token is not None and (robot.enabled or was_waiting))
@@ -174,6 +177,11 @@ class Edit:
         other = self.robots.by_name(self.c, robot.name)
         if other is not None and other.id != robot.id:
             raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
+
+    def check_is_no_other(self, robot: Robot, before: Robot | None = None) -> None:
+        """That the same machine is not there twice. What was stored so, by an older version, can be changed otherwise."""
+        if before is None or (robot.address, robot.serial_number) != (before.address, before.serial_number):
+            validation.check_is_no_other(robot, self.robots.all(self.c))
 
     def _put_robot(self, robot: Robot, stored: Robot | None) -> Robot:
         if robot == stored:

@@ -34,6 +34,7 @@ def restore(edit: Edit, removed: Removed) -> None:
     """Put back what a deletion took, under its old ids, with what waited. What would have fallen due meanwhile writes no row."""
     if removed.robot is not None:
         edit.check_robot_name(removed.robot)
+        edit.check_is_no_other(removed.robot)
         edit.robots.add(edit.c, replace(removed.robot, idle=None))
         edit.robots.note_idle(edit.c, removed.robot.id, removed.idle_queue_id)
         if removed.accepted is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import date, datetime, timedelta
 from functools import lru_cache
@@ -30,7 +30,7 @@ from app.domain.models import (
     Settings,
 )
 from app.i18n import languages
-from app.mir.address import Address
+from app.mir.address import Address, machine
 from app.mir.credentials import normalise_fingerprint
 from app.mir.parameters import MOST_PARAMETERS
 from app.services.planning.recurrence import Recurrence, check_has_instants
@@ -199,6 +199,27 @@ def robot(given: Robot) -> Robot:
     fingerprint = given.certificate_sha256
     return replace(given, name=name(given.name), address=Address.parse(given.address).url, username=username(given.username),
                    certificate_sha256=normalise_fingerprint(fingerprint) if fingerprint else None)
+
+
+def _machine(address: str) -> object:
+    """One that makes no sense, after a damage, is no other's."""
+    try:
+        return machine(address)
+    except InvalidInput:
+        return address
+
+
+def check_is_no_other(given: Robot, others: Iterable[Robot]) -> None:
+    """Raises InvalidInput for the address when one of ``others`` with another id is the same machine."""
+    at = _machine(given.address)
+    for other in others:
+        if other.id == given.id:
+            continue
+        if _machine(other.address) == at:
+            raise InvalidInput("address", "this is the address of {robot}, which is configured already", robot=other.name)
+        if given.serial_number and other.serial_number == given.serial_number:
+            raise InvalidInput("address", "this is {robot}, which is configured already: serial number {serial}", robot=other.name,
+                               serial=other.serial_number)
 
 
 def schedule(given: Schedule) -> Schedule:

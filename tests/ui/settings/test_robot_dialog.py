@@ -1,12 +1,14 @@
 """The robot dialog when something was entered wrongly, and where a machine answers that is another robot of the plan."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
 from app.widgets.dialogs import ConfirmDialog
-from tests.ui.integrator import enter, fill_in, go, press, robots, says
+from tests.ui.integrator import enter, fill_in, go, page, press, robots, says
 from tests.ui.whole_app import PASSWORD, USER
 
 
@@ -52,24 +54,41 @@ def test_a_robot_of_the_plan_is_not_accepted_as_another_one(site, app, ui):
     dialog = aino_at_veikkos_address(site, ui)
     enter(ui, dialog.ids.password_field, PASSWORD)
     press(ui, "Test connection", dialog)
-    ui.wait(lambda: says(ui, "This is Veikko, which is configured already"))
-    assert not ui.find_all(ConfirmDialog)
+    assert dialog.ids.address_field.problem == "This is the address of Veikko, which is configured already"
+    assert (dialog.vm.testing, ui.find_all(ConfirmDialog)) == (False, [])
     enter(ui, dialog.ids.address_field, site.fleet.robots[0].url)     # set back: nothing is asked for
     enter(ui, dialog.ids.password_field, "")
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
 
 
-def test_a_robot_of_the_plan_is_not_added_a_second_time_without_a_word(site, app, ui):
+def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
     site.add_robots()
     go(ui, "robots")
     ui.wait(lambda: [robot.serial_number for robot in robots(site) if robot.serial_number][1:])
+    ui.wait(lambda: all(robot.serial_number for robot in page(app).context.facts.robots))
     press(ui, "Add robot")
-    dialog = fill_in(ui, name="Third", address=site.fleet.robots[1].url, username=USER, password=PASSWORD)
+    url = site.fleet.robots[1].url
+    dialog = fill_in(ui, name="Third", address=url, username=USER, password=PASSWORD)
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: says(ui, "This is Veikko, which is configured already"))
+    assert dialog.ids.address_field.problem == "This is the address of Veikko, which is configured already"
+    enter(ui, dialog.ids.address_field, url.replace("127.0.0.1", "localhost"))            # the same machine by another address
+    for _press in range(2):
+        press(ui, "Save robot", dialog)
+        ui.wait(lambda: not dialog.vm.saving)
+        assert dialog.ids.address_field.problem.startswith("This is Veikko, which is configured already: serial number ")
     assert len(robots(site)) == 2
-    assert (dialog.vm.save_word, dialog.vm.saving) == ("Save anyway", False)
+
+
+def test_nobody_adds_a_robot_that_another_person_has_just_added(site, app, ui):
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Third", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
+    page(app).context.facts = replace(page(app).context.facts, robots=())
+    site.add_robots()                                         # not read by the window yet
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: "Aino, which is configured already" in dialog.ids.address_field.problem)
+    assert len(robots(site)) == 2
 
 
 def test_a_default_password_is_said_while_it_is_entered(site, app, ui):

@@ -143,6 +143,28 @@ def test_names_are_taken_once(world):
         world.schedule()
 
 
+@pytest.mark.parametrize("address", ["http://10.0.0.1", "10.0.0.1:80", "https://10.0.0.1"])
+def test_the_same_machine_is_refused_at_its_address_and_named(world, address):
+    with refuses("address", "this is the address of Aino, which is configured already"):
+        world.catalogue.save_robot(Robot("Bella", address, "user"), password="x")
+    other = world.catalogue.save_robot(Robot("Bella", "10.0.0.1:8080", "user"), password="x")
+    with refuses("address", "this is the address of Aino"):
+        world.catalogue.save_robot(replace(other, address=address), password="x")
+
+
+def test_the_same_serial_number_is_refused_and_named(world):
+    world.catalogue.save_robot(replace(world.robot, serial_number="A-1"), password="secret")
+    with refuses("address", "this is Aino, which is configured already: serial number A-1"):
+        world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user", serial_number="A-1"), password="x")
+
+
+def test_a_robot_does_not_come_back_to_an_address_that_is_taken(world):
+    removed = world.catalogue.remove_robot(world.robot.id)
+    world.catalogue.save_robot(Robot("Bella", "10.0.0.1", "user"), password="x")
+    with refuses("address", "this is the address of Bella"):
+        world.catalogue.restore(removed)
+
+
 def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
     own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
     world.catalogue.save_idle_rule(world.robot.id, own.id, after_minutes=7)

@@ -115,7 +115,7 @@ def test_an_idle_rule_keeps_what_is_not_said(world):
     world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9", "idle": {"enabled": True}}]})
     assert world.robots["R1"].idle == replace(before, enabled=True)
     with pytest.raises(InvalidInput, match=r"robots\[0\]\.idle: 'mission' is missing"):
-        world.take({"format": FORMAT, "robots": [{"name": "R2", "address": "10.0.0.9", "idle": {"after_minutes": 5}}]})
+        world.take({"format": FORMAT, "robots": [{"name": "R2", "address": "10.0.0.8", "idle": {"after_minutes": 5}}]})
 
 
 def test_taking_the_same_file_again_changes_nothing_and_fires_nothing(world):
@@ -196,6 +196,16 @@ def test_a_robot_can_be_given_its_password_and_stay_off(world):
     assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (False, False)
 
 
+def test_two_robots_may_swap_their_addresses_and_a_new_one_may_not_take_one(world):
+    world.take(FULL)
+    first, second = FULL["robots"]
+    swapped = [{**first, "address": second["address"]}, {**second, "address": first["address"]}]
+    world.take({"format": FORMAT, "robots": swapped})
+    assert [world.robots[name].address for name in ("R1", "R2")] == ["https://r2.local:8443", "http://192.168.12.20"]
+    with pytest.raises(InvalidInput, match=r"robots\[0\].address: this is the address of R2, which is configured already"):
+        world.take({"format": FORMAT, "robots": [{"name": "R3", "address": "192.168.12.20"}]})
+
+
 # ---------------------------------------------------------------------- its form and its days
 def test_a_byte_order_mark_is_tolerated(world):
     assert world.take(b"\xef\xbb\xbf" + json.dumps(FULL).encode()) != []
@@ -273,7 +283,10 @@ NAMES = st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_
        parameters=st.dictionaries(NAMES, st.none() | st.booleans() | st.integers(-9, 9) | NAMES, max_size=3))
 def test_whatever_is_taken_comes_out_and_in_again_unchanged(world, names, working, window, battery, overlap, parameters):
     robot, mission, schedule = names
-    world.take({"format": FORMAT, "settings": {"working_days": working}, "robots": [{"name": robot, "address": "10.0.0.1"}],
+    address = f"http://10.0.{len(world.robots) // 200}.{len(world.robots) % 200}"
+    if robot in world.robots:
+        address = world.robots[robot].address
+    world.take({"format": FORMAT, "settings": {"working_days": working}, "robots": [{"name": robot, "address": address}],
                 "missions": [{"name": mission, "guid": "g"}], "schedules": [
                     {"name": schedule, "robot": robot, "mission": mission, "start": "2026-11-23T06:30", "recurrence": "FREQ=DAILY",
                      "start_window_minutes": window, "minimum_battery_percent": battery, "overlap": overlap, "parameters": parameters}]})

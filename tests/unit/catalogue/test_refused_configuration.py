@@ -62,6 +62,7 @@ BAD: list[tuple[str, Any, str, str]] = [
     ("robots.0.name", "R2", "robots[1].name", "twice in the file"),
     ("robots.0.address", "http://x/api", "robots[0].address", "after the host"),
     ("robots.0.address", 5, "robots[0].address", "a text"),
+    ("robots.0.address", "http://r2.local:8443", "robots[0].address", "this is the address of R2"),
     ("robots.0.username", "a:b", "robots[0].username", "colon"),
     ("robots.0.username", "", "robots[0].username", "user name"),
     ("robots.0.password", "", "robots[0].password", "can't be empty"),

@@ -76,6 +76,7 @@ class _Import:
         for item in self._document.robots:
             with _placed(item):
                 self._robot(item)
+        self._check_machines(before)
         mission_lines: list[Message] = []
         for item in self._document.missions:
             with _placed(item):
@@ -142,9 +143,18 @@ class _Import:
         password = given.get("password")
         stored = self._edit.robots.by_name(self._edit.c, given["name"])
         robot = replace(stored or Robot("", ""), **{key: given[key] for key in ("name", *_OF_ROBOT) if key in given})
-        saved = self._edit.save_robot(robot, password)
+        saved = self._edit.save_robot(robot, password, is_one_of_many=True)
         if password is not None and given.get("enabled") is False and saved.enabled:
             self._edit.save_robot(replace(saved, enabled=False))
+
+    def _check_machines(self, before: Mapping[str, Robot | None]) -> None:
+        """When all have their new addresses: two robots may swap theirs."""
+        robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
+        for item in self._document.robots:
+            robot, stored = robots[item.values["name"]], before[item.path]
+            if stored is None or robot.address != stored.address:
+                with _placed(item):
+                    validation.check_is_no_other(robot, robots.values())
 
     def _idle(self, item: Item) -> None:
         if "idle" not in item.values:
