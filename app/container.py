@@ -47,6 +47,7 @@ from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
 from app.services.live.gaps import Downtime
 from app.services.live.holds import Holds
+from app.services.live.questions import Questions
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet, machine_id
 from app.services.planning.plan import Plan
@@ -116,6 +117,7 @@ class Container:
                              poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe,
                              whereabouts=self.whereabouts)
         self.engine.add_chore("Watching the database", db.check_in_place)
+        self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,

@@ -11,7 +11,7 @@ from app.domain.models import Mission, ReasonCode, Schedule, State, Trigger
 from app.screens.home.cards import BlockedLine, FinishedRow, PlannedRow, QueueCard
 from app.screens.home.run_dialog import RunDialog
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
-from app.widgets.dialogs import ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.fields import FormField
 from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.long_list import LongList
@@ -423,6 +423,18 @@ def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
     press(ui, "Yes")
     ui.wait(lambda: "Is the load secured?" not in ui.texts())
     assert any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts)
+
+
+def test_a_question_is_an_alarm_that_is_answered_where_it_is_shown(home, ui):
+    home.shell.go("scheduler")
+    home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 600}})
+    ui.wait(lambda: ui.find_all(AlarmBanner, text="Aino asks: Is the load secured?"))
+    assert "answers: Yes / No" in ui.find(AlarmBanner).note
+    press(ui, "Answer")
+    assert ui.find(ChoiceDialog).title == "Aino asks: Is the load secured?"
+    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Yes"))
+    ui.wait(lambda: any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts))
+    ui.wait(lambda: all(alarm.cleared_at for alarm in home.site.container.alarms.open() if alarm.code == "question"))
 
 
 # ---------------------------------------------------------------------- which robot

@@ -21,6 +21,7 @@ class Act(StrEnum):
     SHOW_ROBOT = "show_robot"            # select it and go Home
     ROBOT_SETTINGS = "robot_settings"    # where address and password are changed
     DATA_SETTINGS = "data_settings"      # where the database and its backups are
+    ANSWER = "answer"                    # the question of a robot
     LOGS = "logs"
     SHOW_RUN = "show_run"                # the story of an execution
     SCHEDULE_RUN = "schedule_run"        # the story of a schedule's last execution
@@ -99,6 +100,7 @@ def state_words(alarm: Alarm, settings: Settings, now: datetime) -> tuple[str, s
 _ADVICE: Mapping[str, Callable[[], str]] = {
     "emergency_stop": lambda: _("release the red button, then press Reset on the robot"),
     "robot_error": lambda: _("see the robot on Home"),
+    "question": lambda: _("answer it at the robot"),
     "unreachable": lambda: _("is it switched on, and on this network?"),
     "unauthorized": lambda: _("enter user name and password again"),
     "not_a_robot": lambda: _("correct its address"),
@@ -161,11 +163,19 @@ def _advice(alarm: Alarm) -> str:
     """What to do. Of a robot that can't be reached its problem knows more: whether to check its name, its port or the network. One that
     answers for another can't be accepted in its place."""
     problem, found = alarm.details.get("problem"), alarm.details.get("found")
+    if alarm.code == "question" and (answers := answers_of(alarm)):
+        return _("answers: {answers}").format(answers=" / ".join(answers))
     if alarm.code == "unreachable" and is_message(problem):
         return render(problem, _)
     if alarm.code == "wrong_robot" and is_message(found):
         return _("correct the addresses")
     return _ADVICE[alarm.code]()
+
+
+def answers_of(alarm: Alarm) -> list[str]:
+    """Of a robot's question, those that can be given here."""
+    answers = alarm.details.get("answers")
+    return [str(answer) for answer in answers] if isinstance(answers, list) else []
 
 
 def alarm_tone(alarm: Alarm) -> str:
@@ -216,6 +226,8 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
         return None
     if alarm.code in _OF_THE_CONFIGURATION:
         return Way(_("Open settings"), Act.ROBOT_SETTINGS, robot.id)
+    if answers_of(alarm):
+        return Way(_("Answer"), Act.ANSWER, robot.id)
     return Way(_("Show {robot}").format(robot=robot.name), Act.SHOW_ROBOT, robot.id)
 
 
@@ -224,6 +236,12 @@ def acknowledging(alarm: Alarm) -> Way:
     if alarm.acknowledged_at is None and can_be_handled(alarm):
         return Way(_("Acknowledge"), Act.ACKNOWLEDGE, alarm.id)
     return Way("", Act.NOTHING)
+
+
+def button_of(alarm: Alarm, robots: Mapping[int, Robot]) -> Way:
+    """What its button does: it acknowledges, all else being in the menu, unless the alarm can't be acknowledged or can be answered."""
+    way = way_to(alarm, robots)
+    return way if way is not None and (way.act is Act.ANSWER or not can_be_handled(alarm)) else acknowledging(alarm)
 
 
 def menu_of(alarm: Alarm, robots: Mapping[int, Robot]) -> list[MenuItem]:
@@ -256,11 +274,8 @@ class AlarmEntry:
 
 
 def open_entry(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> AlarmEntry:
-    """An open alarm: acknowledging it is the button, all else in the menu; where that can't be, the way is the button."""
-    way = acknowledging(alarm)
-    if not way.word and not can_be_handled(alarm):
-        way = way_to(alarm, robots) or way
-    return replace(_entry(alarm, settings, now), action=way.word, has_menu=can_be_handled(alarm))
+    """An open alarm."""
+    return replace(_entry(alarm, settings, now), action=button_of(alarm, robots).word, has_menu=can_be_handled(alarm))
 
 
 def shelved_entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:

@@ -14,8 +14,8 @@ from app.i18n import _, ngettext
 from app.screens.common.alarms_view import (
     Act,
     AlarmEntry,
-    acknowledging,
     alarm_text,
+    button_of,
     can_be_handled,
     is_shelved,
     menu_of,
@@ -199,7 +199,7 @@ class AlarmList:
         elif not can_be_handled(alarm):
             self._go(alarm)
         else:
-            way = acknowledging(alarm)
+            way = button_of(alarm, self._robots)
             self._do(way.act, way.about)
 
     def _menu_used(self, alarm: Alarm, chosen: str | int) -> None:

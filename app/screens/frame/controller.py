@@ -7,9 +7,11 @@ from typing import Any, TypeVar
 from kivy.clock import Clock
 
 from app.domain.models import Execution, Robot, RobotSnapshot
+from app.domain.problems import clipped
 from app.i18n import _, translator
 from app.screens.common import formats
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
+from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of
 from app.screens.common.shell import Shell
@@ -23,6 +25,7 @@ from app.widgets.frame import Frame
 
 NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
               ("logs", "text-box-outline", "text-box"), ("settings", "cog-outline", "cog"))
+LONGEST_QUESTION = 240                   # characters in the title of a dialog
 T = TypeVar("T")
 
 
@@ -153,6 +156,8 @@ class FrameController:
                 go("settings", section="robots", robot_id=about)
             case Act.DATA_SETTINGS:
                 go("settings", section="data")
+            case Act.ANSWER if about is not None:
+                self._answer(about)
             case Act.LOGS:
                 go("logs", anew=True)
             case Act.SHOW_RUN:
@@ -181,6 +186,23 @@ class FrameController:
     def _decide(self, moves_here: bool) -> None:
         tablet = self._services.tablet
         self._work(tablet.move_here if moves_here else tablet.look_only)
+
+    def _answer(self, robot_id: int) -> None:
+        """Ask the robot's question here."""
+        services, snackbars = self._services, self._shell.snackbars
+        status, robot = services.snapshots.get(robot_id).status, self._facts.robots.get(robot_id)
+        prompt = status.user_prompt if status is not None else None
+        if prompt is None or robot is None:
+            snackbars.show(_("The question has been answered, or is gone"), icon="information-outline")
+            return
+
+        def answer(option: str) -> None:
+            said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
+            self._work(lambda: services.operator.answer_prompt(robot_id, prompt.guid, option),
+                       lambda _none: snackbars.show(said, icon="comment-check-outline"))
+        self._shell.dialogs.choose(
+            _("{robot} asks: {question}").format(robot=robot.name, question=clipped(prompt.question, LONGEST_QUESTION)),
+            [Option(option, option, "comment-outline") for option in dict.fromkeys(prompt.options)], answer)
 
     def _show_run(self, execution: Execution | None) -> None:
         """In Logs; all runs when the history has no longer this one."""

@@ -13,6 +13,7 @@ from app.services.live.alarms import Alarms
 from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet
+from app.services.robots.commands import Operator
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class FrameServices:
     history: History
     holds: Holds
     engine: Engine
+    operator: Operator
     settings: Callable[[], Settings]
     snapshots: Snapshots
     tablet: Tablet

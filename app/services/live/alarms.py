@@ -25,6 +25,7 @@ log = logging.getLogger(__name__)
 SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "robot_error": (Priority.HIGH, "{robot}: {problem}"),
     "emergency_stop": (Priority.HIGH, "{robot}: the emergency stop is pressed"),
+    "question": (Priority.HIGH, "{robot} asks: {question}"),
     "unreachable": (Priority.MEDIUM, "{robot} does not answer: {problem}"),
     "unauthorized": (Priority.MEDIUM, "{robot} refuses user name or password"),
     "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),

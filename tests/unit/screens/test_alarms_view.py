@@ -1,6 +1,7 @@
 """Alarms in words: the state of each, since when and how often, and that every kind leads somewhere sensible."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -16,6 +17,7 @@ from app.screens.common.alarms_view import (
     alarm_note,
     alarm_text,
     bell,
+    button_of,
     menu_of,
     open_entry,
     past_count,
@@ -93,6 +95,7 @@ def test_instants_in_an_alarm_are_reported_in_the_zone_of_the_settings():
 # ---------------------------------------------------------------------- where it leads
 HOME, SETUP, DATA, LOGS = Act.SHOW_ROBOT, Act.ROBOT_SETTINGS, Act.DATA_SETTINGS, Act.LOGS
 DESTINATIONS = {                         # code: (key as the services give it, what the button does, about what)
+    "question": ("robot:1", HOME, 1),
     "robot_error": ("robot:1", HOME, 1), "emergency_stop": ("robot:1", HOME, 1), "unreachable": ("robot:1", HOME, 1),
     "unauthorized": ("robot:1", SETUP, 1), "not_a_robot": ("robot:1", SETUP, 1), "wrong_robot": ("robot:1", SETUP, 1),
     "certificate_changed": ("robot:1", SETUP, 1), "certificate_untrusted": ("robot:1", SETUP, 1),
@@ -129,6 +132,16 @@ def test_each_leads_to_where_it_is_solved(code):
 @pytest.mark.parametrize("code", sorted(SENTENCES.keys() - EVENTS))
 def test_what_is_over_needs_no_solving(code):
     assert way_to(alarm(code, DESTINATIONS[code][0], cleared_at=NOW), ROBOTS) is None
+
+
+def test_a_question_can_be_answered_where_the_robot_gives_answers():
+    asked = alarm("question", details={"robot": "Aino", "question": "Loaded?", "answers": ["Yes", "No"]})
+    assert (alarm_text(asked, SETTINGS, NOW), note(asked)) == ("Aino asks: Loaded?", "Since 14:36 · answers: Yes / No")
+    assert button_of(asked, ROBOTS) == Way("Answer", Act.ANSWER, 1)
+    without = alarm("question", details={"robot": "Aino", "question": "Loaded?", "answers": []})
+    assert note(without) == "Since 14:36 · answer it at the robot"
+    assert button_of(without, ROBOTS).act is Act.ACKNOWLEDGE
+    assert button_of(replace(asked, cleared_at=NOW), ROBOTS).act is Act.ACKNOWLEDGE
 
 
 def test_the_alarm_of_a_robot_that_is_gone_leads_nowhere():

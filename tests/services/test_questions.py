@@ -1,0 +1,70 @@
+"""A robot's question is an alarm of high priority, with its answers, until it is answered or gone."""
+from __future__ import annotations
+
+import pytest
+
+from app.domain.models import Priority
+from app.services.live.alarms import alarm_sentence
+from mir_sim.control import COMMANDS
+
+LOADED = {"question": "Loaded?", "options": ["Yes", "No"], "timeout": 600}
+
+
+def questions(site):
+    return [alarm for alarm in site.container.alarms.open() if alarm.code == "question"]
+
+
+def active(site):
+    return [alarm_sentence(alarm) for alarm in questions(site) if alarm.cleared_at is None]
+
+
+@pytest.fixture
+def machine(site):
+    return site.machines["R1"]
+
+
+def ask(machine, prompt):
+    COMMANDS["user_prompt"](prompt)(machine)
+
+
+def test_a_question_is_an_alarm_until_it_is_answered(site, machine):
+    site.run(10)
+    ask(machine, LOADED)
+    site.run(40)
+    [alarm] = questions(site)
+    assert (alarm.priority, alarm.details["answers"], alarm_sentence(alarm)) == (Priority.HIGH, ["Yes", "No"], "R1 asks: Loaded?")
+    robot = site.container.catalogue.robots()[0]
+    prompt = site.container.snapshots.get(robot.id).status.user_prompt
+    site.container.operator.answer_prompt(robot.id, prompt.guid, "Yes")
+    site.run(40)
+    assert active(site) == []
+
+
+def test_another_question_is_said_anew_although_the_first_was_acknowledged(site, machine):
+    ask(machine, LOADED)
+    site.run(40)
+    site.container.alarms.acknowledge(questions(site)[0].id)
+    ask(machine, {**LOADED, "question": "Empty?"})
+    site.run(40)
+    assert active(site) == ["R1 asks: Empty?"]
+    assert questions(site)[-1].acknowledged_at is None
+
+
+def test_one_that_runs_out_is_over(site, machine):
+    ask(machine, {**LOADED, "timeout": 60})
+    site.run(40)
+    assert active(site) == ["R1 asks: Loaded?"]
+    site.run(120)
+    assert active(site) == []
+
+
+def test_a_robot_that_is_switched_off_asks_nothing(site, machine):
+    ask(machine, LOADED)
+    site.run(40)
+    robot = site.container.catalogue.robots()[0]
+    site.container.catalogue.set_robot_enabled(robot.id, False)
+    site.run(120)
+    assert active(site) == []
+    site.container.catalogue.set_robot_enabled(robot.id, True)
+    site.run(60)
+    assert active(site) == ["R1 asks: Loaded?"]
