@@ -148,6 +148,11 @@ class CalendarPart(EventDispatcher):
             self._chosen_month = day.year, day.month
         self.outcome = view.import_result(result)
         self._context.refresh()
+        if result.timed:
+            title, text = view.timed_question(result)
+            self._context.shell.dialogs.confirm(title, text, _("Close them"), lambda: self.file.run(
+                self._context, lambda _path: self._services.calendar_files.import_days(str(result.path), with_timed=True), self._imported),
+                decline=_("Leave them open"))
 
 
 class CalendarCard(SectionCard):

@@ -141,17 +141,31 @@ def import_result(result: Imported) -> NoticeView:
         more = len(result.added) - len(names)
         notes.append(", ".join(names) + (ngettext(" and {n} more", " and {n} more", more).format(n=more) if more else ""))
     else:
-        text = _("The file contains nothing new")
+        text = _("The file contains no new whole days") if result.timed else _("The file contains nothing new")
     if result.known and result.added:
         notes.append(ngettext("{n} entry existed already", "{n} entries existed already", result.known).format(n=result.known))
     if result.past:
         notes.append(ngettext("{n} past entry skipped", "{n} past entries skipped", result.past).format(n=result.past))
+    if result.timed:
+        notes.append(ngettext("{n} appointment with times of day closes nothing", "{n} appointments with times of day close nothing",
+                              len(result.timed)).format(n=len(result.timed)))
     if result.left_out:
         notes.append(ngettext("{n} event can't be imported: it has no date, or doesn't repeat yearly",
                               "{n} events can't be imported: they have no date, or don't repeat yearly",
                               result.left_out).format(n=result.left_out))
         return NoticeView(text, "\n".join(notes), "attention", "alert")
     return done(text, "\n".join(notes))
+
+
+def timed_question(result: Imported) -> tuple[str, str]:
+    """Title and text: whether the days of appointments are to be closed too."""
+    count, shown = len(result.timed), result.timed[:5]
+    lines = [f"{entry.name}: {span(entry.first_day, entry.last_day)}" for entry in shown]
+    if more := count - len(shown):
+        lines.append(ngettext("and {n} more", "and {n} more", more).format(n=more))
+    return (ngettext("Close the day of {n} appointment too?", "Close the days of {n} appointments too?", count).format(n=count),
+            "\n".join([_("It has times of day, so work goes on around it.") if count == 1 else
+                       _("They have times of day, so work goes on around them."), *lines]))
 
 
 def removed_sentence(exception: DayException) -> str:

@@ -1,13 +1,13 @@
 """Closed days from an .ics file, such as a company's calendar or a list of school holidays.
 
-All-day events, those with times of day, and yearly repetitions are taken, without the days that they except; what is over since last year
-or repeats in another way is left out and counted.
+All-day events and yearly repetitions are taken, without the days that they except; what is over since last year or repeats in another
+way is left out and counted. Appointments, which have times of day, close nothing unless a person says so; cancelled events are none.
 """
 from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 from datetime import time as clock_time
@@ -39,20 +39,23 @@ MIDNIGHT = clock_time()
 
 @dataclass(frozen=True)
 class Found:
-    """What a file holds. ``left_out`` counts events that can't be taken, ``past`` those that were over before this year."""
+    """What a file holds. ``left_out`` counts events that can't be taken, ``past`` those that were over before this year; ``timed`` are the
+    days of those with times of day."""
     exceptions: Sequence[DayException] = ()
     left_out: int = 0
     past: int = 0
+    timed: Sequence[DayException] = ()
 
 
 @dataclass(frozen=True)
 class Imported:
-    """What came of an import: the entries that are new, how many there were already."""
+    """What came of an import: the entries that are new, how many there were already, and the days of appointments that stay open."""
     path: Path
     added: Sequence[DayException]
     known: int
     left_out: int
     past: int
+    timed: Sequence[DayException] = ()
 
     @property
     def days(self) -> int:
@@ -67,36 +70,39 @@ class CalendarFiles(DataFiles):
         """The .ics file that was put into ``directory`` last: most likely the one to import."""
         return self._newest("*.ics")
 
-    def import_days(self, path: str) -> Imported:
-        """Take the days of a file as closed ones, whole or not at all. Raises InvalidInput("path", …) with one sentence."""
+    def import_days(self, path: str, *, with_timed: bool = False) -> Imported:
+        """Take the days of a file as closed ones, whole or not at all; those of appointments only ``with_timed``. Raises
+        InvalidInput("path", …) with one sentence."""
         source = self._resolved(path)
         content = read_file(source)
         c = self._db.read()
         zone = ZoneInfo(SettingsRepository().load(c).timezone)
         try:
-            found = read_days(content, source.stem, zone, self._clock.now().astimezone(zone).date())
+            found = read_days(content, source.stem, zone, self._clock.now().astimezone(zone).date(),
+                              with_timed=with_timed)
         except ics.NotACalendar:
             raise InvalidInput("path", "{path} is not a calendar file (.ics)", path=source) from None
         except ics.TooMuch:
             raise InvalidInput("path", "{path} holds too much for a calendar of closed days: export those alone, and not for many years",
                                path=source) from None
-        if not found.exceptions and found.left_out:
+        if not found.exceptions and not found.timed and found.left_out:
             raise InvalidInput("path", "{path} has no days to take: only whole days are taken that are single, last a while or come every "
                                "year", path=source)
-        if not found.exceptions:
+        if not found.exceptions and not found.timed:
             raise InvalidInput("path", "{path} has no days to take", path=source)
         there = {_identity(exception) for exception in CalendarRepository().all(c)}
         new = [replace(exception, source=source.name) for exception in found.exceptions if _identity(exception) not in there]
-        return Imported(source, self._catalogue.add_days(new) if new else (), len(found.exceptions) - len(new), found.left_out, found.past)
+        return Imported(source, self._catalogue.add_days(new) if new else (), len(found.exceptions) - len(new), found.left_out, found.past,
+                        [exception for exception in found.timed if _identity(exception) not in there])
 
 
 def _identity(exception: DayException) -> tuple[object, ...]:
     return exception.name, exception.first_day, exception.last_day, exception.is_working, exception.yearly
 
 
-def read_days(content: bytes, name: str, zone: ZoneInfo, today: date) -> Found:
-    """Closed days of an .ics file; ``name`` is given to events without one, ``zone`` is that of the plant. Raises ics.NotACalendar and
-    ics.TooMuch."""
+def read_days(content: bytes, name: str, zone: ZoneInfo, today: date, *, with_timed: bool = False) -> Found:
+    """Closed days of an .ics file, those with times of day among them or beside them; ``name`` is given to events without one, ``zone`` is
+    that of the plant. Raises ics.NotACalendar and ics.TooMuch."""
     events, plant = ics.events(content), _Plant(zone, today, time.monotonic() + LONGEST_READING_S)
     replaced: dict[str, set[date]] = {}              # single days of a repetition that events of their own stand for
     for event in events:
@@ -105,16 +111,20 @@ def read_days(content: bytes, name: str, zone: ZoneInfo, today: date) -> Found:
             if instead is not None:
                 replaced.setdefault(str(event.get("UID")), set()).add(plant.local(instead.dt).date())
     taken: dict[tuple[object, ...], DayException] = {}
+    timed: dict[tuple[object, ...], DayException] = {}
     looked_at = left_out = past = 0
     for event in events:
+        if str(event.get("STATUS", "")).strip().upper() == "CANCELLED":
+            continue
         is_past = True
         try:
+            into = timed if not with_timed and _has_times(event, plant) else taken
             for exception in _exceptions(event, name, plant, replaced.get(str(event.get("UID")), set())):
                 looked_at += 1
                 if exception is not None and (exception.yearly or exception.last_day.year >= today.year):
                     is_past = False
-                    taken.setdefault(_identity(exception), exception)
-                if looked_at > MOST_LOOKED_AT or len(taken) > validation.MOST_DAY_EXCEPTIONS:
+                    into.setdefault(_identity(exception), exception)
+                if looked_at > MOST_LOOKED_AT or len(taken) + len(timed) > validation.MOST_DAY_EXCEPTIONS:
                     raise ics.TooMuch("has too many days")
         except ics.TooMuch:
             raise
@@ -122,8 +132,11 @@ def read_days(content: bytes, name: str, zone: ZoneInfo, today: date) -> Found:
             left_out += 1
             continue
         past += is_past
-    in_order = sorted(taken.values(), key=lambda exception: (exception.first_day, exception.last_day))
-    return Found(in_order, left_out, past)
+    return Found(_in_order(taken.values()), left_out, past, _in_order(timed.values()))
+
+
+def _in_order(exceptions: Iterable[DayException]) -> list[DayException]:
+    return sorted(exceptions, key=lambda exception: (exception.first_day, exception.last_day))
 
 
 @dataclass(frozen=True)
@@ -150,8 +163,6 @@ class _Plant:
 
 def _exceptions(event: Event, name: str, plant: _Plant, replaced: set[date]) -> Iterator[DayException | None]:
     """The days of one event, None for each that it excepts. Raises one of UNREADABLE, InvalidInput among them, if it can't be taken."""
-    if str(event.get("STATUS", "")).strip().upper() == "CANCELLED":
-        raise ValueError("is cancelled")
     first, last = _span(event, plant)
     titles = event.get("SUMMARY", "")
     title = str(titles[0] if isinstance(titles, list) else titles)
@@ -187,6 +198,14 @@ def _rule(value: str) -> Recurrence:
     if rule.frequency is not Frequency.YEARLY:
         raise ValueError("a rule of every week or month is no exception")
     return rule
+
+
+def _has_times(event: Event, plant: _Plant) -> bool:
+    """Whether it is an appointment. From midnight to midnight, as some programs write whole days, it is none."""
+    if not isinstance(event.start, datetime):
+        return False
+    start, end = plant.local(event.start), plant.local(event.end)
+    return not (start.time() == end.time() == MIDNIGHT and start < end)
 
 
 def _span(event: Event, plant: _Plant) -> tuple[date, date]:

@@ -11,6 +11,7 @@ from app.domain.models import DayException
 from app.screens.settings.calendar import DaysDialog, DaysRow
 from app.screens.settings.page import FileRow
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
+from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField, PickField, SearchField
 from app.widgets.lists import ScrollPage
 from app.widgets.month import MonthDay
@@ -159,6 +160,31 @@ def test_a_calendar_file_is_imported_and_says_how_many_days_it_brought(site, app
     press(ui, "Import", row)
     ui.wait(lambda: says(ui, "is not a calendar file (.ics)"))
     assert len(entries(site)) == 1
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_an_appointment_in_a_calendar_file_closes_its_day_only_when_that_is_chosen(site, app, ui, closes):
+    events = (("Audit", "20261124", "20261126"), ("Meeting", "20261127T080000", "20261127T100000"))
+    body = [line for name, start, end in events
+            for line in ("BEGIN:VEVENT", f"SUMMARY:{name}", f"DTSTART:{start}", f"DTEND:{end}", "END:VEVENT")]
+    cancelled = ["BEGIN:VEVENT", "SUMMARY:Fair", "DTSTART:20261201", "STATUS:CANCELLED", "END:VEVENT"]
+    (site.documents / "plant.ics").write_text("\r\n".join(["BEGIN:VCALENDAR", *body, *cancelled, "END:VCALENDAR"]))
+    row = ui.find(FileRow)
+    reveal(ui, row)
+    enter(ui, ui.find(FormField, root=row), "plant.ics")
+    press(ui, "Import", row)
+    ui.wait(lambda: ui.find_all(ConfirmDialog))
+    question = ui.find(ConfirmDialog)
+    assert (question.title, question.text.splitlines()[1:]) == ("Close the day of 1 appointment too?", ["Meeting: Fri 27 Nov"])
+    assert [entry.name for entry in entries(site)] == ["Audit"]
+    assert says(ui, "1 appointment with times of day closes nothing")
+    press(ui, "Close them" if closes else "Leave them open", question)
+    if closes:
+        ui.wait(lambda: [entry.name for entry in entries(site)] == ["Audit", "Meeting"])
+        ui.wait(lambda: says(ui, "1 closed day imported"))
+    ui.wait(lambda: app.shell.background.idle)
+    assert len(entries(site)) == 1 + closes
+    assert not says(ui, "can't be imported")
 
 
 def test_turning_the_month_stops_at_the_ends_of_the_calendar(site, app, ui):

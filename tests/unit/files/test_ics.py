@@ -26,7 +26,7 @@ def calendar(*events: str) -> bytes:
 
 def days(*events: str):
     return [(e.name, e.first_day.isoformat(), e.last_day.isoformat(), e.yearly)
-            for e in read_days(calendar(*events), "plant", HELSINKI, TODAY).exceptions]
+            for e in read_days(calendar(*events), "plant", HELSINKI, TODAY, with_timed=True).exceptions]
 
 
 # ---------------------------------------------------------------------- events
@@ -71,13 +71,13 @@ def with_zone(event: str, winter: str, summer: str, rule: str | None = None) -> 
     ("-0500", "-0400", "20270705T180000", "2027-07-06"), ("-0500", "-0400", "20271205T163000", "2027-12-05")])
 def test_a_time_in_a_zone_of_the_files_own_is_the_plants(winter, summer, at, day):
     content = with_zone(f'SUMMARY:Away\nDTSTART;TZID="(UTC+99) Plant":{at}', winter, summer)
-    assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).exceptions] == [day]
+    assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).timed] == [day]
 
 
 def test_a_zone_of_one_file_is_not_that_of_the_next():
     for winter, day in (("-0800", "2027-01-06"), ("+0800", "2027-01-05")):
         content = with_zone('DTSTART;TZID="(UTC+99) Plant":20270105T200000', winter, winter)
-        assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).exceptions] == [day]
+        assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).timed] == [day]
 
 
 def test_days_that_a_repetition_excepts_are_left_out():
@@ -106,10 +106,38 @@ def test_a_yearly_rule_that_is_more_than_the_same_day_becomes_its_dates():
 
 @pytest.mark.parametrize("event", [
     "SUMMARY:No date", "DTSTART:20270231", "DTSTART:2027-07-05", "DTSTART:20270705\nRRULE:FREQ=WEEKLY", "DTSTART:20270705\nRRULE:nonsense",
-    "DTSTART:20270705\nDTEND:20290705", "DTSTART:99990705", "DTSTART:20270705\nSTATUS:CANCELLED", "DTSTART:20270705\nDURATION:P99999W"])
+    "DTSTART:20270705\nDTEND:20290705", "DTSTART:99990705", "DTSTART:20270705\nDURATION:P99999W"])
 def test_what_can_not_be_taken_is_counted_and_the_rest_is_taken(event):
     found = read_days(calendar(event, "SUMMARY:Good\nDTSTART:20270705"), "plant", HELSINKI, TODAY)
     assert ([e.name for e in found.exceptions], found.left_out, found.past) == (["Good"], 1, 0)
+
+
+@pytest.mark.parametrize("times", [
+    "DTSTART:20270705T080000\nDTEND:20270705T100000", "DTSTART:20270705T100000", "DTSTART:20270705T200000\nDTEND:20270706T060000",
+    "DTSTART:20270705T000000\nDTEND:20270705T120000", "DTSTART:20270705T210000Z\nDURATION:PT2H", "DTSTART:20270705T000000"])
+def test_an_appointment_closes_nothing_unless_it_is_asked_for(times):
+    events = calendar(f"SUMMARY:Meeting\n{times}", "SUMMARY:Break\nDTSTART:20270712")
+    found = read_days(events, "plant", HELSINKI, TODAY)
+    assert ([e.name for e in found.exceptions], [e.name for e in found.timed]) == (["Break"], ["Meeting"])
+    assert (found.left_out, found.past) == (0, 0)
+    found = read_days(events, "plant", HELSINKI, TODAY, with_timed=True)
+    assert ([e.name for e in found.exceptions], found.timed) == (["Meeting", "Break"], [])
+
+
+@pytest.mark.parametrize("times", ["DTSTART:20270705T000000\nDTEND:20270707T000000", "DTSTART:20270704T210000Z\nDTEND:20270706T210000Z",
+                                   "DTSTART:20270705\nDTEND:20270707"])
+def test_from_midnight_to_midnight_is_whole_days(times):
+    [found] = read_days(calendar(f"SUMMARY:Break\n{times}"), "plant", HELSINKI, TODAY).exceptions
+    assert (found.first_day, found.last_day) == (date(2027, 7, 5), date(2027, 7, 6))
+
+
+def test_cancelled_events_are_passed_over_and_so_is_a_cancelled_day_of_a_repetition():
+    found = read_days(calendar("SUMMARY:Off\nDTSTART:20270705\nSTATUS:CANCELLED", "SUMMARY:Old\nDTSTART:20200705\nSTATUS:cancelled",
+                               "STATUS:CANCELLED", "SUMMARY:Good\nDTSTART:20270712"), "plant", HELSINKI, TODAY)
+    assert ([e.name for e in found.exceptions], found.left_out, found.past) == (["Good"], 0, 0)
+    assert [day[1] for day in days("UID:1\nDTSTART;VALUE=DATE:20270610\nRRULE:FREQ=YEARLY;COUNT=3",
+                                   "UID:1\nRECURRENCE-ID;VALUE=DATE:20280610\nDTSTART;VALUE=DATE:20280610\nSTATUS:CANCELLED")] == [
+        "2027-06-10", "2029-06-10"]
 
 
 @pytest.mark.parametrize("content", [
@@ -135,7 +163,7 @@ def test_a_file_that_would_take_long_or_much_is_refused_early(content):
                                   "FREQ=YEARLY;BYMONTH=3;BYMONTHDAY=-3;WKST=SU;UNTIL=20401231T000000Z"])
 def test_zones_that_change_once_a_year_are_read(rule):
     content = with_zone('DTSTART;TZID="(UTC+99) Plant":20270706T040000', "+0800", "+0900", rule)
-    assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).exceptions] == ["2027-07-05"]
+    assert [e.first_day.isoformat() for e in read_days(content, "plant", HELSINKI, TODAY).timed] == ["2027-07-05"]
 
 
 @pytest.mark.parametrize("name", ["Europe", "Europe/", "x" * 300, "a/" * 3000, "..", "é", ""])
