@@ -120,11 +120,12 @@ class Container:
         self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
+        self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
-                                 engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client)
+                                 engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client,
+                                 robot_missions=self.robot_missions)
 
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
-        self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
         self.robot_states = RobotStates(db)
         self.forecasts = Forecasts(db, clock)
         self.pausing = Pausing(db, clock, self.changes)

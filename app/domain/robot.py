@@ -159,6 +159,20 @@ class MissionParameter:
     minimum: float | None = None
     maximum: float | None = None
     choices: tuple[tuple[Any, str], ...] = ()        # (value, label)
+    sets: str = ""                       # the parameter of an action that it sets, as MiR calls it: position, x, time …
+    unit: str = ""                       # of a number
+
+    @property
+    def is_position(self) -> bool:
+        """Whether the robot wants the guid of a position on its map."""
+        return self.sets in ("position", "marker")
+
+    def value_of(self, given: Any) -> Any:
+        """One of the choices: ``given`` itself, or the one that people call so; None where it is none of them."""
+        if any(given == value and type(given) is type(value) for value, _label in self.choices):
+            return given
+        named = [value for value, label in self.choices if label.casefold() == str(given).strip().casefold()]
+        return named[0] if len(named) == 1 else None
 
 
 class IdentifiedBy(StrEnum):

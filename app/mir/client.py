@@ -176,17 +176,18 @@ class RobotClient:
         if mission.has_user_parameters is False:
             return []
         own = f"{API}/missions/{_segment(guid)}"
-        for url, read in ((mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
-                          (mission.actions_url or f"{own}/actions", mission_parameters.from_actions)):
-            try:
-                found = self._get(url.removeprefix(API), read, largest=None)
-            except Refusal as error:
-                if error.status not in NOT_OFFERED:
-                    raise
-                continue
-            if found:
-                return found
-        return []
+        found, of_actions = (self._parameters(url, read) for url, read in (
+            (mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
+            (mission.actions_url or f"{own}/actions", mission_parameters.from_actions)))
+        return mission_parameters.with_meaning(found, of_actions) if found else of_actions
+
+    def _parameters(self, url: str, read: Callable[[Any], list[MissionParameter]]) -> list[MissionParameter]:
+        try:
+            return self._get(url.removeprefix(API), read, largest=None)
+        except Refusal as error:
+            if error.status not in NOT_OFFERED:
+                raise
+            return []
 
     # ------------------------------------------------------------------ the queue
     def enqueue(self, mission_guid: str, *, description: str = "", text: str = "", priority: int = 0,

@@ -3,10 +3,14 @@
 MiR's REST definition 3.5.4 has /missions/{guid}/definition, "the mission as an action definition", but not what it holds, so its
 parameters are read like those of /actions/{type}. Where that gives nothing, the mission's actions are searched: a value that is asked for
 has an ``input_name`` there. Both are guesses, not recorded on a robot.
+
+What a value stands for (a position, a length, a percentage) is known by the action's parameter that it sets; their names are recorded.
 """
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from app.domain.message import message
@@ -16,6 +20,11 @@ from app.mir.parse import LONGEST_LIST, Object, float_or_none
 from app.mir.texts import clean
 
 MOST_PARAMETERS = 50         # of a mission: each is a field on the screen
+# Parameter of an action: its unit, and the range that holds where the robot gives none.
+_QUANTITIES: Mapping[str, tuple[str, float | None, float | None]] = MappingProxyType({
+    "x": ("m", None, None), "y": ("m", None, None), "orientation": ("°", -180, 180), "distance_threshold": ("m", 0, None),
+    "minimum_percentage": ("%", 0, 100), "max_linear_speed": ("m/s", 0, None), "retries": ("", 0, None),
+    "blocked_path_timeout": ("s", 0, None)})
 
 
 def from_definition(value: Any) -> list[MissionParameter]:
@@ -28,8 +37,21 @@ def from_definition(value: Any) -> list[MissionParameter]:
 def from_actions(value: Any) -> list[MissionParameter]:
     """The parameters of a mission's actions whose value is asked for; ``type`` is what the action takes it for ("position", "time" …).
     Raises Unreadable for too many."""
-    return _unique(_parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")})
+    return _unique(_setting(_parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")}),
+                            clean(entry.get("id"), 40))
                    for action in _objects(value) for entry in _objects(action.get("parameters")))
+
+
+def with_meaning(found: Sequence[MissionParameter], of_actions: Sequence[MissionParameter]) -> list[MissionParameter]:
+    """Those of a definition, with what the mission's actions tell about them."""
+    sets = {parameter.name: parameter.sets for parameter in of_actions}
+    return [_setting(parameter, sets.get(parameter.name, "")) for parameter in found]
+
+
+def _setting(parameter: MissionParameter, sets: str) -> MissionParameter:
+    unit, low, high = _QUANTITIES.get(sets, ("", None, None))
+    return replace(parameter, sets=sets, unit=unit, minimum=low if parameter.minimum is None else parameter.minimum,
+                   maximum=high if parameter.maximum is None else parameter.maximum)
 
 
 def _objects(value: Any) -> list[Object]:

@@ -2,12 +2,16 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.scrollview import ScrollView
 from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.buttons import ChoiceChip
-from app.widgets.fields import FormField
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import FormField, PickField
+from app.widgets.tr import tr
 
 
 class Chip(NamedTuple):
@@ -61,8 +65,31 @@ class ChoiceRow(BoxLayout):
         return [Chip(key, word, selected=key == chosen) for key, word in options]
 
 
+class Offer(NamedTuple):
+    """One choice of a list."""
+    key: object
+    text: str
+    icon: str = ""
+    note: str = ""
+
+
+class ListRow(PickField):
+    """A choice of many, in a list that can be searched: ``chosen`` is its key."""
+    options = ListProperty()             # [(key, word), …]
+    chosen = ObjectProperty(None, allownone=True)
+
+    def word_of(self, options, chosen):
+        return next((word for key, word in options if key == chosen), "–")
+
+    def on_release(self):
+        dialog = ChoiceDialog(title=self.label, options=[Offer(*option) for option in self.options], hint=tr._("Search"),
+                              selected=[] if self.chosen is None else [self.chosen], nothing=tr._("Nothing found"))
+        dialog.bind(on_choose=lambda _dialog, key: setattr(self, "chosen", key))
+        dialog.open()
+
+
 class ParameterFields(BoxLayout):
-    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, decimal, choice), ``default``, ``help`` and
+    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, decimal, choice, list), ``default``, ``help`` and
     ``choices`` [(value, word), …]; ``problems`` is one sentence by name where something can't be used. ``values()`` is what was entered;
     ``complete``: nothing is empty."""
     fields = ListProperty()
@@ -70,7 +97,7 @@ class ParameterFields(BoxLayout):
     complete = BooleanProperty(True)
 
     def __init__(self, **kwargs):
-        self._views: dict[str, FormField | ChoiceRow] = {}
+        self._views: dict[str, FormField | ChoiceRow | ListRow] = {}
         super().__init__(**kwargs)
         self.fbind("fields", self._build)
         self.fbind("problems", self._show_problems)
@@ -80,12 +107,13 @@ class ParameterFields(BoxLayout):
         self.clear_widgets()
         self._views = {}
         for field in self.fields:
-            if field.kind == "choice":
-                view = ChoiceRow(label=field.label, options=field.choices, chosen=field.default)
+            if field.kind in ("choice", "list"):
+                kind = ListRow if field.kind == "list" else ChoiceRow
+                view = kind(label=field.label, options=field.choices, chosen=field.default)
             else:
                 view = FormField(label=field.label, kind=field.kind, help=field.help,
                                  text="" if field.default is None else str(field.default))
-            view.fbind("chosen" if field.kind == "choice" else "text", self._look_for_empty)
+            view.fbind("text" if isinstance(view, FormField) else "chosen", self._look_for_empty)
             self._views[field.name] = view
             self.add_widget(view)
         self._look_for_empty()
@@ -95,8 +123,19 @@ class ParameterFields(BoxLayout):
 
     def values(self) -> Mapping[str, Any]:
         """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""
-        return {name: view.chosen if isinstance(view, ChoiceRow) else view.text for name, view in self._views.items()}
+        return {name: view.chosen if isinstance(view, ChoiceRow | ListRow) else view.text for name, view in self._views.items()}
 
     def _show_problems(self, *_):
         for name, view in self._views.items():
             view.problem = self.problems.get(name, "")
+        if faulty := [view for name, view in self._views.items() if self.problems.get(name)]:
+            Clock.schedule_once(lambda _dt: _bring_in_sight(faulty[0]), 0)
+
+
+def _bring_in_sight(view):
+    """Scroll the page that it is on."""
+    page = view.parent
+    while page is not None and page.parent is not page and not isinstance(page, ScrollView):
+        page = page.parent
+    if isinstance(page, ScrollView):
+        page.scroll_to(view, animate=False)

@@ -159,7 +159,11 @@ def parameters(studio: Any) -> Any:
     stand = planning(studio)
     places = (("K1", "Kitting 1"), ("K2", "Kitting 2"))
     stand.vm.form._robot_answered((MissionParameter("place", "Pick-up place", choices=places, default="K1"),
-                                   MissionParameter("count", "Pallets", "integer", 2, 1, 8)))
+                                   MissionParameter("count", "Pallets", "integer", 2, 1, 8),
+                                   MissionParameter("goal", "Goal", choices=(("g", "Dock 3"),), sets="position"),
+                                   MissionParameter("charge", "Charge", "integer", 50, 0, 100, unit="%")))
+    stand.settle()
+    stand.vm.form.save({"place": "K1", "count": "2", "charge": "50"})
     return stand.settle()
 
 

@@ -20,7 +20,7 @@ from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.settings.missions import MissionDialog
-from app.screens.settings.missions_view import offer_options, offers
+from app.screens.settings.missions_view import offer_options, offers, robot_removal_question
 from app.screens.settings.page import PageContext
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.screen import SettingsScreen
@@ -206,6 +206,13 @@ def robot_dialog_new_robot(context: PageContext):
     robot, problem = context.facts.robots[0], AnotherRobot(address="10.40.12.21", expected="200104012", found="230617044")
     return ConfirmDialog(title=_("Is this the new {robot}?").format(robot=robot.name), text=new_robot_question(problem, has_password=False),
                          confirm=_("This is the new {robot}").format(robot=robot.name), decline=_("Cancel"))
+
+
+@dialog("robot-dialog-delete")
+def robot_dialog_delete(context: PageContext):
+    robot = context.facts.robots[0]
+    return ConfirmDialog(title=_("Delete {robot}?").format(robot=robot.name), text=robot_removal_question(context.facts, robot),
+                         confirm=_("Delete robot"), decline=_("Cancel"), danger=True)
 
 
 @dialog("robot-dialog-certificate")

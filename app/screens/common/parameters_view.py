@@ -1,6 +1,8 @@
 """The parameters that a mission asks for, as fields to fill in, and back as the values that are sent to the robot. Pure."""
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,11 +14,14 @@ from app.screens.common import formats
 WHOLE = ("integer", "int")
 DECIMAL = ("float", "double", "number", "decimal")
 YES_NO = ("bool", "boolean")
+DURATIONS = ("duration", "time", "minimum_time", "timeout")
+CHIPS = 6                                # choices that are shown side by side; more are a list to choose from
+_DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:\.0*)?", re.ASCII)
 
 
 @dataclass(frozen=True)
 class ParameterField:
-    """A field of the widget ParameterFields. ``kind``: text, int, decimal or choice; ``choices`` are (value, word)."""
+    """A field of the widget ParameterFields. ``kind``: text, int, decimal, choice, or list of many; ``choices`` are (value, word)."""
     name: str
     label: str
     kind: str
@@ -35,7 +40,7 @@ class Problems(ValueError):
 
 def fields_of(parameters: Sequence[MissionParameter]) -> list[ParameterField]:
     """In the order in which the robot has them."""
-    return [ParameterField(p.name, p.label or p.name, _kind(p), p.default, _range(p), _choices(p)) for p in parameters]
+    return [ParameterField(p.name, p.label or p.name, _field(p), _shown(p), _help(p), _choices(p)) for p in parameters]
 
 
 def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> dict[str, Any]:
@@ -51,15 +56,53 @@ def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]
     return values
 
 
+def problems_of(parameters: Sequence[MissionParameter]) -> Mapping[str, str]:
+    """What the robot's own values leave to be entered."""
+    try:
+        values_of(parameters, {field.name: field.default for field in fields_of(parameters)})
+    except Problems as problems:
+        return dict(problems.by_name)
+    return {}
+
+
 def _kind(parameter: MissionParameter) -> str:
     name = parameter.type.casefold()
     if parameter.choices or name in YES_NO or isinstance(parameter.default, bool):
         return "choice"
-    if name in WHOLE:
+    if name in WHOLE or parameter.sets in ("retries", "minimum_percentage", "register"):
         return "int"
-    if name in DECIMAL or isinstance(parameter.default, int | float):
+    if name in DECIMAL or parameter.unit or isinstance(parameter.default, int | float):
         return "decimal"
-    return "text"                        # also durations, which the robot writes as 00:01:00.000000
+    return "duration" if name in DURATIONS else "text"
+
+
+def _field(parameter: MissionParameter) -> str:
+    kind = _kind(parameter)
+    if kind == "choice" and (parameter.is_position or len(parameter.choices) > CHIPS):
+        return "list"
+    return "text" if kind == "duration" else kind
+
+
+def _shown(parameter: MissionParameter) -> Any:
+    """What its field begins with."""
+    default = parameter.default
+    if parameter.choices:
+        return parameter.value_of(default)
+    found = _DURATION.fullmatch(str(default)) if _kind(parameter) == "duration" else None
+    return _written(found) if found else default
+
+
+def _written(duration: re.Match[str]) -> str:
+    hours, minutes, seconds = (int(part or 0) for part in duration.groups())
+    return f"{hours:02d}:{minutes:02d}:{seconds:02d}"
+
+
+def _help(parameter: MissionParameter) -> str:
+    if _kind(parameter) == "duration":
+        return _("hours:minutes:seconds")
+    if parameter.is_position and not parameter.choices:
+        return _("the identifier of a position on the robot")
+    return " ".join(filter(None, (_range(parameter), parameter.unit))) if _kind(parameter) in ("int", "decimal") else ""
 
 
 def _choices(parameter: MissionParameter) -> tuple[tuple[Any, str], ...]:
@@ -80,18 +123,25 @@ def _range(parameter: MissionParameter) -> str:
 def _value(parameter: MissionParameter, entered: Any) -> Any:
     kind = _kind(parameter)
     if kind == "choice":
-        if entered is None:
+        meant = parameter.value_of(entered) if parameter.choices else entered
+        if meant is None:
             raise ValueError(_("Choose one"))
-        return entered
+        return meant
     text = str("" if entered is None else entered).strip()
     if kind == "text":
         if not text:
             raise ValueError(_("Enter a value"))
         return text
+    if kind == "duration":
+        if (found := _DURATION.fullmatch(text)) is None:
+            raise ValueError(_("Enter hours, minutes and seconds, such as 00:05:00"))
+        return f"{_written(found)}.000000"
     try:
         number = int(text) if kind == "int" else float(text.replace(",", "."))
     except ValueError:
-        raise ValueError(_("A number is needed")) from None
+        raise ValueError(_("A whole number is needed") if kind == "int" and text else _("A number is needed")) from None
+    if not math.isfinite(number):
+        raise ValueError(_("A number is needed"))
     if (parameter.minimum is not None and number < parameter.minimum) or (parameter.maximum is not None and number > parameter.maximum):
-        raise ValueError(_("It must be {range}").format(range=_range(parameter)))
+        raise ValueError(_("It must be {range}").format(range=_help(parameter)))
     return number

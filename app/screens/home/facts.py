@@ -149,6 +149,7 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
     running = facts.running
     expected = services.history.expected(robot.id, facts.guid_of(running)) if running else None
     return replace(facts, map=services.maps.known(robot.id, facts.map_id) if facts.map_id else None,
+                   missions=tuple(services.robot_missions.offered(robot.id, facts.missions)),
                    names=services.robot_missions.names(robot.id),
                    expected={facts.guid_of(running): expected} if running and expected else {})
 

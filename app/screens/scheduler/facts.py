@@ -74,6 +74,7 @@ class SchedulerFacts:
     past: tuple[Execution, ...] = ()                                 # planned within the window and before now, open ones included
     holds: tuple[Hold, ...] = ()                                     # set by persons and not over
     usual_s: Mapping[tuple[int, str], float] = field(default_factory=dict)   # how long open missions take, by robot and guid
+    names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # of the missions that a robot has, by its id and their guid
     typed: frozenset[tuple[int, str]] = frozenset()                  # of these, those known from Settings only
 
     @property
@@ -112,9 +113,11 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     calendar = services.calendar()
     for year in (now.year, now.year + 1):                            # so that drawing doesn't have to compute their public holidays
         calendar.day_status(now.date().replace(year=year, day=1))
+    robots = tuple(catalogue.robots())
     return SchedulerFacts(
-        settings=settings, calendar=calendar, robots=tuple(catalogue.robots()), missions=tuple(catalogue.missions()), schedules=schedules,
+        settings=settings, calendar=calendar, robots=robots, missions=tuple(catalogue.missions()), schedules=schedules,
         last={schedule.id: last for schedule in schedules if (last := history.last_of_schedule(schedule.id)) is not None},
         planned=tuple(services.plan.between(now, end)), past=past, holds=tuple(services.holds.current()),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
+        names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         typed=frozenset(key for key, one in usual.items() if one.typed))

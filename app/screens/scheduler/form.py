@@ -14,7 +14,7 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 from app.domain.models import InvalidInput, Overlap, Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
-from app.screens.common.parameters_view import Problems, fields_of, values_of
+from app.screens.common.parameters_view import Problems, fields_of, problems_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind, Unit
@@ -23,6 +23,7 @@ from app.screens.scheduler.form_view import FormView, Preview
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
+ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the robot says the mission asks for
 
 
 class FormModel(EventDispatcher):
@@ -41,6 +42,8 @@ class FormModel(EventDispatcher):
         self._refused: InvalidInput | None = None             # by the last attempt to save this draft
         self._asked: tuple[MissionParameter, ...] = ()        # what the mission asks for
         self._asked_of: tuple[int | None, int | None] = (None, None)      # robot and mission
+        self._is_asking = self._saves_when_known = False      # the robot, what the mission asks for
+        self._wait_no_longer = Clock.create_trigger(lambda _dt: self._parameters_are_known(()), ROBOT_ANSWERS_WITHIN)
         self._forecast_soon = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
 
@@ -157,6 +160,10 @@ class FormModel(EventDispatcher):
         """``parameters``: what was entered in their fields, by name."""
         if self.saving or self.view.save_off:
             return
+        if self._is_asking:
+            self.saving = self._saves_when_known = True
+            self._wait_no_longer()
+            return
         if self._asked:
             try:
                 self._draft = replace(self._draft, parameters=values_of(self._asked, parameters or {}))
@@ -211,6 +218,8 @@ class FormModel(EventDispatcher):
 
     def leave(self) -> None:
         """Ask at once what would be asked in a moment: there may be no moment after the screen is closed."""
+        if self._wait_no_longer.is_triggered:
+            self._parameters_are_known(())
         if self._forecast_soon.is_triggered:
             self._forecast_soon.cancel()
             self.forecast()
@@ -247,11 +256,14 @@ class FormModel(EventDispatcher):
             return
         self._asked_of = wanted
         robot_id, mission = wanted[0], self._facts.mission(wanted[1])
+        self._is_asking = False
         self._take_parameters(_parameters_of(self._draft))
         if robot_id is None or mission is None:
             return
-        self._shell.background.run(lambda: self._ask_robot(robot_id, mission.guid), self._robot_answered, lambda _problem: None,
-                                   key=("scheduler", "parameters"), apart="parameters")
+        self._is_asking = True
+        self._shell.background.run(
+            lambda: self._ask_robot(robot_id, mission.guid), self._robot_answered, lambda _problem: self._parameters_are_known(()),
+            key=("scheduler", "parameters"), apart="parameters")
 
     def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
         self._services.robot_missions.learn_names(robot_id)
@@ -262,6 +274,20 @@ class FormModel(EventDispatcher):
         self._take_parameters(tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found)
                               or _parameters_of(self._draft))
         self._forecast_soon()                                 # it may not have the mission at all
+        self._parameters_are_known(found)
+
+    def _parameters_are_known(self, found: tuple[MissionParameter, ...]) -> None:
+        """Or will not be soon. Save, where that has waited for it; but nobody has seen fields that appear just now."""
+        self._wait_no_longer.cancel()
+        self._is_asking, waits, self._saves_when_known = False, self._saves_when_known, False
+        if not waits:
+            return
+        self.saving = False
+        if found:
+            self.problems = problems_of(found)
+            self._shell.snackbars.show(_("The mission asks for values: enter them, then save"), icon="form-textbox")
+        else:
+            self.save({field.name: field.default for field in self.parameters})
 
     def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
         self._asked = found

@@ -227,8 +227,11 @@ def overlap_text(overlap: Overlap) -> str:
 
 # ---------------------------------------------------------------------- the options of its pickers
 def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Option]:
-    """Those that can be started on the robot, favourites first; without a robot all of them."""
+    """Those that can be started on the robot, favourites first; without a robot all of them. What a robot has is known once its list has
+    been read."""
     fitting = [mission for mission in facts.missions if robot_id is None or mission.robot_id in (None, robot_id)]
+    if there := facts.names.get(robot_id or 0):
+        fitting = [mission for mission in fitting if mission.guid in there]
     own = {mission.name for mission in fitting if mission.robot_id is not None}          # a robot's own guid replaces the general one
     options = []
     for mission in sorted(fitting, key=lambda m: (not m.favourite, m.name.casefold())):

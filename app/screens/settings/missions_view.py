@@ -174,10 +174,12 @@ def fetched_sentence(offered: Sequence[Offer], robot: Robot) -> str:
 
 
 def mission_options(facts: SettingsFacts, robot: Robot) -> list[Option]:
-    """Missions that can be chosen for the robot, favourites first; its own take the place of those for all robots of the same name."""
+    """Missions that can be chosen for the robot, favourites first; its own take the place of those for all robots of the same name. What
+    the robot has is known once its list has been read."""
+    there = facts.names.get(robot.id)
     by_name: dict[str, Mission] = {}
     for mission in sorted(facts.missions, key=lambda m: m.robot_id or 0):
-        if mission.robot_id in (None, robot.id):
+        if mission.robot_id in (None, robot.id) and (not there or mission.guid in there):
             by_name[mission.name] = mission
     return [Option(mission.id, mission.name, "star" if mission.favourite else "flag-outline")
             for mission in sorted(by_name.values(), key=lambda m: (not m.favourite, m.name.casefold()))]

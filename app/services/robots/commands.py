@@ -28,6 +28,7 @@ from app.services.catalogue import validation
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
 from app.services.live.holds import Holds
+from app.services.robots.missions import RobotMissions
 
 log = logging.getLogger(__name__)
 
@@ -36,10 +37,10 @@ ClientFactory = Callable[[Robot], RobotClient]
 
 class Operator:
     def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, engine: Engine,
-                 holds: Holds, settings: Callable[[], Settings], make_client: ClientFactory) -> None:
+                 holds: Holds, settings: Callable[[], Settings], make_client: ClientFactory, robot_missions: RobotMissions) -> None:
         self._db, self._robots, self._missions = db, robots, missions
         self._ledger, self._clock, self._engine, self._settings, self._make_client = ledger, clock, engine, settings, make_client
-        self._holds = holds
+        self._holds, self._robot_missions = holds, robot_missions
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
@@ -52,9 +53,10 @@ class Operator:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
         if self._holds.is_copy is not None:
             raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
+        parameters = self._robot_missions.checked(robot_id, mission.guid, parameters or {})
         token = token or str(uuid.uuid4())
         row = rules.one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token,
-                            parameters=validation.parameters(parameters or {}))
+                            parameters=validation.parameters(parameters))
         execution = self._ledger.add(row) or self._ledger.by_token(token)
         if execution is None:
             raise LookupError(token)

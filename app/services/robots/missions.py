@@ -5,14 +5,17 @@ Everything but ``names`` talks to the robot and belongs on a background thread. 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
 
 from app.domain.clock import Clock
-from app.domain.models import InvalidInput, Robot
+from app.domain.models import InvalidInput, Mission, Robot
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
+from app.services.robots.map_picture import ENTRIES
 
 ASK_AGAIN_AFTER = 60.0       # s between two questions for names that the robot may not have either
 PARAMETERS_HOLD = 300.0      # s for which a mission's parameters are kept; an integrator may edit the mission meanwhile
@@ -58,9 +61,30 @@ class RobotMissions:
             return known
         with self._client(robot_id) as client:
             found = tuple(client.parameters(guid))
+            if any(parameter.is_position for parameter in found):
+                found = _with_positions(found, _positions(client))
         with self._lock:
             self._parameters[robot_id, guid] = now, found
         return found
+
+    def checked(self, robot_id: int, guid: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The values as the robot wants them: choices by their value, where they were given by name. Raises InvalidInput for one that is
+        missing. Asks no robot: where its parameters have not been read, all is taken as it is."""
+        with self._lock:
+            _learnt_at, known = self._parameters.get((robot_id, guid), (0.0, ()))
+        values = dict(given)
+        for parameter in known:
+            value = values.get(parameter.name, parameter.default)
+            if value is None or value == "":
+                raise InvalidInput("parameters", "{name} is missing: the robot does not start the mission without it", name=parameter.name)
+            if parameter.name in values and (meant := parameter.value_of(value)) is not None:
+                values[parameter.name] = meant
+        return values
+
+    def offered(self, robot_id: int, missions: Iterable[Mission]) -> list[Mission]:
+        """Those that the robot has, in their order; all where its list has not been read."""
+        names = self.names(robot_id)
+        return [mission for mission in missions if not names or mission.guid in names]
 
     @contextmanager
     def _client(self, robot_id: int) -> Iterator[RobotClient]:
@@ -72,3 +96,18 @@ class RobotMissions:
             yield client
         finally:
             client.close()
+
+
+def _positions(client: RobotClient) -> tuple[tuple[str, str], ...]:
+    """Guid and name of where the robot can be sent on its present map, by name."""
+    map_id = client.status().map_id
+    found = client.positions(map_id) if map_id else client.positions()
+    named = {position.guid: position.name for position in found if position.name and position.type_id not in ENTRIES}
+    return tuple(sorted(named.items(), key=lambda entry: entry[1].casefold()))
+
+
+def _with_positions(found: Sequence[MissionParameter], positions: tuple[tuple[str, str], ...]) -> tuple[MissionParameter, ...]:
+    """A default on another map is none."""
+    given = [replace(parameter, choices=positions) if parameter.is_position and not parameter.choices else parameter for parameter in found]
+    return tuple(replace(parameter, default=parameter.value_of(parameter.default)) if parameter.is_position and positions else parameter
+                 for parameter in given)

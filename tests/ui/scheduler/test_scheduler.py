@@ -1,11 +1,13 @@
 """The form of the Scheduler as an operator uses it: taps and typing on real services."""
 from __future__ import annotations
 
+import threading
 from datetime import date, datetime, time
 
 from app.domain.models import Between, Overlap
 from app.domain.robot import MissionParameter
 from app.screens.scheduler.cards import FormCard
+from app.services.live.changes import Topic
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, SearchField, StepField
@@ -128,6 +130,45 @@ def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, c
     pallets.text = "3"
     save(screen, ui)
     assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"count": 3}
+
+
+def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen, container, ui, monkeypatch):
+    goal = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press")), sets="position")
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (goal,))
+    choose(screen, ui, "Mission", "Bring pallet to dock")
+    before = len(schedules(container))
+    ui.tap(save_button(ui))
+    settle(screen, ui)
+    assert (field(ui, "Goal").problem, len(schedules(container))) == ("Choose one", before)
+    ui.tap(field(ui, "Goal"))
+    ui.tap(ui.find(OptionRow, text="Press"))
+    assert field(ui, "Goal").value == "Press"
+    save(screen, ui)
+    assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"goal": "g-2"}
+
+
+def test_saving_waits_for_what_the_mission_asks_for(screen, container, ui, monkeypatch):
+    note, asked = MissionParameter("note", "Note", "String"), threading.Event()
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: asked.wait(30) and (note,))
+    before = len(schedules(container))
+    ui.tap(field(ui, "Mission"))
+    ui.tap(ui.find(OptionRow, text="Bring pallet to dock"))
+    ui.wait(lambda: not save_button(ui).disabled)
+    ui.tap(save_button(ui))
+    asked.set()
+    settle(screen, ui)
+    ui.wait(lambda: ui.find_all(FormField, label="Note"))
+    assert len(schedules(container)) == before
+    assert "The mission asks for values: enter them, then save" in ui.texts()
+
+
+def test_missions_that_the_robot_lacks_are_not_offered_for_it(screen, container, ui, monkeypatch):
+    mission = next(mission for mission in container.catalogue.missions() if mission.name == KITS)
+    monkeypatch.setattr(container.robot_missions, "names", lambda _robot_id: {mission.guid: KITS})
+    container.changes.publish(Topic.MISSIONS)
+    settle(screen, ui)
+    ui.tap(field(ui, "Mission"))
+    assert [row.text for row in ui.find_all(OptionRow)] == [KITS]
 
 
 def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container, ui):

@@ -118,14 +118,27 @@ def test_parameters_are_asked_for_where_the_mission_says(robot: RobotClient, res
     responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver", "has_user_parameters": True,
                                                      "definition": f"/v2.0.0/missions/{MISSION}/definition"})
     responses.get(f"{API}/missions/{MISSION}/definition", json=[{"parameters": [{"id": "goal", "name": "Goal", "type": "Reference"}]}])
+    responses.get(f"{API}/missions/{MISSION}/actions", status=404)
     assert robot.parameters(MISSION) == [MissionParameter("goal", "Goal", "Reference")]
+
+
+def test_what_a_parameter_sets_is_known_by_the_missions_actions(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver"})
+    responses.get(f"{API}/missions/{MISSION}/definition", json=[{"parameters": [
+        {"id": "goal", "name": "Goal", "type": "Reference"}, {"id": "charge", "type": "Integer", "constraints": {"minimum": 20}},
+        {"id": "note", "type": "String"}]}])
+    responses.get(f"{API}/missions/{MISSION}/actions", json=[{"parameters": [
+        {"id": "position", "input_name": "goal", "value": None}, {"id": "minimum_percentage", "input_name": "charge", "value": 50}]}])
+    goal, charge, note = robot.parameters(MISSION)
+    assert (goal.sets, goal.is_position, charge.is_position, note.sets) == ("position", True, False, "")
+    assert (charge.unit, charge.minimum, charge.maximum) == ("%", 20, 100)
 
 
 def test_parameters_are_found_in_the_actions_when_the_definition_has_none(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver"})
     responses.get(f"{API}/missions/{MISSION}/definition", status=404)
     responses.get(f"{API}/missions/{MISSION}/actions", json=[{"parameters": [{"id": "x", "input_name": "Where", "value": 2.0}]}])
-    assert robot.parameters(MISSION) == [MissionParameter("Where", type="x", default=2.0)]
+    assert robot.parameters(MISSION) == [MissionParameter("Where", type="x", default=2.0, sets="x", unit="m")]
 
 
 def test_a_mission_without_parameters_is_asked_no_further(robot: RobotClient, responses: RequestsMock) -> None:

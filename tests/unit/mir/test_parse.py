@@ -204,5 +204,5 @@ def test_parameters_of_a_definition_and_of_actions() -> None:
     assert count == MissionParameter("count", "", "Integer", 3, 1.0, 9.5)
     actions = [{"parameters": [{"id": "minimum_time", "input_name": None, "value": None},
                                {"id": "x", "input_name": "Where", "value": 1.5}]}, 7]
-    assert from_actions(actions) == [MissionParameter("Where", type="x", default=1.5)]
+    assert from_actions(actions) == [MissionParameter("Where", type="x", default=1.5, sets="x", unit="m")]
     assert from_definition("x") == from_actions({}) == []

@@ -1,6 +1,8 @@
 """A mission's parameters: which field each becomes, and the value that travels to the robot."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.domain.robot import MissionParameter
@@ -26,13 +28,51 @@ def test_what_was_entered_travels_in_the_robots_types():
 
 
 @pytest.mark.parametrize(("name", "text", "problem"), [
-    ("count", "", "A number is needed"), ("count", "2.5", "A number is needed"), ("count", "9", "It must be 1 to 8"),
-    ("speed", "2", "It must be 1.5 or less"), ("place", None, "Choose one"), ("note", " ", "Enter a value")])
+    ("count", "", "A number is needed"), ("count", "2.5", "A whole number is needed"), ("speed", "inf", "A number is needed"),
+    ("note", " ", "Enter a value"), ("place", "K3", "Choose one"), ("count", "9", "It must be 1 to 8"),
+    ("speed", "2", "It must be 1.5 or less"), ("place", None, "Choose one")])
 def test_what_cannot_be_taken_is_said_at_its_field(name, text, problem):
-    entered = {"place": "K1", "count": "1", "speed": "1", "loud": False, "note": "x", name: text}
+    entered = {"place": "K1", "count": "1", "speed": "1", "loud": False, "note": "-", name: text}
     with pytest.raises(Problems) as caught:
         values_of(ALL, entered)
     assert caught.value.by_name == {name: problem}
+
+
+GOAL = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press")), sets="position")
+CHARGE = MissionParameter("charge", "Charge", "Integer", 50, 0, 100, sets="minimum_percentage", unit="%")
+X = MissionParameter("x", "X", sets="x", unit="m")
+PAUSE = MissionParameter("pause", "Pause", "Duration", "00:05:00.000000")
+
+
+def test_a_position_is_chosen_by_its_name_from_a_list_and_sent_as_its_guid():
+    [field] = fields_of([GOAL])
+    assert (field.kind, field.choices, field.default) == ("list", (("g-1", "Dock 3"), ("g-2", "Press")), None)
+    assert values_of([GOAL], {"goal": "g-2"}) == values_of([GOAL], {"goal": "press"}) == {"goal": "g-2"}
+    for nothing in (None, "", "Nowhere"):
+        with pytest.raises(Problems) as caught:
+            values_of([GOAL], {"goal": nothing})
+        assert caught.value.by_name == {"goal": "Choose one"}
+
+
+def test_what_a_schedule_has_by_name_is_shown_as_chosen():
+    assert [field.default for field in fields_of([replace(GOAL, default=given) for given in ("Press", "g-1", "elsewhere")])] == [
+        "g-2", "g-1", None]
+
+
+def test_numbers_have_their_unit_and_range():
+    assert [(field.kind, field.help) for field in fields_of([CHARGE, X])] == [("int", "0 to 100 %"), ("decimal", "m")]
+    with pytest.raises(Problems) as caught:
+        values_of([CHARGE, X], {"charge": "101", "x": "far"})
+    assert caught.value.by_name == {"charge": "It must be 0 to 100 %", "x": "A number is needed"}
+
+
+def test_a_duration_is_typed_as_people_write_it_and_sent_as_the_robot_does():
+    [field] = fields_of([PAUSE])
+    assert (field.kind, field.default, field.help) == ("text", "00:05:00", "hours:minutes:seconds")
+    assert [values_of([PAUSE], {"pause": text})["pause"] for text in ("1:30", "00:05:00", "2:00:00")] == [
+        "00:01:30.000000", "00:05:00.000000", "02:00:00.000000"]
+    with pytest.raises(Problems):
+        values_of([PAUSE], {"pause": "5"})
 
 
 def test_no_parameters_no_values():

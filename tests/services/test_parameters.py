@@ -1,0 +1,63 @@
+"""What a mission asks for, on a simulated robot: positions by name, and nothing is sent without what is required."""
+from __future__ import annotations
+
+import pytest
+
+from app.domain.models import InvalidInput, Mission, State
+
+GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
+
+
+@pytest.fixture
+def robot(site):
+    return site.container.catalogue.robots()[0]
+
+
+@pytest.fixture
+def mission(site):
+    return site.container.catalogue.save_mission(Mission("Go to position", GO_TO_POSITION))
+
+
+def asked(site, robot):
+    [parameter] = site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
+    return parameter
+
+
+def test_positions_of_the_robots_map_can_be_chosen_by_name(site, robot, mission):
+    site.run(10)
+    parameter = asked(site, robot)
+    assert parameter.is_position
+    names = [name for _guid, name in parameter.choices]
+    assert names == sorted(names, key=str.casefold)
+    assert "Line 1" in names
+    assert parameter.default is None
+
+
+@pytest.mark.parametrize("given", [{}, {"Position": ""}, {"Position": None}])
+def test_nothing_is_sent_without_what_is_required(site, robot, mission, given):
+    site.run(10)
+    asked(site, robot)
+    with pytest.raises(InvalidInput, match="Position is missing"):
+        site.container.operator.run_now(robot.id, mission.id, given)
+    site.run(10)
+    assert site.container.history.open() == site.container.history.last_finished(5) == []
+
+
+@pytest.mark.parametrize("given", ["Line 1", "line 1", None])
+def test_a_position_travels_as_its_guid(site, robot, mission, given):
+    site.run(10)
+    by_name = {name: guid for guid, name in asked(site, robot).choices}
+    execution = site.container.operator.run_now(robot.id, mission.id, {"Position": given or by_name["Line 1"]})
+    assert dict(execution.parameters) == {"Position": by_name["Line 1"]}
+    site.run(600)
+    assert site.container.ledger.get(execution.id).state is State.COMPLETED
+
+
+def test_missions_that_a_robot_lacks_are_not_offered_for_it(site, robot, mission):
+    lost = site.container.catalogue.save_mission(Mission("Lost", "00000000-0000-0000-0000-000000000000"))
+    missions = site.container.robot_missions
+    there = site.container.catalogue.missions_of(robot.id)
+    assert missions.offered(robot.id, there) == there           # its list has not been read
+    site.run(10)
+    assert missions.learn_names(robot.id)
+    assert missions.offered(robot.id, there) == [each for each in there if each != lost]
