@@ -256,12 +256,17 @@ def pin_guessed(site, plan):
         site.clock.advance(site.container.access.check("0000").wait_s)
 
 
+def question(site, plan):
+    COMMANDS["user_prompt"]({"question": "Onko kuorma kunnossa?", "options": ["Kyllä", "Ei"], "timeout": 600})(site.machines["R1"])
+    site.run(60)
+
+
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
     certificate_untrusted,
     needs_password, execution_failed, execution_skipped, executions_missed, app_was_off, backup_restored, clock_stepped, clock_implausible,
     duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled,
-    adopted_unproven, item_unreadable, pin_guessed)}
+    adopted_unproven, item_unreadable, pin_guessed, question)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():
