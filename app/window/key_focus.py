@@ -10,8 +10,7 @@ from app.widgets.dialogs import Overlay
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
-from app.widgets.lists import RecycledRow
-from app.widgets.long_list import LongList
+from app.widgets.long_list import LongList, Seat
 from app.widgets.surfaces import Passive
 from app.widgets.tokens import tk
 
@@ -36,8 +35,8 @@ def _list_of(widget):
 
 
 def _row_of(widget):
-    """The row that it is or is in, or None."""
-    return next((around for around in parents(widget) if isinstance(around, RecycledRow)), None)
+    """The row of a long list that it is or is in, or None."""
+    return next((around for around in parents(widget) if isinstance(around.parent, Seat)), None)
 
 
 class KeyFocus:
@@ -132,7 +131,7 @@ class KeyFocus:
         self._come_back()
         reached = self._reached()
         at = reached.index(self.target) if self.target in reached else -1 if by > 0 else len(reached)
-        if self._turn_list(by, reached[at + by] if 0 <= at + by < len(reached) else None):
+        if self._turn_list(by, reached[at + by] if 0 <= at + by < len(reached) else None, 0 if by > 0 else Window.width):
             return
         for n in range(1, len(reached) + 1):
             target = reached[(at + n * by) % len(reached)]
@@ -155,23 +154,24 @@ class KeyFocus:
             if ahead * (right + up) > 1:
                 near.append((abs(ahead) + 3 * abs(aside), len(near), target))
         found = min(near)[2] if near else None
-        if not (up and self._turn_list(-up, found)) and found is not None:
+        if not (up and self._turn_list(-up, found, x)) and found is not None:
             self._go(found)
 
-    def _turn_list(self, by: int, following) -> bool:
-        """Whether the ring goes to a row of a long list that is not there yet, since ``following`` lies outside of the list."""
+    def _turn_list(self, by: int, following, x: float) -> bool:
+        """Whether the ring goes to a row of a long list that is not there yet, since ``following`` is outside of the list; to what is
+        nearest to ``x`` of the window there."""
         rows, row = _list_of(self.target), _row_of(self.target)
         key = rows.key_beside(row.key, by) if rows is not None and row is not None else None
         if key is None or (following is not None and (_list_of(following) is rows)):
             return False
         rows.show(key)
-        Clock.schedule_once(lambda _dt: self._go_to_row(rows, key), 0)
+        Clock.schedule_once(lambda _dt: self._go_to_row(rows, key, x), 0)
         return True
 
-    def _go_to_row(self, rows, key) -> None:
-        target = next((target for target in self.targets() if _list_of(target) is rows and _row_of(target).key == key), None)
-        if target is not None:
-            self._go(target)
+    def _go_to_row(self, rows, key, x) -> None:
+        found = [target for target in self.targets() if _list_of(target) is rows and _row_of(target).key == key]
+        if found:
+            self._go(min(found, key=lambda target: abs(target.to_window(*target.center)[0] - x)))
 
     def _come_back(self) -> None:
         """To what had the ring before the dialog that is closed now."""

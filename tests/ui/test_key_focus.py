@@ -14,6 +14,7 @@ from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.lists import ScrollPage
 from app.widgets.long_list import LongList
+from app.widgets.panel_grid import PanelGrid
 from app.widgets.pickers import TimeDialog
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB, KeyFocus
 from tests.ui import checks
@@ -233,3 +234,35 @@ def test_tab_leaves_a_field_for_the_button_after_it(ui, keys):
     assert keys.target.text == "Save"
     Window.dispatch("on_keyboard", TAB, 0, "", ["shift"])
     assert field.focus
+
+
+def panels(ui) -> None:
+    """Forty in two columns, of which eight are seen."""
+    ui.show(PanelGrid(panelclass="OptionRow", panels=[Option(n, f"Panel {n}") for n in range(40)], panel_width=200, spacing=8), (500, 260))
+
+
+def test_every_panel_of_a_grid_is_reached(ui, keys):
+    panels(ui)
+    reached = []
+    for _press in range(40):
+        ui.key(TAB)
+        reached.append(keys.target.key)
+    for _press in range(39):
+        Window.dispatch("on_keyboard", TAB, 0, "", ["shift"])
+        ui.advance(.1)
+        reached.append(keys.target.key)
+    assert reached == [*range(40), *range(38, -1, -1)]
+
+
+def test_arrows_stay_in_their_column_of_a_grid(ui, keys):
+    panels(ui)
+    ui.key(TAB)
+    ui.key(RIGHT)
+    down = [keys.target.key]
+    for _press in range(19):
+        ui.key(DOWN)
+        down.append(keys.target.key)
+    assert down == list(range(1, 40, 2))
+    for _press in range(19):
+        ui.key(UP)
+    assert keys.target.key == 1
