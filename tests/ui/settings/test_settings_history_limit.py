@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from app.domain.models import Execution, State, Trigger
 from app.screens.settings.page import FileRow, SwitchRow
-from app.widgets.buttons import Toggle
+from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import StepField
 from tests.ui.integrator import enter, go, is_saved, page, press, says, settings
@@ -39,6 +39,19 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
     ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
     press(ui, "Delete", ui.find(ConfirmDialog))
     ui.wait(lambda: settings(site).history_limit == 1)
+
+
+def test_how_many_runs_are_kept_is_one_of_a_few_choices_or_typed(site, app, ui):
+    """The hundred of the thesis is one tap, and the choice that holds is marked."""
+    go(ui, "scheduler")
+    ui.wait(lambda: ui.find(Segment, key=100_000).selected)
+    ui.tap(ui.find(Segment, key=100))
+    ui.wait(lambda: settings(site).history_limit == 100)
+    ui.wait(lambda: is_saved(site, app))
+    field = keep_the_last(ui, 250)
+    ui.wait(lambda: settings(site).history_limit == 250)
+    ui.wait(lambda: field.value == 250)
+    ui.wait(lambda: not [segment for segment in ui.find_all(Segment) if segment.selected and segment.key in (100, 1_000, 10_000, 100_000)])
 
 
 def test_an_end_of_keeping_all_asks_too(site, app, ui):
