@@ -84,7 +84,7 @@ def test_the_scheduler_goes_on_while_it_serves_an_import(container):
     inbox, turns, ends = Inbox(container.db.path.parent, handlers(container)), itertools.count(), threading.Event()
 
     def serve() -> None:
-        while not ends.wait(0.01):
+        while not ends.wait(0.001):
             inbox.tick()
             next(turns)
 

@@ -56,7 +56,8 @@ def test_only_what_runs_is_looked_up_in_the_history() -> None:
     asked: list[str] = []
     services = SimpleNamespace(
         snapshots=SimpleNamespace(get=long_queue().snapshots.__getitem__), maps=SimpleNamespace(known=lambda *_: None),
-        robot_missions=SimpleNamespace(names=lambda _robot_id: {}), holds=SimpleNamespace(all_active=list),
+        robot_missions=SimpleNamespace(names=lambda _robot_id: {}, offered=lambda _robot_id, entered: list(entered)),
+        holds=SimpleNamespace(all_active=list),
         history=SimpleNamespace(expected=lambda _robot_id, guid: asked.append(guid)))
     facts = home_facts.read(services, FACTS)         # type: ignore[arg-type]
     assert facts.robot == AINO

@@ -19,6 +19,7 @@ from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
 from app.services.live.tablet import old_token
+from mir_sim.control import COMMANDS
 from mir_sim.state import RobotError
 from tests.support.network import Fate
 from tests.support.site import Site
@@ -26,7 +27,7 @@ from tests.support.site import Site
 FINNISH = translation("fi").gettext
 PLACEHOLDER = re.compile(r"({[^}]*})")
 START = "2026-11-23T06:05"
-ROBOTS_WORDS = ("Left wheel", "Internal server error")     # what a robot says, it says in its own words
+ROBOTS_WORDS = ("Left wheel", "Internal server error", "Onko kuorma kunnossa?")     # what a robot says, it says in its own words
 
 
 def crossed(text: str) -> str:

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import pytest
 
+from app.screens.home.pages import SECOND_TAP
 from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import NavItem
@@ -28,6 +29,8 @@ def test_who_has_looked_into_settings_pauses_a_robot_as_fast_as_ever(site, ui):
         ui.tap(ui.find(NavItem, name="settings"))
         ui.wait(lambda: len(ui.find_all(RobotPanel)) > 0)
         ui.tap(ui.find(NavItem, name="home"))
+        ui.tap_text(site.fleet.robots[0].name)
+        ui.skip(SECOND_TAP)
         ui.tap(ui.find(CommandButton, text="Pause"))
         ui.wait(lambda: ui.find_all(CommandButton, text="Resume"), seconds=LONGEST)
         assert not app.shell.background.idle             # none of those has answered yet

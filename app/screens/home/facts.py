@@ -44,7 +44,8 @@ class HomeFacts:
     settings: Settings = field(default_factory=Settings)
     robots: tuple[Robot, ...] = ()
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot
-    missions: tuple[Mission, ...] = ()                  # that the selected robot can be asked for, favourites first
+    entered: tuple[Mission, ...] = ()                   # for the selected robot, favourites first
+    missions: tuple[Mission, ...] = ()                  # those of them that it can be asked for
     open: tuple[Execution, ...] = ()                    # under way or waiting, of all robots
     planned: tuple[PlannedRun, ...] = ()
     finished: tuple[Execution, ...] = ()
@@ -149,7 +150,7 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
     running = facts.running
     expected = services.history.expected(robot.id, facts.guid_of(running)) if running else None
     return replace(facts, map=services.maps.known(robot.id, facts.map_id) if facts.map_id else None,
-                   missions=tuple(services.robot_missions.offered(robot.id, facts.missions)),
+                   missions=tuple(services.robot_missions.offered(robot.id, facts.entered)),
                    names=services.robot_missions.names(robot.id),
                    expected={facts.guid_of(running): expected} if running and expected else {})
 
@@ -160,5 +161,5 @@ def _read_plan(services: HomeServices) -> HomeFacts:
         planned=tuple(services.plan.next(NEXT_PLANNED)), finished=tuple(services.history.last_finished(LAST_FINISHED)))
     if facts.robot is None:
         return facts
-    missions = services.catalogue.missions_of(facts.robot.id)
-    return replace(facts, missions=tuple(sorted(missions, key=lambda m: (not m.favourite, m.name.casefold()))))
+    entered = services.catalogue.missions_of(facts.robot.id)
+    return replace(facts, entered=tuple(sorted(entered, key=lambda m: (not m.favourite, m.name.casefold()))))
