@@ -46,6 +46,12 @@ class MissionRepository:
         return {row[0] for row in c.execute("""SELECT robot_id FROM schedules WHERE mission_id = ?
                                                UNION SELECT robot_id FROM idle_rules WHERE mission_id = ?""", (mission_id, mission_id))}
 
+    def planned_on(self, c: sqlite3.Connection, robot_id: int) -> list[str]:
+        """Guids of what a schedule or the idle rule of that robot starts."""
+        return [row[0] for row in c.execute("""SELECT DISTINCT guid FROM missions WHERE id IN (
+            SELECT mission_id FROM schedules WHERE robot_id = :robot AND enabled = 1
+            UNION SELECT mission_id FROM idle_rules WHERE robot_id = :robot AND enabled = 1)""", {"robot": robot_id})]
+
     def available_on(self, c: sqlite3.Connection, robot_id: int) -> list[Mission]:
         """Every mission that can be chosen for that robot, in order of name; its own hide those for all of the same name."""
         meant = {mission.name: mission for mission in self.all(c) if mission.robot_id in (None, robot_id)}
@@ -53,18 +59,23 @@ class MissionRepository:
 
     def add(self, c: sqlite3.Connection, mission: Mission) -> Mission:
         """Returns it with its id; one that is given (an undone removal) is kept."""
-        cursor = c.execute("INSERT INTO missions (id, name, guid, robot_id, favourite, usual_minutes) VALUES (?, ?, ?, ?, ?, ?)",
-                           (mission.id or None, mission.name, mission.guid, mission.robot_id, mission.favourite, mission.usual_minutes))
+        cursor = c.execute("""INSERT INTO missions (id, name, guid, robot_id, favourite, usual_minutes, on_low_battery, charges)
+                              VALUES (?, ?, ?, ?, ?, ?, ?, ?)""", (mission.id or None, *_values(mission)))
         return replace(mission, id=cursor.lastrowid or mission.id)
 
     def update(self, c: sqlite3.Connection, mission: Mission) -> None:
-        c.execute("UPDATE missions SET name = ?, guid = ?, robot_id = ?, favourite = ?, usual_minutes = ? WHERE id = ?",
-                  (mission.name, mission.guid, mission.robot_id, mission.favourite, mission.usual_minutes, mission.id))
+        c.execute("""UPDATE missions SET name = ?, guid = ?, robot_id = ?, favourite = ?, usual_minutes = ?, on_low_battery = ?, charges = ?
+                     WHERE id = ?""", (*_values(mission), mission.id))
 
     def remove(self, c: sqlite3.Connection, mission_id: int) -> None:
         """Schedules and idle rules that use it go with it; history stays."""
         c.execute("DELETE FROM missions WHERE id = ?", (mission_id,))
 
 
+def _values(mission: Mission) -> tuple[str | int | None, ...]:
+    return (mission.name, mission.guid, mission.robot_id, mission.favourite, mission.usual_minutes, mission.on_low_battery, mission.charges)
+
+
 def _mission(row: sqlite3.Row) -> Mission:
-    return Mission(row["name"], row["guid"], row["id"], row["robot_id"], bool(row["favourite"]), row["usual_minutes"])
+    return Mission(row["name"], row["guid"], row["id"], row["robot_id"], bool(row["favourite"]), row["usual_minutes"],
+                   bool(row["on_low_battery"]), bool(row["charges"]))

@@ -143,6 +143,13 @@ class Mission:
     robot_id: int | None = None
     favourite: bool = False
     usual_minutes: int | None = None     # how long it takes as a person typed it, until runs on a robot show it
+    on_low_battery: bool = False         # a person allows it under the minimum battery
+    charges: bool = False                # it brings the robot to its charger, as its actions on the robot say
+
+    @property
+    def runs_on_low_battery(self) -> bool:
+        """Whether the general minimum battery holds it up: a low battery is the one moment that a charging mission is for."""
+        return self.on_low_battery or self.charges
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,12 @@ def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settin
     return planned_at + max(timedelta(minutes=minutes), SHORTEST_WINDOW)
 
 
-def minimum_battery(schedule: Schedule | None, settings: Settings) -> float | None:
-    """The limit that holds for a schedule; None when there is none (a schedule's 0 switches the setting's off)."""
-    own = schedule.minimum_battery_percent if schedule else None
-    return (settings.minimum_battery_percent if own is None else own) or None
+def minimum_battery(schedule: Schedule | None, mission: Mission | None, settings: Settings) -> float | None:
+    """The limit that holds for a mission, of a schedule or when idle; None when there is none. A schedule's own goes before the mission's
+    permission, and both before the setting (a schedule's 0 switches that off)."""
+    if schedule is not None and schedule.minimum_battery_percent is not None:
+        return schedule.minimum_battery_percent or None
+    return None if mission is not None and mission.runs_on_low_battery else settings.minimum_battery_percent or None
 
 
 def token_of(install_id: str, schedule_id: int, planned_at: datetime) -> str:
@@ -54,7 +56,7 @@ def scheduled(schedule: Schedule, robot: Robot, mission: Mission, settings: Sett
         trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
         mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
         robot_address=robot.address if is_intent else None, robot_serial=robot.serial_number if is_intent else None,
-        minimum_battery_percent=minimum_battery(schedule, settings), timezone=schedule.timezone, planned_at=planned_at,
+        minimum_battery_percent=minimum_battery(schedule, mission, settings), timezone=schedule.timezone, planned_at=planned_at,
         closes_at=closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
         token=token_of(install_id, schedule.id, planned_at))
 
@@ -62,7 +64,7 @@ def scheduled(schedule: Schedule, robot: Robot, mission: Mission, settings: Sett
 def one_off(trigger: Trigger, robot: Robot, mission: Mission, settings: Settings, now: datetime, token: str, *,
             parameters: Mapping[str, Any] | None = None, queue_floor: int | None = None) -> Execution:
     """A manual or idle execution, waiting: due now, within the general start window. A manual one has no minimum battery."""
-    minimum = minimum_battery(None, settings) if trigger is Trigger.IDLE else None
+    minimum = minimum_battery(None, mission, settings) if trigger is Trigger.IDLE else None
     return Execution(
         trigger=trigger, robot_id=robot.id, robot=robot.name, mission=mission.name, mission_guid=mission.guid, parameters=parameters or {},
         minimum_battery_percent=minimum, timezone=settings.timezone, planned_at=now, closes_at=closes_at(now, None, settings),

@@ -181,6 +181,11 @@ class RobotClient:
             (mission.actions_url or f"{own}/actions", mission_parameters.from_actions)))
         return mission_parameters.with_meaning(found, of_actions) if found else of_actions
 
+    def charges(self, guid: str) -> bool:
+        """Whether the mission brings the robot to its charger, as its actions say."""
+        url = self.mission(guid).actions_url or f"{API}/missions/{_segment(guid)}/actions"
+        return self._get(url.removeprefix(API), mission_parameters.is_way_to_charger, largest=None)
+
     def _parameters(self, url: str, read: Callable[[Any], list[MissionParameter]]) -> list[MissionParameter]:
         try:
             return self._get(url.removeprefix(API), read, largest=None)

@@ -26,6 +26,9 @@ _QUANTITIES: Mapping[str, tuple[str, float | None, float | None]] = MappingProxy
     "minimum_percentage": ("%", 0, 100), "max_linear_speed": ("m/s", 0, None), "retries": ("", 0, None),
     "blocked_path_timeout": ("s", 0, None)})
 
+CHARGING = "charging"        # types of actions
+WAY_TO_CHARGER = frozenset({CHARGING, "docking", "move", "move_to_position", "relative_move", "adjust_localization", "wait"})
+
 
 def from_definition(value: Any) -> list[MissionParameter]:
     """The parameters named by a mission's definition, which some software wraps into a list of one. Raises Unreadable for too many."""
@@ -40,6 +43,12 @@ def from_actions(value: Any) -> list[MissionParameter]:
     return _unique(_setting(_parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")}),
                             clean(entry.get("id"), 40))
                    for action in _objects(value) for entry in _objects(action.get("parameters")))
+
+
+def is_way_to_charger(value: Any) -> bool:
+    """Whether a mission with these actions charges the robot, and does nothing else but go there."""
+    types = {str(action.get("action_type")) for action in _objects(value)}
+    return CHARGING in types and types <= WAY_TO_CHARGER
 
 
 def with_meaning(found: Sequence[MissionParameter], of_actions: Sequence[MissionParameter]) -> list[MissionParameter]:

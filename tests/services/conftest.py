@@ -26,9 +26,9 @@ def plan(site):
         c = site.container.db.read()
         robot = site.container.repositories.robots.by_name(c, "R1")
         mission = next(m for m in site.container.repositories.missions.all(c) if m.name == "Deliver")
-        values = {"name": f"S{len(site.container.repositories.schedules.all(c)) + 1}", **values}
+        values = {"name": f"S{len(site.container.repositories.schedules.all(c)) + 1}", "mission_id": mission.id, **values}
         saved = site.container.catalogue.save_schedule(Schedule(
-            robot_id=robot.id, mission_id=mission.id, start=datetime.fromisoformat(start), timezone="UTC", recurrence=recurrence, **values))
+            robot_id=robot.id, start=datetime.fromisoformat(start), timezone="UTC", recurrence=recurrence, **values))
         site.kick()
         return saved
     return make

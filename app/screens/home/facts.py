@@ -15,6 +15,7 @@ from app.services.history.runs import History
 from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import Plan, PlannedRun
+from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
 from app.services.robots.map_picture import MapPicture
 from app.services.robots.maps import RobotMaps
@@ -27,6 +28,7 @@ LONGEST_QUEUE = 200                      # items of a robot's queue that are sho
 @dataclass(frozen=True)
 class HomeServices:
     """What Home uses of the app."""
+    calendar: Callable[[], WorkingCalendar]
     catalogue: Catalogue
     clock: Clock
     history: History
@@ -52,6 +54,7 @@ class HomeFacts:
     expected: Mapping[str, DurationEstimate] = field(default_factory=dict)   # by guid, on the selected robot
     names: Mapping[str, str] = field(default_factory=dict)                   # of missions by guid, as the selected robot calls them
     holds: tuple[Hold, ...] = ()                        # of all robots or of one
+    calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None                       # that the selected robot is on
     cancelling: frozenset[int] = frozenset()            # queue ids that the operator has just asked to be gone
     seen_running: Mapping[int, datetime] = field(default_factory=dict)       # by queue id: since when this tablet has seen it run
@@ -157,8 +160,9 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
 
 def _read_plan(services: HomeServices) -> HomeFacts:
     facts = HomeFacts(
-        settings=services.settings(), robots=tuple(services.catalogue.robots()), open=tuple(services.history.open()),
-        planned=tuple(services.plan.next(NEXT_PLANNED)), finished=tuple(services.history.last_finished(LAST_FINISHED)))
+        settings=services.settings(), calendar=services.calendar(), robots=tuple(services.catalogue.robots()),
+        open=tuple(services.history.open()), planned=tuple(services.plan.next(NEXT_PLANNED)),
+        finished=tuple(services.history.last_finished(LAST_FINISHED)))
     if facts.robot is None:
         return facts
     entered = services.catalogue.missions_of(facts.robot.id)

@@ -43,6 +43,7 @@ from app.screens.home.lists import (
     robot_summaries,
 )
 from app.screens.home.map import NO_MAP, MapView, map_view
+from app.services.dispatch import idle
 from app.services.live.holds import Hold
 
 CHIPS = 4                                # missions offered by one tap where none is marked as a favourite
@@ -206,9 +207,28 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     """What the idle robot will do next, as far as it is among the next planned."""
     run = next((run for run in facts.planned if run.robot.id == robot.id), None)
     if run is None:
-        return ""
+        return _idle_obstacle(facts, robot, None, now)
     when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
-    return _("next: {mission}, {when}").format(mission=run.mission.name, when=when)
+    planned = _("next: {mission}, {when}").format(mission=run.mission.name, when=when)
+    return " · ".join(filter(None, (planned, _idle_obstacle(facts, robot, run.at, now))))
+
+
+def _idle_obstacle(facts: HomeFacts, robot: Robot, next_planned_at: datetime | None, now: datetime) -> str:
+    """Why what is to start when the robot is idle does not start now."""
+    rule, status = robot.idle, facts.snapshot.status
+    mission = next((mission for mission in facts.entered if rule is not None and mission.id == rule.mission_id), None)
+    if rule is None or not rule.enabled or mission is None or status is None or not idle.is_idle(status, bool(facts.snapshot.queue)):
+        return ""
+    battery, minimum = status.battery_percentage, rules.minimum_battery(None, mission, facts.settings)
+    match idle.obstacle(battery, minimum, next_planned_at, facts.settings, facts.calendar, now):
+        case idle.Obstacle.DAY_OFF:
+            return _("{mission} when idle: not today, a day off").format(mission=mission.name)
+        case idle.Obstacle.BATTERY if battery is None:
+            return _("{mission} when idle waits: battery unknown").format(mission=mission.name)
+        case idle.Obstacle.BATTERY:
+            return _("{mission} when idle waits: battery {battery}, {minimum} wanted").format(
+                mission=mission.name, battery=formats.percent(battery), minimum=formats.percent(minimum))
+    return ""                            # what is planned within minutes is said already
 
 
 def _last_known(facts: HomeFacts, snapshot: RobotSnapshot, now: datetime) -> MissionView:

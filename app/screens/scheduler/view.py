@@ -8,7 +8,7 @@ from itertools import groupby
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import Robot, Schedule, Settings
+from app.domain.models import Mission, Robot, Schedule, Settings
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import held_note
@@ -55,9 +55,9 @@ def rule_line(schedule: Schedule) -> str:
     return _when(replace(schedule, respect_working_days=False))
 
 
-def rule_sentence(schedule: Schedule, settings: Settings, calendar: WorkingCalendar | None = None) -> str:
+def rule_sentence(schedule: Schedule, mission: Mission | None, settings: Settings, calendar: WorkingCalendar | None = None) -> str:
     """When it starts and under which conditions."""
-    minimum, when = rules.minimum_battery(schedule, settings), _when(schedule)
+    minimum, when = rules.minimum_battery(schedule, mission, settings), _when(schedule)
     if calendar is not None and calendar.has_exceptions and schedule.respect_working_days and schedule.recurrence is not None:
         when = _("{rule}, not on holidays or other days off").format(rule=rule_line(schedule))
     if minimum is None:

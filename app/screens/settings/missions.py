@@ -160,6 +160,8 @@ class MissionForm(EventDispatcher):
     robot_id = NumericProperty(0)        # 0: all robots
     robot_name = StringProperty()
     usual_minutes = StringProperty()     # empty: known from its runs only
+    low_battery = BooleanProperty(False)
+    low_battery_note = StringProperty()
     name_problem = StringProperty()
     guid_problem = StringProperty()
     usual_minutes_problem = StringProperty()
@@ -177,7 +179,9 @@ class MissionDialog(FormDialog):
         form = MissionForm(title=_("Edit mission") if mission else _("Add mission"))
         if mission is not None:
             form.name, form.guid, form.robot_id = mission.name, mission.guid, mission.robot_id or 0
-            form.usual_minutes = str(mission.usual_minutes or "")
+            form.usual_minutes, form.low_battery = str(mission.usual_minutes or ""), mission.on_low_battery
+        form.low_battery_note = (_("It charges the robot, so it starts at any charge") if mission is not None and mission.charges else
+                                 _("Under the minimum battery too; missions that charge the robot do so by themselves"))
         super().__init__(vm=form, **kwargs)
         self._name_robot()
         for name in ("name", "guid", "usual_minutes"):
@@ -206,7 +210,8 @@ class MissionDialog(FormDialog):
             return
         form.saving = True
         mission = replace(self._mission or Mission("", ""), name=form.name.strip(), guid=form.guid.strip(),
-                          robot_id=int(form.robot_id) or None, usual_minutes=typed_minutes(form.usual_minutes))
+                          robot_id=int(form.robot_id) or None, usual_minutes=typed_minutes(form.usual_minutes),
+                          on_low_battery=form.low_battery)
         self._context.run(lambda: self._context.services.catalogue.save_mission(mission), self._saved, self._refused)
 
     def _saved(self, mission: Mission) -> None:

@@ -246,6 +246,8 @@ class Edit:
             raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
         if stored is not None and mission.robot_id is not None:
             self._check_used_only_on(mission)
+        if stored is not None and stored.guid != mission.guid:
+            mission = replace(mission, charges=False)         # the robot has not been asked about that one
         if mission == stored:
             return mission
         if stored is None:

@@ -132,7 +132,7 @@ class Forecasts:
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
         """The robot's battery was too low lately around the same time of day."""
-        minimum = rules.minimum_battery(draft, settings)
+        minimum = rules.minimum_battery(draft, self._missions.get(c, draft.mission_id), settings)
         if minimum is None:
             return
         zone, wanted = ZoneInfo(draft.timezone), draft.start.hour * 60 + draft.start.minute

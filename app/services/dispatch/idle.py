@@ -4,6 +4,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from enum import StrEnum
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
@@ -51,6 +52,7 @@ class IdleSituation:
     highest_queue_id: int
     last_queue_id: int | None             # of its last idle mission, or the highest known when that was triggered
     next_planned_at: datetime | None      # of any schedule of this robot
+    minimum_battery: float | None         # %, for its idle mission
 
 
 def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, settings: Settings, calendar: WorkingCalendar,
@@ -64,8 +66,22 @@ def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, setting
         return False
     if situation.highest_queue_id == situation.last_queue_id:
         return False
-    if situation.next_planned_at is not None and situation.next_planned_at - now < KEEP_FREE_BEFORE_PLANNED:
-        return False
+    return obstacle(situation.status.battery_percentage, situation.minimum_battery, situation.next_planned_at, settings, calendar,
+                    now) is None
+
+
+class Obstacle(StrEnum):
+    """What keeps the idle mission of an idle robot from starting."""
+    PLANNED = "planned"                   # something planned begins soon
+    DAY_OFF = "day_off"
+    BATTERY = "battery"
+
+
+def obstacle(battery: float | None, minimum: float | None, next_planned_at: datetime | None, settings: Settings,
+             calendar: WorkingCalendar, now: datetime) -> Obstacle | None:
+    """``battery`` and the ``minimum`` for its idle mission in %."""
+    if next_planned_at is not None and next_planned_at - now < KEEP_FREE_BEFORE_PLANNED:
+        return Obstacle.PLANNED
     if not calendar.is_working_day(now.astimezone(ZoneInfo(settings.timezone)).date()):
-        return False
-    return rules.battery_allows(situation.status.battery_percentage, rules.minimum_battery(None, settings))
+        return Obstacle.DAY_OFF
+    return None if rules.battery_allows(battery, minimum) else Obstacle.BATTERY

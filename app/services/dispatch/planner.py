@@ -260,7 +260,7 @@ class _RowMaker:
 
     def submitting(self, planned_at: datetime, ready: Readiness) -> Execution:
         may_be_there = ready.uncertain_through is not None and planned_at <= ready.uncertain_through
-        is_charged = rules.battery_allows(ready.battery, rules.minimum_battery(self.schedule, self.context.settings))
+        is_charged = rules.battery_allows(ready.battery, rules.minimum_battery(self.schedule, self.mission, self.context.settings))
         return self.waiting(planned_at, intent_floor=ready.queue_floor if is_charged and not may_be_there else None)
 
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:

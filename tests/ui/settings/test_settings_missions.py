@@ -6,7 +6,7 @@ from datetime import datetime
 from app.domain.models import Mission, Schedule
 from app.screens.settings.missions import MissionDialog, MissionRow
 from app.screens.settings.robots import RobotPanel
-from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.buttons import CommandButton, IconButton, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
@@ -157,3 +157,17 @@ def test_missions_are_found_while_typing(site, app, ui):
     ui.wait(lambda: len(page(app).vm.rows) == len(GUIDS))
     ui.type(ui.find(SearchField), "empties")
     assert [row.name for row in page(app).vm.rows] == ["Collect empties"]
+
+
+def test_a_mission_may_start_on_a_low_battery(site, app, ui):
+    site.add_missions("Deliver")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    ui.tap(next(tap for tap in ui.find_all(Tap, root=ui.find(MissionRow)) if not isinstance(tap, IconButton)))
+    dialog = ui.find(MissionDialog)
+    assert not ui.find(Toggle, dialog).active
+    ui.tap(ui.find(Toggle, dialog))
+    assert ui.find(Toggle, dialog).active
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: not ui.find_all(MissionDialog))
+    assert missions(site)[0].on_low_battery

@@ -139,7 +139,7 @@ def test_a_database_from_before_gets_an_empty_calendar_and_keeps_what_it_has(tmp
     assert CALENDAR.all(db.read()) == []
     assert db.read().execute("SELECT name FROM robots").fetchone()["name"] == "Aino"
     db.close()
-    kept = sqlite3.connect(min((path.parent / "backups").iterdir()))
+    kept = sqlite3.connect(next((path.parent / "backups").glob("before-version-2-*")))
     assert kept.execute("PRAGMA user_version").fetchone()[0] == 1
     kept.close()
 

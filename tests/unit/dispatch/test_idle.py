@@ -13,7 +13,7 @@ from app.services.planning.working_days import WorkingCalendar
 MONDAY = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 READY = RobotStatus(state=RobotState.READY, battery_percentage=80.0)
 RULE = IdleRule(mission_id=1, after_minutes=10)
-LONG_ENOUGH = IdleSituation(600.0, READY, highest_queue_id=40, last_queue_id=None, next_planned_at=None)
+LONG_ENOUGH = IdleSituation(600.0, READY, highest_queue_id=40, last_queue_id=None, next_planned_at=None, minimum_battery=None)
 
 
 def test_time_counts_only_what_was_seen_without_a_break():
@@ -59,8 +59,8 @@ def test_only_a_ready_robot_without_queue_is_idle(state):
     (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=4)), Settings(), False),
     (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=5)), Settings(), True),
     (RULE, LONG_ENOUGH, Settings(working_days=("TU",)), False),
-    (RULE, LONG_ENOUGH, Settings(minimum_battery_percent=81), False),
-    (RULE, replace(LONG_ENOUGH, status=replace(READY, battery_percentage=None)), Settings(minimum_battery_percent=1), False),
+    (RULE, replace(LONG_ENOUGH, minimum_battery=81), Settings(), False),
+    (RULE, replace(LONG_ENOUGH, status=replace(READY, battery_percentage=None), minimum_battery=1), Settings(), False),
 ])
 def test_when_the_idle_mission_starts(rule, situation, settings, due):
     assert idle_mission_is_due(rule, situation, settings, WorkingCalendar(settings), MONDAY) is due

@@ -10,6 +10,7 @@ from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Sch
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 SETTINGS = Settings(minimum_battery_percent=30)
+DELIVER = Mission("Deliver", "guid")
 
 
 def row(**changes) -> Execution:
@@ -28,7 +29,15 @@ def test_the_window_is_never_shorter_than_a_minute(window, minutes):
 
 @pytest.mark.parametrize(("own", "limit"), [(None, 30), (40, 40), (0, None)])
 def test_a_schedules_battery_limit_inherits_the_setting_and_zero_means_none(own, limit):
-    assert rules.minimum_battery(schedule(minimum_battery_percent=own), SETTINGS) == limit
+    assert rules.minimum_battery(schedule(minimum_battery_percent=own), DELIVER, SETTINGS) == limit
+
+
+@pytest.mark.parametrize("mission", [replace(DELIVER, on_low_battery=True), replace(DELIVER, charges=True)])
+def test_a_mission_that_runs_on_low_battery_has_only_the_limit_of_its_schedule(mission):
+    assert rules.minimum_battery(None, DELIVER, SETTINGS) == 30
+    assert rules.minimum_battery(None, mission, SETTINGS) is None
+    assert rules.minimum_battery(schedule(), mission, SETTINGS) is None
+    assert rules.minimum_battery(schedule(minimum_battery_percent=40), mission, SETTINGS) == 40
 
 
 @pytest.mark.parametrize(("battery", "minimum", "allowed"), [

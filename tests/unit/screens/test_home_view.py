@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Connection, DurationEstimate, Reason, ReasonCode, Settings, State, Trigger, Wait
+from app.domain.models import Connection, DurationEstimate, IdleRule, Reason, ReasonCode, Settings, State, Trigger, Wait
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.i18n import translator
 from app.mir.errors import Unreachable
@@ -24,9 +24,11 @@ from app.screens.home.lists import (
 )
 from app.screens.home.view import can_reset, present
 from app.services.live.holds import Hold
+from app.services.planning.working_days import WorkingCalendar
 from tests.support.home_facts import (
     AINO,
     ASKING,
+    CHARGER,
     CHARGING,
     EXECUTING,
     FACTS,
@@ -266,6 +268,27 @@ def test_an_idle_robot_says_what_comes_next():
     card = view(with_aino(READY, ())).card
     assert (card.state, card.tone) == ("Ready", "neutral")
     assert card.mission.note == "next: Deliver kits to line 2, in 22 min"
+
+
+@pytest.mark.parametrize(("battery", "mission", "words"), [
+    (12.0, CHARGER, "Return to charger when idle waits: battery 12 %, 30 % wanted"),
+    (None, CHARGER, "Return to charger when idle waits: battery unknown"),
+    (12.0, replace(CHARGER, charges=True), ""), (12.0, replace(CHARGER, on_low_battery=True), ""), (80.0, CHARGER, "")])
+def test_an_idle_robot_says_what_keeps_its_idle_mission(battery, mission, words):
+    aino = replace(AINO, idle=IdleRule(mission.id))
+    ready = with_aino(replace(READY, battery_percentage=battery), ())
+    facts = replace(ready, robots=(aino, *ready.robots[1:]), entered=(mission,))
+    planned = "next: Deliver kits to line 2, in 22 min"
+    assert view(facts).card.mission.note == (f"{planned} · {words}" if words else planned)
+    off = replace(facts, robots=(replace(aino, idle=replace(aino.idle, enabled=False)), *ready.robots[1:]))
+    assert view(off).card.mission.note == planned
+
+
+def test_an_idle_robot_says_that_nothing_starts_on_a_day_off():
+    ready = with_aino(READY, ())
+    facts = replace(ready, robots=(replace(AINO, idle=IdleRule(CHARGER.id)), *ready.robots[1:]), entered=(CHARGER,), planned=(),
+                    calendar=WorkingCalendar(replace(SETTINGS, working_days=("MO",))))
+    assert view(facts).card.mission.note == "Return to charger when idle: not today, a day off"
 
 
 @pytest.mark.parametrize(("percent", "icon"), [(100.0, "battery"), (78.0, "battery-80"), (3.0, "battery-alert-variant-outline")])

@@ -78,4 +78,4 @@ def test_warnings_name_the_days_that_are_left_out():
 
 def test_a_one_time_schedule_is_worded_without_days_off():
     once = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki")
-    assert "days off" not in view.rule_sentence(once, SETTINGS, FACTS.calendar)
+    assert "days off" not in view.rule_sentence(once, None, SETTINGS, FACTS.calendar)

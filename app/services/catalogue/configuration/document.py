@@ -251,6 +251,7 @@ MISSION: Mapping[str, Read] = MappingProxyType({
     "robot": _or_none(validation.name),
     "usual_minutes": _or_none(_number("usual_minutes")),
     "favourite": validation.flag,
+    "on_low_battery": validation.flag,
 })
 SCHEDULE: Mapping[str, Read] = MappingProxyType({
     "name": _or_none(validation.name),

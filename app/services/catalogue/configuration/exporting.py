@@ -76,6 +76,8 @@ def _mission(mission: Mission, robots: Mapping[int, Robot]) -> dict[str, Any]:
         given["usual_minutes"] = mission.usual_minutes
     if mission.favourite:
         given["favourite"] = True
+    if mission.on_low_battery:
+        given["on_low_battery"] = True
     return given
 
 

@@ -20,7 +20,7 @@ from app.services.catalogue.configuration.unnamed import Unnamed
 
 MOST_ROBOTS, MOST_MISSIONS, MOST_SCHEDULES = 500, 2000, 2000        # written in some 200 ms, while nobody else can write
 _OF_ROBOT = ("address", "username", "enabled", "certificate_sha256")
-_OF_MISSION = ("guid", "usual_minutes", "favourite")
+_OF_MISSION = ("guid", "usual_minutes", "favourite", "on_low_battery")
 _OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
                 "start_window_minutes", "overlap", "priority", "parameters")
 _KEY_OF_FIELD = {"robot_id": "robot", "mission_id": "mission", "holiday_country": "country", "holiday_subdivision": "region"}
@@ -31,8 +31,8 @@ _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word i
     message("address"), message("username"), message("password"), message("enabled"), message("certificate_sha256"), message("idle"),
     message("robot"), message("mission"), message("start"), message("recurrence"), message("respect_working_days"), message("between"),
     message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"),
-    message("favourite"), message("language"), message("theme"), message("gloves"), message("font_scale_percent"), message("keyboard"),
-    message("country"), message("region"))})
+    message("favourite"), message("on_low_battery"), message("language"), message("theme"), message("gloves"),
+    message("font_scale_percent"), message("keyboard"), message("country"), message("region"))})
 
 
 class DeletesRuns(InvalidInput):

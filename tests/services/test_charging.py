@@ -1,0 +1,88 @@
+"""A mission that brings the robot to its charger starts on a low battery, which is the one moment it is for; others wait."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import mir_sim
+from app.domain.models import Mission
+from tests.support.seen import robot_of, sent_at
+
+GUIDS = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
+
+
+@pytest.fixture
+def low(site):
+    """R1 has 12 %, 20 % are wanted, and after 5 minutes of rest it is sent to its charger."""
+    catalogue = site.container.catalogue
+    catalogue.change_settings(minimum_battery_percent=20, poll_interval_seconds=30)
+    site.machines["R1"].set_battery(12.0)
+    mission = catalogue.save_mission(Mission("Return to charger", GUIDS["Return to charger"]))
+    catalogue.save_idle_rule(robot_of(site).id, mission.id, after_minutes=5)
+    site.run(60)
+    return site
+
+
+def learn(site):
+    charging = site.container.charging_missions
+    charging.ask(charging.not_asked())
+
+
+def named(site, name="Return to charger"):
+    return next(mission for mission in site.container.catalogue.missions() if mission.name == name)
+
+
+def test_a_robot_with_a_low_battery_is_sent_to_its_charger(low):
+    learn(low)
+    low.run(600)
+    assert named(low).charges
+    assert len(sent_at(low)) == 1
+
+
+def test_as_long_as_nobody_knows_that_it_charges_it_waits_for_the_battery(low):
+    low.run(600)
+    assert sent_at(low) == []
+    learn(low)
+    low.run(60)
+    assert len(sent_at(low)) == 1
+
+
+def test_a_mission_that_delivers_waits_for_the_battery(low):
+    catalogue = low.container.catalogue
+    mission = named(low, "Deliver")
+    catalogue.save_idle_rule(robot_of(low).id, mission.id, after_minutes=5)
+    learn(low)
+    low.run(600)
+    assert (named(low, "Deliver").charges, sent_at(low)) == (False, [])
+    catalogue.save_mission(replace(mission, on_low_battery=True))
+    low.run(60)
+    assert len(sent_at(low)) == 1
+
+
+def test_a_schedule_of_it_is_not_held_up_either(low, plan):
+    learn(low)
+    low.container.catalogue.save_idle_rule(robot_of(low).id, named(low).id, after_minutes=5, enabled=False)
+    plan("2026-11-23T06:05", mission_id=named(low).id)
+    low.run(400)
+    assert len(sent_at(low)) == 1
+
+
+def test_a_robot_that_does_not_answer_is_asked_again_and_none_twice(low):
+    charging = low.container.charging_missions
+    low.network.down.add("R1")
+    [(_robot, guids)] = charging.not_asked()
+    assert guids == [GUIDS["Return to charger"]]
+    learn(low)
+    low.network.down.clear()
+    assert len(charging.not_asked()) == 1
+    learn(low)
+    assert charging.not_asked() == []
+
+
+def test_another_guid_is_another_mission(low):
+    learn(low)
+    learnt = named(low)
+    mission = low.container.catalogue.save_mission(replace(learnt, guid=GUIDS["Deliver kits to line 2"]))
+    assert learnt.charges
+    assert not mission.charges
