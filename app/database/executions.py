@@ -110,11 +110,11 @@ class ExecutionRepository:
         values = _stored(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
         where = f"id = ? AND state IN ({placeholders(expected)})"
-        row = c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING cancel_code, revoked",
+        row = c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING cancel_code, revoked, held",
                         (*values.values(), execution.id, *expected)).fetchone()
         if row is None:
             return None
-        wishes = {"cancel_code": row[0] and ReasonCode(row[0]), "revoked": _text_to_reason(row[1])}
+        wishes = {"cancel_code": row[0] and ReasonCode(row[0]), "revoked": _text_to_reason(row[1]), "held": bool(row[2])}
         return _with(execution, **{**wishes, **columns})
 
     def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None,
@@ -390,6 +390,6 @@ def execution_of(row: sqlite3.Row) -> Execution:
         hold_until=to_optional_instant(row["hold_until"]), planned_at=to_instant(row["planned_at"]), closes_at=to_instant(row["closes_at"]),
         created_at=to_instant(row["created_at"]), attempts=row["attempts"], queue_floor=row["queue_floor"], queue_id=row["queue_id"],
         cancel_code=ReasonCode(row["cancel_code"]) if row["cancel_code"] else None, revoked=_text_to_reason(row["revoked"]),
-        robot_address=row["robot_address"], robot_serial=row["robot_serial"],
+        held=bool(row["held"]), robot_address=row["robot_address"], robot_serial=row["robot_serial"],
         submitted_at=to_optional_instant(row["submitted_at"]), started_at=to_optional_instant(row["started_at"]),
         ended_at=to_optional_instant(row["ended_at"]), duration_s=row["duration_s"], robot_delay_s=row["robot_delay_s"])

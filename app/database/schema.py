@@ -269,10 +269,11 @@ _IDENTIFIED_BY = """
 ALTER TABLE robots ADD COLUMN identified_by TEXT;            -- what shows that the machine at its address is the robot
 """
 
-_LOW_BATTERY = """
+_LOW_BATTERY_AND_HELD_STARTS = """
 ALTER TABLE missions ADD COLUMN on_low_battery INTEGER NOT NULL DEFAULT 0;   -- a person allows it under the minimum battery
 ALTER TABLE missions ADD COLUMN charges INTEGER NOT NULL DEFAULT 0;          -- as its actions on the robot say
+ALTER TABLE executions ADD COLUMN held INTEGER NOT NULL DEFAULT 0;           -- a person keeps it back
 """
 
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
-                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY)
+                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS)

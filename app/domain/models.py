@@ -235,6 +235,7 @@ class Execution:
     queue_id: int | None = None
     cancel_code: ReasonCode | None = None           # asked for by the operator, not yet confirmed by the robot
     revoked: Reason | None = None        # must not be sent (again), though what is on the robot goes on
+    held: bool = False                   # by a person: not sent until it is released, nor after its window
     robot_address: str | None = None     # where it was sent to, and the serial number of the machine there
     robot_serial: str | None = None
     submitted_at: datetime | None = None

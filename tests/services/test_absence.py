@@ -6,7 +6,8 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.database.backups import back_up, restore
-from app.domain.models import ReasonCode, State, Wait
+from app.domain.models import ReasonCode, Schedule, State, Wait
+from tests.support.network import Fate
 from tests.support.site import Site
 
 
@@ -64,7 +65,6 @@ def test_with_a_window_late_starts_are_listed_for_30_seconds_first(tmp_path):
     site.add_robots()
     site.add_mission("Deliver")
     c = site.container
-    from app.domain.models import Schedule
     c.catalogue.save_schedule(Schedule("S", 1, 1, datetime(2026, 11, 23, 6, 5), "UTC"))
     site.run(60)
     off_for(site, 600)
@@ -75,6 +75,81 @@ def test_with_a_window_late_starts_are_listed_for_30_seconds_first(tmp_path):
     site.run(300)
     assert site.executions()[0].state is State.COMPLETED
     site.switch_off()
+
+
+@pytest.fixture
+def late(tmp_path):
+    """Two late starts on the list of a window, on R1 and R2."""
+    site = Site(tmp_path, robots=2, with_window=True)
+    robots, mission = site.add_robots(), site.add_mission("Deliver")
+    for robot in robots:
+        site.container.catalogue.save_schedule(Schedule(robot.name, robot.id, mission.id, datetime(2026, 11, 23, 6, 5), "UTC"))
+    site.run(60)
+    off_for(site, 600)
+    site.run(15)
+    yield site
+    site.switch_off()
+
+
+def the_start(site, robot):
+    return next(run for run in site.executions() if run.robot == robot)
+
+
+def test_one_late_start_is_held_and_the_others_go(late):
+    assert late.container.operator.hold_starts([the_start(late, "R1").id]) == 1
+    late.run(120)
+    assert (the_start(late, "R1").state, the_start(late, "R1").wait) == (State.WAITING, Wait.HOLD)
+    assert the_start(late, "R2").state in (State.EXECUTING, State.COMPLETED)
+    assert not late.container.holds.current()
+
+
+def test_a_held_start_goes_when_it_is_released(late):
+    late.container.operator.hold_starts([the_start(late, "R1").id])
+    late.run(120)
+    late.container.operator.hold_starts([the_start(late, "R1").id], held=False)
+    late.run(5)
+    assert len(late.machines["R1"].queue) == 1
+
+
+def test_a_start_held_beyond_its_window_is_skipped(late):
+    late.container.operator.hold_starts([the_start(late, "R1").id])
+    late.run(900)
+    run = the_start(late, "R1")
+    assert (run.state, run.reason.code, run.attempts) == (State.SKIPPED, ReasonCode.HOLD, 0)
+    assert len(late.machines["R1"].queue) == 0
+
+
+def test_a_held_start_stays_held_over_another_absence(late):
+    late.container.operator.hold_starts([the_start(late, "R1").id])
+    late.run(10)
+    off_for(late, 120)
+    late.run(60)
+    assert len(late.machines["R1"].queue) == 0
+    assert the_start(late, "R1").held
+
+
+@pytest.mark.parametrize("seconds", [14.9, 15.0, 15.1])
+def test_what_was_said_to_be_held_is_not_sent(late, seconds):
+    """Whoever presses in the last moment is told the truth: held and not sent, or on its way already."""
+    held: list[int] = []
+    run = the_start(late, "R1")
+    late.at(seconds, lambda: held.append(late.container.operator.hold_starts([run.id])))
+    late.run(120)
+    assert len(late.machines["R1"].queue) == 1 - held[0]
+
+
+def test_a_start_that_is_held_while_its_robot_is_asked_for_its_status_is_not_sent(late):
+    late.run(10)
+    late.network.next("GET", "/status", Fate.SLOW, 4.0, robot="R1")
+    late.at(7.0, lambda: late.container.operator.hold_starts([the_start(late, "R1").id]))
+    late.run(120)
+    assert (len(late.machines["R1"].queue), the_start(late, "R1").wait) == (0, Wait.HOLD)
+    assert len(late.machines["R2"].queue) == 1
+
+
+def test_a_start_that_is_on_its_way_is_not_held(late):
+    late.run(60)
+    assert late.container.operator.hold_starts([the_start(late, "R1").id]) == 0
 
 
 def test_a_short_restart_is_no_absence(site, plan):
@@ -131,7 +206,6 @@ def test_dst_night_in_helsinki(tmp_path):
         site = Site(directory, now=start)
         site.add_robots()
         site.add_mission("Deliver")
-        from app.domain.models import Schedule
         site.container.catalogue.change_settings(poll_interval_seconds=600)
         first = start.replace(tzinfo=None).replace(hour=3, minute=30)
         site.container.catalogue.save_schedule(Schedule("S", 1, 1, first, "Europe/Helsinki", "FREQ=DAILY", respect_working_days=False))

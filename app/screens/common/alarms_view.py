@@ -27,6 +27,7 @@ class Act(StrEnum):
     SCHEDULE_RUN = "schedule_run"        # the story of a schedule's last execution
     ACKNOWLEDGE = "acknowledge"
     HOLD = "hold"                        # the late starts
+    LATE_STARTS = "late_starts"          # show their list
     RELEASE = "release"                  # a hold
     CLOCK_IS_RIGHT = "clock_is_right"    # whatever the robots' clocks say
     WHOSE_PLAN = "whose_plan"            # does data that was copied from another tablet move here?

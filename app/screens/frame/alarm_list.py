@@ -56,9 +56,10 @@ class AlarmRow(Row, TonedSurface):
 
 
 class LateRow(Row, BoxLayout):
-    """One late start: what, where, when it should have been."""
+    """One late start: what, where, when it should have been. ``act("hold")`` turns ``held`` round."""
     text = StringProperty()
     note = StringProperty()
+    held = BooleanProperty(False)
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,7 @@ class LateStart:
     key: int
     text: str
     note: str
+    held: bool = False
 
 
 class AlarmsDialog(Dialog):
@@ -189,7 +191,7 @@ class AlarmList:
         elif kind == "copy":
             self._do(Act.WHOSE_PLAN, None)
         elif kind == "late":
-            self._do(Act.HOLD, None)
+            self._do(Act.LATE_STARTS if all(e.held for e in self._issues.late_starts) else Act.HOLD, None)
         elif alarm is None:
             return                               # gone meanwhile
         elif action == "menu":
@@ -225,22 +227,31 @@ class AlarmList:
 
 
 class LateStartsDialog(FormDialog):
-    """What fell due while the app was off, counted down; ``hold()`` keeps it all from being sent."""
+    """What fell due while the app was off, counted down: each can be held and released, or all at once. ``hold(ids, held)`` does it."""
     text = StringProperty()
     rows = ListProperty()
+    all_held = BooleanProperty(False)
 
-    def __init__(self, hold: Callable[[], object], **kwargs: Any) -> None:
+    def __init__(self, hold: Callable[[Sequence[int], bool], object], **kwargs: Any) -> None:
         load_kv("frame/alarm_list")
         self._hold = hold
         super().__init__(**kwargs)
 
     def show(self, executions: Sequence[Execution], settings: Settings, now: datetime) -> None:
-        left, many = seconds_left(executions, now), len(executions)
-        self.title = ngettext("The app was off. Start this now?", "The app was off. Start these {n} now?", many).format(n=many)
-        text = _("It starts in {n} s unless you hold it.") if many == 1 else _("They start in {n} s unless you hold them.")
-        self.text = text.format(n=left)
-        self.rows = [LateStart(e.id, late_line(e, settings), e.schedule) for e in executions]
+        going = [e for e in executions if not e.held]
+        many = len(going)
+        self.title = ngettext("The app was off. Start this now?", "The app was off. Start these {n} now?", many).format(n=many) if going \
+            else _("Held late starts")
+        text = (_("Each is started when it is released, and skipped when its time is over.") if not going else
+                _("It starts in {n} s unless you hold it.") if many == 1 else _("They start in {n} s unless you hold them."))
+        self.text = text.format(n=seconds_left(going, now))
+        self.all_held = not going
+        self.rows = [LateStart(e.id, late_line(e, settings), e.schedule, e.held) for e in executions]
 
-    def hold(self) -> None:
-        self._hold()
+    def hold_one(self, execution_id: int) -> None:
+        self._hold([execution_id], not next(row.held for row in self.rows if row.key == execution_id))
+
+    def hold_all(self) -> None:
+        """Or release all, when all are held."""
+        self._hold([row.key for row in self.rows if row.held == self.all_held], not self.all_held)
         self.dismiss()

@@ -1,16 +1,17 @@
 """The top bar and the banner, whatever the screen. Reads robots, alarms and holds in the background, ticks once a second."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from kivy.clock import Clock
 
 from app.domain.models import Execution, Robot, RobotSnapshot
 from app.domain.problems import clipped
-from app.i18n import _, translator
+from app.i18n import _, ngettext, translator
 from app.screens.common import formats
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
+from app.screens.common.holding import HAND
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of
@@ -167,7 +168,9 @@ class FrameController:
             case Act.ACKNOWLEDGE if about is not None:
                 self._work(lambda: services.alarms.acknowledge(about))
             case Act.HOLD:
-                self._hold_late_starts()
+                self._hold_starts([e.id for e in self._facts.issues.late_starts if not e.held], True)
+            case Act.LATE_STARTS:
+                self._open_late_starts()
             case Act.RELEASE:
                 self._work(lambda: services.holds.release(about))
             case Act.CLOCK_IS_RIGHT:
@@ -208,11 +211,16 @@ class FrameController:
         """In Logs; all runs when the history has no longer this one."""
         self._shell.go("logs", execution_id=execution.id if execution else None, anew=execution is None)
 
-    def _hold_late_starts(self) -> None:
-        """Nothing goes out until somebody releases it; what waits too long is skipped, as for every hold."""
-        reason = _("Late starts after the app was off")
-        self._work(lambda: self._services.holds.hold(reason), lambda _hold: self._shell.snackbars.show(
-            _("Nothing is sent until it is released"), icon="hand-back-right-outline"))
+    def _hold_starts(self, ids: Sequence[int], held: bool) -> None:
+        """These alone; what is held too long is skipped, as in every hold."""
+        def done(number: int) -> None:
+            gone = len(ids) - number
+            if held:
+                said = (ngettext("{n} start is held until it is released", "{n} starts are held until they are released", number)
+                        .format(n=number) if not gone else
+                        ngettext("{n} start was on its way already", "{n} starts were on their way already", gone).format(n=gone))
+                self._shell.snackbars.show(said, icon=HAND if not gone else "information-outline")
+        self._work(lambda: self._services.operator.hold_starts(ids, held), done)
 
     def _show_alarms(self, _frame: Frame) -> None:
         self._alarms.open()
@@ -223,10 +231,13 @@ class FrameController:
         if self._late is not None and not waiting:
             self._late.dismiss()
         elif self._late is None and waiting - self._late_seen:
-            self._late = LateStartsDialog(hold=self._hold_late_starts)
-            self._late.bind(on_dismiss=self._late_closed)
-            self._shell.dialogs.open(self._late)
-            self._show()
+            self._open_late_starts()
+
+    def _open_late_starts(self) -> None:
+        self._late = LateStartsDialog(hold=self._hold_starts)
+        self._late.bind(on_dismiss=self._late_closed)
+        self._shell.dialogs.open(self._late)
+        self._show()
 
     def _late_closed(self, _dialog: LateStartsDialog) -> None:
         self._late = None

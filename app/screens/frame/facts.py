@@ -66,6 +66,7 @@ def _copy(holds: Holds) -> Hold | None:
 
 
 def late_starts(executions: Sequence[Execution], robots: Mapping[int, Robot]) -> list[Execution]:
-    """Fell due while the app was off; sent when the time to object is over. With the names that the robots have now."""
-    late = [e for e in executions if e.state is State.WAITING and e.wait is Wait.LATE_START]
+    """Fell due while the app was off; sent when the time to object is over, unless a person holds them. With the names that the robots
+    have now."""
+    late = [e for e in executions if e.state is State.WAITING and (e.wait is Wait.LATE_START or e.held)]
     return [replace(e, robot=robot.name) if (robot := robots.get(e.robot_id or 0)) else e for e in late]

@@ -23,6 +23,7 @@ from app.screens.common.alarms_view import (
     urgency,
     way_to,
 )
+from app.screens.common.holding import HAND
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, help_words
@@ -131,11 +132,15 @@ def _alarm(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: d
 
 # ---------------------------------------------------------------------- holds and late starts
 def _late(executions: Sequence[Execution], settings: Settings, now: datetime) -> BannerView:
-    left = seconds_left(executions, now)
-    count = len(executions)
-    first = ngettext("{n} late mission starts in {s} s", "{n} late missions start in {s} s", count).format(n=count, s=left)
-    names = ", ".join(late_line(e, settings) for e in executions[:3])
+    going = [e for e in executions if not e.held]
+    count = len(going) or len(executions)
+    names = ", ".join(late_line(e, settings) for e in (going or executions)[:3])
     note = _("Due while the app was off: {missions}").format(missions=names)
+    if not going:
+        text = ngettext("{n} late mission is held", "{n} late missions are held", count).format(n=count)
+        return BannerView(text, note, "attention", HAND, "", _("Show"), Act.LATE_STARTS)
+    left = seconds_left(going, now)
+    first = ngettext("{n} late mission starts in {s} s", "{n} late missions start in {s} s", count).format(n=count, s=left)
     return BannerView(first, note, "attention", "timer-alert-outline", "", _("Hold"), Act.HOLD)
 
 

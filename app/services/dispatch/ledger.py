@@ -6,7 +6,7 @@ was changed and the caller must not act on it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -202,6 +202,13 @@ class Ledger:
                 self._executions.change(c, execution.id, OPEN_STATES, cancel_code=code)
         self._db.write(work)
         self._changes.publish(Topic.EXECUTIONS)
+
+    def hold(self, ids: Collection[int], held: bool) -> int:
+        """A person keeps these back while they wait, or lets them go; how many that was in time for."""
+        columns: dict[str, Any] = {"held": held, "wait": Wait.HOLD if held else Wait.DUE, "wait_details": {}}
+        changed = self._db.write(lambda c: [each for each in ids if self._executions.change(c, each, (State.WAITING,), **columns)])
+        self._changes.publish(Topic.EXECUTIONS)
+        return len(changed)
 
     def prune(self, has_time: Callable[[], bool]) -> None:
         """Hold the history to the newest N ended rows (the setting; None keeps all), in small pieces as long as there ``has_time``; the

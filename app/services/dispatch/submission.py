@@ -76,7 +76,8 @@ class Submission:
         due = [attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row and attempt.wake_at <= mono]
         for intent in rules.in_dispatch_order(due):
             is_changed = self.attempts[intent.id].plan_version != self._s.plan_version()
-            if self._can_send() and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent)):
+            is_wanted = not intent.held and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent))
+            if is_wanted and self._can_send():
                 self._post(intent)
             else:
                 self._release([intent])
@@ -143,7 +144,7 @@ class Submission:
 
     def _is_taken_back(self, intent: Execution) -> bool:
         row = self._ledger.get(intent.id)
-        return row is None or row.state is not State.SUBMITTING or self._taken_back(row) is not None
+        return row is None or row.held or row.state is not State.SUBMITTING or self._taken_back(row) is not None
 
     def _release(self, intents: Sequence[Execution]) -> None:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
@@ -180,6 +181,9 @@ class Submission:
             self._ledger.end(row, reason)
         elif now >= row.closes_at:
             self._ledger.end(row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at)))
+        elif row.held:
+            self._ledger.waits(row, Wait.HOLD)
+            self._later(row, RECHECK)
         elif hold := self._s.holds.active(self._robot_id):
             self._ledger.waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
             self._later(row, RECHECK)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import closing
 from dataclasses import replace
 from typing import Any
@@ -80,6 +80,11 @@ class Operator:
                     raise
                 log.info("#%d is cancelled as soon as %r answers: %s", execution.id, execution.robot, error.text)
         return self._ledger.get(execution_id)
+
+    def hold_starts(self, execution_ids: Collection[int], held: bool = True) -> int:
+        """Keep these back while they wait, until they are let go; one that is still held when its start window closes is skipped. Returns
+        how many were not on their way yet."""
+        return self._ledger.hold(execution_ids, held)
 
     def cancel_item(self, robot_id: int, queue_id: int) -> None:
         """Cancel one item of the robot's queue, whoever put it there. One that has just ended stays as it ended."""

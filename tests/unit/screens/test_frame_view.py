@@ -142,6 +142,15 @@ def test_late_starts_come_before_everything_and_count_down():
     assert (view.act, view.action, view.others) == (Act.HOLD, "Hold", "+1 more")
 
 
+def test_late_starts_that_are_held_are_neither_counted_down_nor_forgotten():
+    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=21))
+    held = replace(late, id=99, held=True, wait=Wait.HOLD)
+    assert late_starts([RUNNING, held, late], ROBOTS) == [held, late]
+    assert banner(OpenIssues(late_starts=[held, late]), ROBOTS, SETTINGS, NOW).text == "1 late mission starts in 21 s"
+    view = banner(OpenIssues(late_starts=[held]), ROBOTS, SETTINGS, NOW)
+    assert (view.text, view.act, view.action) == ("1 late mission is held", Act.LATE_STARTS, "Show")
+
+
 def test_the_banner_counts_what_the_list_shows_and_shows_its_first_line():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
     issues = OpenIssues((alarm("app_was_off", "app", id=1), alarm("emergency_stop", id=2), alarm("unreachable", "robot:2", id=3),
