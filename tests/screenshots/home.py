@@ -156,9 +156,10 @@ def empty(studio: Any) -> None:
 
 @picture("late-starts")
 def late_starts(studio: Any) -> Any:
-    home(studio, sample.FACTS, issues=OpenIssues(late_starts=LATE))
-    dialog = LateStartsDialog(hold=lambda: None)
-    dialog.show(LATE, sample.SETTINGS, sample.NOW)
+    late = [LATE[0], replace(LATE[1], held=True)]
+    home(studio, sample.FACTS, issues=OpenIssues(late_starts=late))
+    dialog = LateStartsDialog(hold=lambda _ids, _held: None)
+    dialog.show(late, sample.SETTINGS, sample.NOW)
     return studio.dialogs.open(dialog)
 
 
