@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterator
-from itertools import count
+from itertools import count, islice
 
 LONGEST = 80                             # characters
 
@@ -56,6 +56,13 @@ def of_schedule(mission: str, robot: str) -> Iterator[str]:
     for number in count(1):
         ending = f" {number}" if number > 1 else ""
         yield cleaned(f"{mission} on {robot}", LONGEST - len(ending)) + ending
+
+
+def is_of_schedule(name: str, mission: str, robot: str) -> bool:
+    """Whether ``of_schedule`` makes this name."""
+    number = name.rpartition(" ")[2]
+    most = int(number) if number.isascii() and number.isdecimal() and len(number) < 5 else 1
+    return name in (next(of_schedule(mission, robot)), next(islice(of_schedule(mission, robot), max(most, 1) - 1, None)))
 
 
 def _is_unwanted(character: str) -> bool:

@@ -48,13 +48,15 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
     Raises BadInput for a database that is no demo's: its robots are real ones.
     """
     c = container.db.read()
-    known = {robot.name: robot for robot in container.repositories.robots.all(c)}
+    known = sorted(container.repositories.robots.all(c), key=lambda robot: robot.id)
     if known:
-        if any("//127.0.0.1:" not in robot.address for robot in known.values()):
+        if any("//127.0.0.1:" not in robot.address for robot in known):
             raise BadInput("this data directory is no demo's, its robots are real: leave --data-dir out, or give the demo one of its own")
-        for name, url in robots:
-            if name in known:
-                container.catalogue.save_robot(replace(known[name], address=url), password=PASSWORD)
+        addresses, names = dict(robots), {robot.name for robot in known}
+        of_renamed = iter([url for name, url in robots if name not in names])
+        found = [(robot, addresses.get(robot.name) or next(of_renamed, "")) for robot in known]
+        container.catalogue.edit(lambda edit: [
+            edit.save_robot(replace(robot, address=url), PASSWORD, is_one_of_many=True) for robot, url in found if url])
         return
     saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
     by_name = {name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES)) for name, guid in missions.items()}

@@ -1,6 +1,7 @@
 """What --demo puts into an empty database: something happens soon on whatever day it is, and real robots are left alone."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -45,6 +46,15 @@ def test_a_second_demo_on_the_same_directory_brings_the_addresses_up_to_date(mak
     furnish(container, [(name, url.replace(":80", ":90")) for name, url in ROBOTS], MISSIONS)
     assert {robot.address for robot in container.repositories.robots.all(container.db.read())} == {
         "http://127.0.0.1:9080", "http://127.0.0.1:9081", "http://127.0.0.1:9082"}
+
+
+def test_a_robot_of_a_demo_that_was_renamed_is_found_again(make):
+    container = make(datetime(2026, 11, 23, 3, 7, tzinfo=UTC))
+    furnish(container, ROBOTS, MISSIONS)
+    veikko = next(robot for robot in container.catalogue.robots() if robot.name == "Veikko")
+    container.catalogue.save_robot(replace(veikko, name="Ville"))
+    furnish(container, [(name, url.replace(":80", ":90")) for name, url in ROBOTS], MISSIONS)
+    assert {robot.name: robot.address[-4:] for robot in container.catalogue.robots()} == {"Aino": "9080", "Ville": "9081", "Sisu": "9082"}
 
 
 def test_real_robots_are_not_taken_for_a_demo_s(make):

@@ -5,7 +5,8 @@ a changed schedule are cancelled, next occurrences recomputed), and published af
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import logging
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -22,12 +23,14 @@ from app.domain.clock import Clock
 from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule, Settings
 from app.services.catalogue.edit import Edit
 from app.services.catalogue.undo import Removed, restore
-from app.services.live.changes import Changes, Topic
+from app.services.live.changes import Changes
 from app.services.planning import public_holidays
 
 REHEARSALS = 5               # of many changes, until they can be repeated as they were
 DAYS_OFF = frozenset({"working_days", "holiday_country", "holiday_subdivision"})     # settings by which every schedule is planned anew
+MOST_NOTES = 20              # lines of the log for one change: an import makes thousands
 T = TypeVar("T")
+log = logging.getLogger(__name__)
 
 __all__ = ["Catalogue", "Edit", "Removed"]
 
@@ -71,16 +74,14 @@ class Catalogue:
     # ------------------------------------------------------------------ changing
     def edit(self, work: Callable[[Edit], T]) -> T:
         """Several changes in one transaction: all of them, or none when ``work`` raises."""
-        topics = set()
+        edits = list[Edit]()
 
         def transaction(c: Any) -> T:
-            edit = Edit(c, self._clock.now())
-            result = work(edit)
-            topics.update(edit.topics)
-            return result
+            edits[:] = [Edit(c, self._clock.now())]             # anew when it has to be repeated
+            return work(edits[0])
 
         result = self._db.write(transaction)
-        self._publish(topics)
+        self._publish(edits[0])
         return result
 
     def edit_rehearsed(self, work: Callable[[Edit], T]) -> T:
@@ -91,13 +92,17 @@ class Catalogue:
                 edit = Edit(rehearsal.copy, self._clock.now())
                 result = work(edit)
             if self._db.write(rehearsal.repeat):
-                self._publish(edit.topics)
+                self._publish(edit)
                 return result
         raise InvalidInput("file", "the plan is changing all the time; try again")
 
-    def _publish(self, topics: Iterable[Topic]) -> None:
+    def _publish(self, edit: Edit) -> None:
+        for line in edit.notes[:MOST_NOTES]:
+            log.info("%s", line)
+        if (more := len(edit.notes) - MOST_NOTES) > 0:
+            log.info("and %d more changes", more)
         if self._changes is not None:
-            for topic in sorted(topics):
+            for topic in sorted(edit.topics):
                 self._changes.publish(topic)
 
     def change_settings(self, **changes: Any) -> Settings:

@@ -43,6 +43,7 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
                 "started_through": None}                 # of a schedule
+_TOLD = ("name", "address", "username", "enabled", "needs_password", "certificate_sha256", "serial_number")      # of a robot, in the log
 _MOMENT = timedelta(microseconds=1)
 
 
@@ -52,6 +53,7 @@ class Edit:
     c: sqlite3.Connection
     now: datetime
     topics: set[Topic] = field(default_factory=set)      # what changed, to be published after the commit
+    notes: list[str] = field(default_factory=list)       # the same in lines for the log
     _calendar: WorkingCalendar | None = None             # as long as no day has changed
 
     def __post_init__(self) -> None:
@@ -188,8 +190,12 @@ class Edit:
             return robot
         if stored is None:
             robot = self.robots.add(self.c, robot)
+            self.notes.append(f"robot {robot.name!r} added, at {robot.address}")
         else:
             self.robots.update(self.c, robot)
+            self._name_anew(stored.name, robot)
+            if changed := [name for name in _TOLD if getattr(robot, name) != getattr(stored, name)]:
+                self.notes.append(f"robot {stored.name!r} changed: {', '.join(f'{name} {getattr(robot, name)!r}' for name in changed)}")
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
                 self._ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id))
@@ -202,6 +208,16 @@ class Edit:
                 self._clear_alarms(robot.id)
         self.topics.add(Topic.ROBOTS)
         return robot
+
+    def _name_anew(self, old: str, robot: Robot) -> None:
+        """Schedules that were named after it by the app carry its new name."""
+        if robot.name == old:
+            return
+        named = {mission.id: mission.name for mission in self.missions.all(self.c)}
+        for schedule in self.schedules.for_robot(self.c, robot.id):
+            if names.is_of_schedule(schedule.name, named[schedule.mission_id], old):
+                self.schedules.update(self.c, replace(schedule, name=self.free_schedule_name(named[schedule.mission_id], robot.name)))
+                self.topics.add(Topic.SCHEDULES)
 
     def set_idle_rule(self, robot_id: int, rule: IdleRule | None) -> Robot:
         """None: no idle automation."""
@@ -218,6 +234,7 @@ class Edit:
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
         waiting = self._ended(self.executions.end_open_of_robot(self.c, robot_id, reason, self.now))
         schedules = self.schedules.for_robot(self.c, robot_id)
+        self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
                           schedules=schedules, skips=self._skips(schedules),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
@@ -280,6 +297,7 @@ class Edit:
         idle = [(robot.id, robot.idle) for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
         schedules = self.schedules.for_mission(self.c, mission_id)
         waiting = [row.id for schedule in schedules for row in self._take_back(schedule)]
+        self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(missions=[mission], schedules=schedules, skips=self._skips(schedules), idle=idle, waiting=waiting)
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
@@ -301,6 +319,7 @@ class Edit:
         calendar = self.calendar
         validation.one_time_on_working_day(schedule, calendar)
         schedule = replace(schedule, changed_at=self.now)
+        self.notes.append(f"schedule {schedule.name!r} {'added' if stored is None else 'changed'}")
         if stored is None:
             schedule = self.schedules.add(self.c, replace(schedule, next_at=self.first_due(schedule, calendar)))
         else:
@@ -361,6 +380,7 @@ class Edit:
         schedule = self.the_schedule(schedule_id)
         removed = Removed(schedules=[schedule], skips=self._skips([schedule]), waiting=[row.id for row in self._take_back(schedule)])
         self.schedules.remove(self.c, schedule_id)
+        self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)
         return removed
 

@@ -267,6 +267,28 @@ def test_a_blank_name_is_made_of_mission_and_robot(world):
     assert [world.schedule(name="").name for _ in range(3)] == ["Deliver on Aino", "Deliver on Aino 2", "Deliver on Aino 3"]
 
 
+def test_schedules_that_the_app_named_carry_the_new_name_of_their_robot(world):
+    made = [world.schedule(name=""), world.schedule(name=""), world.schedule(name="Deliver on Aino tonight")]
+    world.told.clear()
+    world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    assert [world.stored(schedule).name for schedule in made] == ["Deliver on Alma", "Deliver on Alma 2", "Deliver on Aino tonight"]
+    assert set(world.told) == {Topic.ROBOTS, Topic.SCHEDULES}
+
+
+def test_every_change_of_the_plan_is_a_line_of_the_log(world, caplog):
+    caplog.set_level("INFO", "app.services.catalogue")
+    schedule = world.schedule()
+    world.catalogue.set_schedule_enabled(schedule.id, False)
+    world.catalogue.save_robot(replace(world.robot, name="Alma"), password="secret")
+    world.catalogue.remove_schedule(schedule.id)
+    world.catalogue.remove_robot(world.robot.id)
+    with pytest.raises(InvalidInput):
+        world.catalogue.edit(lambda edit: [edit.save_robot(Robot("Ville", "10.0.0.9", "u"), "p"), edit.the_robot(99)])
+    assert [record.message for record in caplog.records] == [
+        "schedule 'Morning' added", "schedule 'Morning' changed", "robot 'Aino' changed: name 'Alma'", "schedule 'Morning' removed",
+        "robot 'Alma' removed, and 0 schedules with it"]
+
+
 def test_a_made_name_is_never_longer_than_a_name_may_be(world):
     long = world.catalogue.save_mission(Mission("M" * 80, "guid-2"))
     names = [world.schedule(name="", mission_id=long.id).name for _ in range(2)]
