@@ -258,7 +258,7 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
 
 def test_two_taps_on_pause_pause(home, ui):
     press(ui, "Pause")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Resume") and not home.root_vm.busy)
     press(ui, "Resume")                                       # a glove that trembles: the button has changed under it
     ui.wait(lambda: home.shell.background.idle)
     assert home.aino.state()["state_id"] == 4
