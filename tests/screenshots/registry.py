@@ -46,6 +46,24 @@ class Picture:
 
 PICTURES: dict[str, Picture] = {}
 
+# What docs/screens shows: by size, theme and language.
+DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
+    ("landscape", "light", "en", (
+        "fleet-fifty", "fleet-fifty-well", "fleet-filter", "home", "home-map", "home-question", "home-error", "home-estop",
+        "home-unreachable", "home-held", "home-parameters", "home-empty", "alarms", "alarms-shelved", "late-starts", "damaged-database",
+        "scheduler", "scheduler-bar-planned", "scheduler-crowd", "scheduler-held", "scheduler-edit", "scheduler-monthly",
+        "scheduler-once-refused", "logs", "logs-figures", "logs-figures-below", "logs-robots", "logs-report", "settings-robots",
+        "robot-dialog-certificate", "robot-dialog-new-robot", "robot-dialog-delete", "settings-missions", "settings-idle",
+        "settings-calendar-december", "settings-display", "settings-data")),
+    ("landscape", "light", "fi", ("fleet-fifty", "home", "scheduler", "logs-figures")),
+    ("landscape", "dark", "en", ("fleet-fifty", "home", "scheduler", "logs")),
+    ("landscape", "contrast", "en", ("fleet-fifty", "home", "scheduler", "logs")),
+    ("portrait", "light", "en", ("fleet-fifty", "home", "scheduler", "logs")),
+    ("small", "light", "en", ("fleet-fifty", "home", "home-estop")),
+    ("sharp", "light", "en", ("fleet-fifty", "home")),
+    ("large-text", "light", "fi", ("home",)),
+    ("gloves", "light", "en", ("home",)))
+
 
 def picture(name: str, sizes: Sequence[Size] = BOTH, themes: Sequence[str] = THEMES) -> Callable[[Builder], Builder]:
     """Register ``build(studio)`` as the picture ``name``."""

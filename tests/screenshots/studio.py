@@ -38,14 +38,17 @@ def open_window(size: Size) -> None:
 class Studio:
     """What a picture is built with."""
 
-    def __init__(self, size: Size) -> None:
+    def __init__(self, size: Size, language: str = "en") -> None:
         from kivymd.app import MDApp
 
         import app.widgets
+        from app.i18n import translator
         from app.screens.common.overlays import Dialogs
         from tests.ui.driver import Driver
 
         app.widgets.load()
+        self.language = language
+        translator.use(language)
         self.size = size
         self.theme = "light"
         self.app = type("Studio", (MDApp,), {})()
@@ -84,12 +87,12 @@ class Studio:
         os.replace(Window.screenshot(name=str(path)), path)
 
 
-def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[str]) -> int:
+def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[str], language: str = "en") -> int:
     """Take all pictures of ``size`` (``names`` empty = all), print what the checks find; returns how many failed."""
     open_window(size)
     from tests.screenshots.registry import PICTURES, find_pictures
 
-    studio = Studio(size)
+    studio = Studio(size, language)
     broken = find_pictures()
     for problem in broken:
         traceback.print_exception(problem)
@@ -104,7 +107,7 @@ def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[s
     """Build ``item`` once and switch its theme live, as the app does; False when that raised."""
     from tests.ui import checks
 
-    label = f"{item.name}-{studio.size.name}"
+    label = f"{item.name}-{studio.size.name}" + (f"-{studio.language}" if studio.language != "en" else "")
     try:
         for n, theme in enumerate(themes):
             studio.use(theme)
