@@ -52,6 +52,11 @@ def home(app, ui):
     return app
 
 
+def is_shown_running(ui) -> bool:
+    """The first of the queue."""
+    return any(" · started " in origin for _mission, origin in rows(ui)[:1])
+
+
 def press(ui, word: str) -> None:
     """The button with that word."""
     ui.tap(ui.find(CommandButton, text=word))
@@ -330,6 +335,21 @@ def test_one_of_ours_can_be_cancelled(home, ui):
     ui.wait(lambda: not rows(ui))
 
 
+def test_what_runs_is_stopped_only_after_a_question(home, ui):
+    run(ui, "Deliver")
+    ui.wait(lambda: is_shown_running(ui))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    assert "Stop Deliver?" in ui.texts()
+    press(ui, "Let it run")
+    ui.wait(lambda: home.shell.dialogs.top is None)
+    assert home.aino.state()["queue"][-1]["state"] == "Executing"
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    press(ui, "Stop it")
+    ui.wait(lambda: home.site.container.history.last_finished(1))
+    execution, = home.site.container.history.last_finished(1)
+    assert execution.reason.code is ReasonCode.USER_CANCELLED
+
+
 def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
     pend(home)
     run(ui, "Deliver")
@@ -380,10 +400,11 @@ def test_cancelling_what_somebody_else_has_just_cancelled_is_no_error(home, ui):
 
 def test_cancelling_one_of_ours_that_has_just_ended_keeps_how_it_ended(home, ui):
     run(ui, "Home")
-    ui.wait(lambda: home.root_vm.facts.snapshot.queue)
+    ui.wait(lambda: is_shown_running(ui))
     with screen_behind(home):
         ui.wait(lambda: home.aino.state()["queue"][-1]["state"] == "Done")
         ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+        press(ui, "Stop it")
         ui.wait(lambda: home.root_vm.busy == [])
     ui.wait(lambda: home.site.container.history.last_finished(1))
     execution, = home.site.container.history.last_finished(1)

@@ -42,6 +42,7 @@ class QueueEntry:
     tone: str = "neutral"
     loud: bool = False
     cancellable: bool = True
+    runs: bool = False                   # the robot is on it: cancelling stops it on its way
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ def _running(facts: HomeFacts, item: QueueItem, ours: Execution | None, held: bo
     stopped = status is not None and status.state in STOPPED
     return QueueEntry(_key(item, ours), facts.name_of(item), words.format(source=source_of(item, ours), time=started),
                       icon="pause" if held else "play", tone="offline" if old else "fault" if stopped else "accent",
-                      loud=not held and not old)
+                      loud=not held and not old, runs=True)
 
 
 def _pending_origin(facts: HomeFacts, item: QueueItem, ours: Execution | None) -> str:

@@ -11,7 +11,7 @@ from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
 
-from app.domain.models import Execution
+from app.domain.models import Execution, Robot
 from app.domain.robot import MissionParameter
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected
@@ -280,12 +280,22 @@ class HomeViewModel(HomeState, ViewModel):
             "clear", lambda: self._services.operator.clear_queue(robot.id), self._saying(said, "playlist-remove")), danger=True)
 
     def cancel(self, key: tuple[str, int]) -> None:
-        """One entry of the queue: ours by the execution, others' by the item."""
-        robot, operator = self.facts.robot, self._services.operator
+        """One entry of the queue: ours by the execution, others' by the item. What runs is asked about first."""
+        robot = self.facts.robot
         if robot is None or self._is_same_press(key):
             return
-        kind, number = key
-        name = next((entry.mission for entry in self.queue if entry.key == key), "")
+        entry = next((entry for entry in self.queue if entry.key == key), None)
+        name = entry.mission if entry else ""
+        if entry is None or not entry.runs:
+            self._cancel(robot, key, name)
+            return
+        self._shell.dialogs.confirm(
+            _("Stop {mission}?").format(mission=name), _("{robot} is on its way: it stops where it is, and does not go on with this "
+                                                         "mission.").format(robot=robot.name),
+            _("Stop it"), lambda: self._cancel(robot, key, name), danger=True, decline=_("Let it run"))
+
+    def _cancel(self, robot: Robot, key: tuple[str, int], name: str) -> None:
+        operator, (kind, number) = self._services.operator, key
         if kind == "item":
             self._cancelling.add(number)
             self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
