@@ -46,7 +46,7 @@ class Plan:
         """Every occurrence of an enabled schedule in [start, end), in order of time; nothing before now."""
         start = max(start, self._clock.now())
         count = self._schedules.count(self._db.read())
-        runs = self._all(max(MOST_PER_SCHEDULE, MOST_OF_ALL // max(1, count)), before=end)
+        runs = self._all(max(MOST_PER_SCHEDULE, MOST_OF_ALL // max(1, count)), start, before=end)
         return list(takewhile(lambda run: run.at < end, (run for run in runs if run.at >= start)))
 
     def until(self, end: datetime) -> Iterator[PlannedRun]:
@@ -63,8 +63,9 @@ class Plan:
         calendar = working_calendar(c, self._settings.load(c))
         return list(islice(occurrences(draft, self._clock.now(), calendar), count))
 
-    def _all(self, most_each: int | None = MOST_PER_SCHEDULE, before: datetime | None = None) -> Iterator[PlannedRun]:
-        """In order of time; ``before`` leaves out the schedules that don't come until then."""
+    def _all(self, most_each: int | None = MOST_PER_SCHEDULE, start: datetime | None = None,
+             before: datetime | None = None) -> Iterator[PlannedRun]:
+        """In order of time, from ``start`` on; ``before`` leaves out the schedules that don't come until then."""
         c = self._db.read()
         schedules = self._schedules.all(c) if before is None else self._schedules.due(c, before)
         calendar = working_calendar(c, self._settings.load(c))
@@ -78,19 +79,17 @@ class Plan:
                 key = (robot.id, mission.guid)
                 if key not in learned:
                     learned[key] = self._executions.usual(c, *key)
-                streams.append(_runs(schedule, robot, mission, expected(learned[key], mission), calendar, most_each))
+                streams.append(_runs(schedule, robot, mission, expected(learned[key], mission), calendar, most_each, start))
         return heapq.merge(*streams, key=lambda run: (run.at, -run.schedule.priority, run.schedule.name))
 
 
 def _runs(schedule: Schedule, robot: Robot, mission: Mission, usual: DurationEstimate | None, calendar: WorkingCalendar,
-          most: int | None) -> Iterator[PlannedRun]:
+          most: int | None, start: datetime | None) -> Iterator[PlannedRun]:
     first = schedule.next_at
     if first is None:
         return
-    if schedule.is_paused(first) and schedule.paused_until is not None:
-        after, begun = schedule.paused_until - MOMENT, []
-    else:
-        after, begun = first, [first]
+    wanted = max((schedule.paused_until if schedule.is_paused(first) else None) or first, start or first)
+    after, begun = (first, [first]) if wanted == first else (wanted - MOMENT, [])
     for at in chain(begun, (o.instant for o in islice(occurrences(schedule, after, calendar), most))):
         yield PlannedRun(at, schedule, robot, mission, usual.median_s if usual else None, usual.slow_s if usual else None,
                          usual is not None and usual.typed)
