@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -18,22 +18,68 @@ from app.services.history.robot_states import RobotTimeline
 
 COLUMNS = 600                        # of a band; finer can't be seen
 HOUR = 3600.0
+SHORTEST = timedelta(hours=1)         # that can be zoomed to
 KINDS = ("executing", "charging", "idle", "paused", "error", "offline", NO_DATA)
 
 
 @dataclass(frozen=True)
+class Steps:
+    """What of the period can be looked at from here."""
+    earlier: bool = False
+    later: bool = False
+    more: bool = False
+    less: bool = False
+
+
+@dataclass(frozen=True)
 class StatesFacts:
+    """``start`` and ``end`` are those of what is drawn, ``whole`` those of the period that was read."""
     start: datetime
     end: datetime
     timelines: Sequence[RobotTimeline]
+    whole: tuple[datetime, datetime] | None = None
+
+    @property
+    def period(self) -> tuple[datetime, datetime]:
+        return self.whole or (self.start, self.end)
 
     def place(self, instant: datetime) -> float:
-        """0..1 of the period."""
+        """0..1 of what is drawn."""
         return (instant - self.start) / (self.end - self.start)
 
     def moment(self, place: float) -> datetime:
-        """The instant at 0..1 of the period."""
+        """The instant at 0..1 of what is drawn."""
         return min(self.start + (self.end - self.start) * place, self.end - timedelta(microseconds=1))
+
+    def within(self, start: datetime, length: timedelta) -> StatesFacts:
+        """So long a part of the period, moved as far as it must be to lie in it."""
+        first, last = self.period
+        length = min(length, last - first)
+        start = max(first, min(start, last - length))
+        return replace(self, start=start, end=start + length, whole=(first, last))
+
+    def as_before(self, seen: StatesFacts | None) -> StatesFacts:
+        """What was looked at stays, also when this has been read anew; the end of the period is followed."""
+        if seen is None or seen.whole is None:
+            return self
+        length = seen.end - seen.start
+        return self.within(self.end - length if seen.end == seen.whole[1] else seen.start, length)
+
+    @property
+    def steps(self) -> Steps:
+        first, last = self.period
+        return Steps(self.start > first, self.end < last, self.end - self.start < last - first, self.end - self.start > SHORTEST)
+
+    def zoomed(self, further: bool) -> StatesFacts:
+        """Half or twice the time: around the middle, but what ended with the period still does."""
+        length = self.end - self.start
+        wanted = max(SHORTEST, length / 2) if further else length * 2
+        return self.within(self.end - wanted if self.end == self.period[1] else self.start + (length - wanted) / 2, wanted)
+
+    def moved(self, later: bool) -> StatesFacts:
+        """Half a view earlier or later."""
+        length = self.end - self.start
+        return self.within(self.start + length / 2 * (1 if later else -1), length)
 
 
 @dataclass(frozen=True)
@@ -95,8 +141,13 @@ def legend() -> list[LegendEntry]:
 
 def lanes(facts: StatesFacts) -> list[Lane]:
     return [Lane(one.robot_id, one.robot, _share_on_missions(one), tuple(
-                Span(facts.place(span.start), facts.place(span.end), span.activity) for span in as_drawn(one.spans, COLUMNS)))
+                Span(facts.place(span.start), facts.place(span.end), span.activity) for span in as_drawn(_drawn(facts, one), COLUMNS)))
             for one in facts.timelines]
+
+
+def _drawn(facts: StatesFacts, one: RobotTimeline) -> list[ActivitySpan]:
+    return [span._replace(start=max(span.start, facts.start), end=min(span.end, facts.end)) for span in one.spans
+            if span.end > facts.start and span.start < facts.end]
 
 
 def _share_on_missions(one: RobotTimeline) -> str:

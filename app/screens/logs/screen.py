@@ -17,7 +17,7 @@ from app.screens.logs import cards, kpi_view, more_view, report_page, robot_stat
 from app.screens.logs.facts import PAGE, LogsFacts, LogsServices, execution_filter, period_with, read_facts, read_next_page
 from app.screens.logs.figures import Figures, MoreFigures, read_figures, read_more_figures
 from app.screens.logs.kpi_view import Explanation
-from app.screens.logs.robot_states import Mark, StatesFacts, read_states
+from app.screens.logs.robot_states import Mark, StatesFacts, Steps, read_states
 from app.screens.logs.view import Filters, Period
 from app.services.history.shift_report import ReportPeriod
 from app.services.live.changes import Topic
@@ -50,6 +50,7 @@ class LogsViewModel(ViewModel):
     ticks = ListProperty()
     mark = ObjectProperty(None, allownone=True)       # of the span whose details are shown
     legend = ListProperty()
+    steps = ObjectProperty(Steps(), rebind=True)      # that the bands can be moved and zoomed by
     opened_run = ObjectProperty(None, allownone=True)    # id of the run whose story is shown
     count_text = StringProperty()
     export_text = StringProperty()
@@ -126,7 +127,8 @@ class LogsViewModel(ViewModel):
     def _take_figures(self, found: tuple[Filters, Figures, MoreFigures | None, StatesFacts | None]) -> None:
         filters, figures, more, states = found
         if filters == self._filters:
-            self._figures, self._more, self._states = figures, more or self._more, states or self._states
+            self._figures, self._more = figures, more or self._more
+            self._states = states.as_before(self._states) if states else self._states
             self._show_figures()
 
     def load_more(self) -> None:
@@ -183,7 +185,7 @@ class LogsViewModel(ViewModel):
                 self.figures = more_view.page(self._figures, self._more)
         if self._states is not None and self.part == "robots":
             self.lanes, self.ticks = robot_states.lanes(self._states), robot_states.ticks(self._states, self._facts.zone)
-            self.legend = robot_states.legend()
+            self.legend, self.steps = robot_states.legend(), self._states.steps
 
     def explain(self, key: str) -> None:
         """What a figure means, and the numbers behind it."""
@@ -202,8 +204,20 @@ class LogsViewModel(ViewModel):
         found = robot_states.span_at(states, robot_id, place) if states else None
         if states is not None and found is not None:
             self.mark = Mark(robot_id, states.place(found[1].start), states.place(found[1].end))
-            dialog = self._open_explanation(robot_states.span_details(*found, states.end, self._facts.settings.timezone))
+            dialog = self._open_explanation(robot_states.span_details(*found, states.period[1], self._facts.settings.timezone))
             dialog.bind(on_dismiss=lambda _dialog: setattr(self, "mark", None))
+
+    def zoom(self, further: bool) -> None:
+        """The bands of half or twice the time."""
+        if self._states is not None:
+            self._states = self._states.zoomed(further)
+            self._show_figures()
+
+    def move(self, later: bool) -> None:
+        """The bands of half a view earlier or later."""
+        if self._states is not None:
+            self._states = self._states.moved(later)
+            self._show_figures()
 
     def toggle(self, execution_id: int) -> None:
         """Open or close the story of a run."""
@@ -217,6 +231,8 @@ class LogsViewModel(ViewModel):
 
     def _use(self, filters: Filters) -> None:
         if filters != self._filters:
+            if filters.period is not self._filters.period:
+                self._states = None              # all of it is looked at first
             self._filters = filters
             self._facts = replace(self._facts, rows=())
         self._show()

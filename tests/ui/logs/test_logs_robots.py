@@ -86,3 +86,37 @@ def test_longer_periods_are_thinned_out_but_keep_every_robot(screen, ui):
 
 def test_nothing_overlaps_or_is_too_small(screen, ui):
     assert checks.problems(screen.shell.navigator.screen("logs")) == []
+
+
+def by_icon(ui, icon: str) -> IconButton:
+    return ui.find(IconButton, ui.find(RobotsPart), icon=icon)
+
+
+def test_the_bands_are_zoomed_and_moved_by_buttons(screen, ui):
+    tap(screen, ui, ui.find(Segment, text="7 days"))
+    bands = ui.find(ActivityBands)
+    whole, days = [lane.spans for lane in bands.lanes], [tick.label for tick in bands.ticks]
+    assert by_icon(ui, "magnify-minus-outline").disabled
+    assert by_icon(ui, "chevron-left").disabled
+    for _ in range(3):
+        tap(screen, ui, by_icon(ui, "magnify-plus-outline"))
+    assert [lane.spans for lane in bands.lanes] != whole
+    assert all(tick.label.endswith(":00") for tick in bands.ticks)         # less than a day
+    assert [(lane.spans[0].start, lane.spans[-1].end) for lane in bands.lanes] == [pytest.approx((0, 1))] * 3
+    assert by_icon(ui, "chevron-right").disabled                            # it still ends with the period
+    tap(screen, ui, by_icon(ui, "chevron-left"))
+    assert not by_icon(ui, "chevron-right").disabled
+    start, end = span_of(bands, "Sisu", "idle")
+    assert tap_band(screen, ui, "Sisu", (start + end) / 2).title == "Sisu: Idle"
+    ui.key(27)
+    settle(screen, ui)
+    for _ in range(3):
+        tap(screen, ui, by_icon(ui, "magnify-minus-outline"))
+    assert [tick.label for tick in bands.ticks] == days
+
+
+def test_another_period_is_seen_whole(screen, ui):
+    tap(screen, ui, ui.find(Segment, text="7 days"))
+    tap(screen, ui, by_icon(ui, "magnify-plus-outline"))
+    tap(screen, ui, ui.find(Segment, text="30 days"))
+    assert by_icon(ui, "magnify-minus-outline").disabled
