@@ -50,6 +50,8 @@ class Styled(Toned):
             return tk.accent_bg, tk.accent_on, tk.accent if tk.strong else tk.accent_bg
         if self.style in PLAIN:
             return CLEAR, tk.ink2, CLEAR
+        if self.tone == "attention":
+            return self.tint, self.tint_ink, self.fg
         return (tk.surface, tk.fault, tk.fault) if self.tone == "fault" else (tk.surface, tk.ink, tk.outline)
 
 

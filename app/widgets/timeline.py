@@ -25,12 +25,12 @@ class Timeline(Chart):
 
     Of a lane it reads ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; of a bar ``key``, ``start``, ``end``, ``label``,
     ``state`` (past, failed, skipped, held, running, planned), ``late`` (where a whisker ends, or None), ``assumed`` (the length is not
-    known) and ``typed`` (a person has entered it). closed = [(from, to, words)], ticks = [(hour, label, strong)]. A tap on a bar (or
-    nearest within a fingertip) fires ``on_bar(key)``; ``on_window(first, hours)`` is what is seen after fingers have moved it. In a page
-    that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing.
+    known) and ``typed`` (a person has entered it). bands = [(from, to, words, kind)], which are "closed" or "held"; ticks = [(hour, label,
+    strong)]. A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``; ``on_window(first, hours)`` is what is seen after
+    fingers have moved it. In a page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing.
     """
     lanes = ListProperty()
-    closed = ListProperty()
+    bands = ListProperty()
     ticks = ListProperty()
     hours = NumericProperty(24)
     first = NumericProperty(0)
@@ -40,7 +40,7 @@ class Timeline(Chart):
     wanted_height = NumericProperty(0)       # of all lanes at their least; for a timeline that scrolls
     seen_from = NumericProperty(0)
     seen_height = NumericProperty(0)
-    watch = ("lanes", "closed", "ticks", "hours")
+    watch = ("lanes", "bands", "ticks", "hours")
 
     touched = BooleanProperty(False)         # fingers move it just now
     __events__ = ("on_bar", "on_window")
@@ -165,7 +165,7 @@ class Timeline(Chart):
     def draw(self):
         """Begin a new drawing; it is seen when it is complete."""
         self._is_stale = False
-        frame = Frame.of(self.lanes, self.closed, self.ticks, self.first, self.hours, self.pos, self.size)
+        frame = Frame.of(self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size)
         self._next = Drawing(frame, self.seen_from, self.seen_height)
         self._make()
 

@@ -47,9 +47,9 @@ def look_of(bar: Any) -> str:
 
 @dataclass(frozen=True)
 class Frame:
-    """What is drawn and where: hours of the timeline, px of the window. ``lanes``, ``closed`` and ``ticks`` are those of ``Timeline``."""
+    """What is drawn and where: hours of the timeline, px of the window. ``lanes``, ``bands`` and ``ticks`` are those of ``Timeline``."""
     lanes: Sequence[Any]
-    closed: Sequence[tuple[float, float, str]]
+    bands: Sequence[tuple[float, float, str, str]]
     ticks: Sequence[tuple[float, str, bool]]
     first: float         # hour at the left edge
     hours: float         # from the left edge to the right
@@ -65,13 +65,13 @@ class Frame:
     colours: Mapping[str, Colours]
 
     @classmethod
-    def of(cls, lanes: Sequence[Any], closed: Sequence[Any], ticks: Sequence[Any], first: float, hours: float,
+    def of(cls, lanes: Sequence[Any], bands: Sequence[Any], ticks: Sequence[Any], first: float, hours: float,
            pos: tuple[float, float], size: tuple[float, float]) -> Frame:
         """The names take what they need of the width, up to a third."""
         (x, y), (width, height) = pos, size
         names = max(max(width_of(lane.name, 16, "RobotoMedium"), width_of(lane.note)) for lane in lanes)
         left = x + max(dp(88), min(names + dp(16), width * .3))
-        return cls(lanes, closed, ticks, first, hours, low=first - hours * BEYOND, high=first + hours * (1 + BEYOND),
+        return cls(lanes, bands, ticks, first, hours, low=first - hours * BEYOND, high=first + hours * (1 + BEYOND),
                    x=x, left=left, right=x + width, y=y, top=y + height, unit=(x + width - left) / hours,
                    lane_height=(height - dp(AXIS)) / len(lanes),
                    colours=colours())
@@ -109,19 +109,23 @@ class Frame:
 
 # ---------------------------------------------------------------------- the background
 def paint_background(frame: Frame) -> None:
-    """Closed time with its words, and the lines of the ticks."""
+    """Closed time with its words, held time, and the lines of the ticks."""
     height = frame.bottom_of_axis - frame.y
-    closed = [(frame.at(start), frame.at(end), words) for start, end, words in frame.closed if frame.is_drawn(start, end)]
-    for x, x2, _words in closed:
-        box(x, frame.y, x2 - x, height, tk.closed)
-        hatch(x, frame.y, x2 - x, height, tk.hatch)
+    bands = [(frame.at(start), frame.at(end), words, kind) for start, end, words, kind in frame.bands if frame.is_drawn(start, end)]
+    for x, x2, _words, kind in bands:
+        if kind == "held":
+            box(x, frame.y, x2 - x, height, tk.attention_bg, alpha=.3 if tk.strong else .6)
+            box(x2 - dp(2), frame.y, dp(2), height, tk.attention)
+        else:
+            box(x, frame.y, x2 - x, height, tk.closed)
+            hatch(x, frame.y, x2 - x, height, tk.hatch)
     for hour, _label, strong in frame.ticks:
         if frame.is_drawn(hour):
             box(frame.at(hour), frame.y, 2 if strong else 1, height, tk.outline if strong else tk.grid)
-    for x, x2, words in closed:
+    for x, x2, words, kind in bands:
         left, right = max(frame.left, x), min(frame.right, x2)
         width = width_of(words) + dp(24)
-        if words and width <= right - left:
+        if kind != "held" and width <= right - left:
             middle, y = (left + right) / 2, frame.y + frame.lane_height * (len(frame.lanes) - .5)
             box(middle - width / 2, y - dp(13), width, dp(26), tk.surface, dp(13))
             text(words, middle, y, tk.ink2, ax=.5)
@@ -138,7 +142,7 @@ def paint_bars(frame: Frame, bars: Sequence[Any], y: float) -> None:
     """Each with label and whisker, but for narrow ones."""
     narrow: dict[str, list[Span]] = {}
     starts = [frame.at(bar.start) for bar in bars]
-    closes = [frame.at(start) for start, *_ in frame.closed]
+    closes = [frame.at(start) for start, *_ in frame.bands]
     for n, bar in enumerate(bars):
         x, x2 = starts[n], frame.at(bar.end)
         width = bar_width(x, x2)
@@ -284,12 +288,31 @@ def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
         width = width_of(now_label, 14, "RobotoMedium") + dp(16)
         left = _kept_in(frame.at(now), width, seen)
         pill = left, left + width
-    _paint_tick_labels(frame, seen, [pill] if pill else [])
+    taken = [pill] if pill else []
+    _paint_tick_labels(frame, seen, taken + _paint_hold(frame, seen, pill))
     if frame.is_drawn(now):
         box(frame.at(now) - 1, frame.y, 2, frame.bottom_of_axis - frame.y, tk.ink)
     if pill:
         box(left, frame.bottom_of_axis + dp(3), width, dp(24), tk.ink, dp(12))
         text(now_label, left + width / 2, frame.top - dp(AXIS) / 2 + dp(1), tk.surface, ax=.5, font="RobotoMedium")
+
+
+def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
+    """Until when everything is held and why, above its band and beside the time, which is within it. Returns what it takes."""
+    for start, end, words, kind in frame.bands:
+        x, x2 = max(frame.at(start), seen[0]), min(frame.at(end), seen[1])
+        if kind == "held" and x < x2:
+            width = width_of(words, font="RobotoMedium") + dp(40)
+            if now and now[0] < x + width and x < now[1] + dp(6):
+                x = now[1] + dp(6)
+            if x + width > seen[1]:
+                x = max(seen[0], (now[0] - dp(6) if now and now[1] + dp(6) == x else seen[1]) - width)
+            y = frame.top - dp(AXIS) / 2 + dp(1)
+            box(x, y - dp(12), width, dp(24), tk.attention_solid, dp(12))
+            text(md_icons["hand-back-right-outline"], x + dp(18), y, tk.amber_ink, 16, .5, .5, "Icons")
+            text(words, x + dp(30), y, tk.amber_ink, font="RobotoMedium")
+            return [(x, x + width)]
+    return []
 
 
 def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:

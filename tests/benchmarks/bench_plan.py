@@ -52,7 +52,7 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
     from kivy.tests.common import UnitTestTouch
 
     from app.widgets.timeline import Timeline
-    chart = Timeline(lanes=lanes.lanes, ticks=lanes.ticks, closed=lanes.closed, hours=lanes.hours, first=lanes.first, now=lanes.now,
+    chart = Timeline(lanes=lanes.lanes, ticks=lanes.ticks, bands=lanes.bands, hours=lanes.hours, first=lanes.first, now=lanes.now,
                      now_label=lanes.now_label, size_hint=(None, None), width=window.width, seen_height=window.height)
     chart.height = chart.wanted_height
     chart.top = window.height

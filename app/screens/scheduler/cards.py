@@ -19,6 +19,7 @@ class UpcomingCard(SectionCard):
     timeline = ObjectProperty(TimelineView(), rebind=True)
     days = ListProperty()
     narrow = BooleanProperty(False)
+    held = BooleanProperty(False)        # nothing is sent to any robot
     follows = BooleanProperty(True)      # what is shown moves with the time
     bars_height = NumericProperty(0)     # of all robots' lanes
     wanted = NumericProperty(0)          # height at which all robots up to four are seen

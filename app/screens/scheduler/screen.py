@@ -18,12 +18,13 @@ from app.screens.common.options import MenuItem
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
-from app.screens.scheduler import timeline, view
+from app.screens.scheduler import bar_card, timeline, view
+from app.screens.scheduler.bar_card import BarCard
 from app.screens.scheduler.cards import SchedulerEmpty
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.hold import HoldDialog
-from app.screens.scheduler.timeline import BarCard, TimelineView
+from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import DayRow
 from app.services.catalogue.catalogue import Removed
 from app.services.files.plan_export import PlanExport
@@ -50,6 +51,7 @@ class SchedulerViewModel(ViewModel):
     schedules = ListProperty()
     schedules_note = StringProperty()
     has_robots = BooleanProperty(True)
+    held = BooleanProperty(False)        # nothing is sent to any robot
     narrow = BooleanProperty(False)
     exporting = BooleanProperty(False)
 
@@ -112,6 +114,7 @@ class SchedulerViewModel(ViewModel):
         window, facts, shown = reading
         self._facts = facts
         self.has_robots = bool(facts.robots)
+        self.held = any(hold.covers(None, self._services.clock.now()) for hold in facts.holds)
         self.form.take(facts)
         if (schedule := facts.schedule(self._wanted)) is not None:
             self._wanted = None
@@ -175,7 +178,7 @@ class SchedulerViewModel(ViewModel):
             case ("execution", number):
                 execution = next((one for one in self._facts.past if one.id == number), None)
                 if execution is not None:
-                    self._open_card(timeline.run_card(self._facts, execution, self._services.clock.now()), place, {
+                    self._open_card(bar_card.run_card(self._facts, execution, self._services.clock.now()), place, {
                         "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(execution.schedule_id or 0)})
             case ("zoom", middle, length) if self.timeline.origin is not None:
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
@@ -184,7 +187,7 @@ class SchedulerViewModel(ViewModel):
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:
-                    self._open_card(timeline.start_card(self._facts, run), place, {
+                    self._open_card(bar_card.start_card(self._facts, run), place, {
                         "edit": lambda: self.edit(number), "skip": lambda: self.skip_next(run.schedule),
                         "run": lambda: self.run_now(run.schedule)})
 
@@ -231,8 +234,11 @@ class SchedulerViewModel(ViewModel):
         self._shell.dialogs.menu(anchor, items, lambda key: calls[key](schedule))
 
     def hold(self) -> None:
-        """Keep everything, or one robot, from being sent anything; the banner releases it."""
-        if self._facts.robots:
+        """Keep everything, or one robot, from being sent anything; while everything is held, release it."""
+        if self.held:
+            self._shell.background.run(self._services.holds.release, lambda _none: self._say(_("Released"), "play-circle-outline"),
+                                       self._shell.say_problem)
+        elif self._facts.robots:
             self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts))
 
     def export(self) -> None:

@@ -8,19 +8,17 @@ from datetime import date, datetime, timedelta
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
-from app.domain.models import Execution, Reason, ReasonCode, Robot, State
-from app.domain.reasons import sentence, waiting_sentence
+from app.domain.models import Execution, Robot, State
 from app.i18n import _, ngettext, pgettext
-from app.screens.common import execution_appearance, formats
-from app.screens.common.options import MenuItem
+from app.screens.common import formats
 from app.screens.common.robot_appearance import off_word
+from app.screens.scheduler import axis
+from app.screens.scheduler.axis import Band, Range, Tick
 from app.screens.scheduler.facts import HOURS, MARGIN, SchedulerFacts, Window, full_hour
-from app.screens.scheduler.view import day_begins
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
 
 SHORTEST = 1 / 60                        # hours: a bar of no length would be no bar
-NEAR_NOW = 0.03                          # of what is seen, around the now-line, where ticks have no label
 THIN = 1 / 250                           # of what is seen: bars this short and this close together become one
 MERGED_FROM = 3                          # of them
 CONTENDING = ("planned", "running")      # states of bars that need their robot
@@ -46,20 +44,6 @@ class Bar(NamedTuple):
     typed: bool = False                  # its length was entered by a person
 
 
-class Closed(NamedTuple):
-    """A time when nothing is started."""
-    start: float
-    end: float
-    text: str
-
-
-class Tick(NamedTuple):
-    """A line of the axis; a strong one begins a day."""
-    hour: float
-    label: str
-    strong: bool
-
-
 class Lane(NamedTuple):
     """A robot, its bars, and from when to when two of them want it."""
     name: str
@@ -79,7 +63,7 @@ class TimelineView:
     """What the widget shows."""
     origin: datetime | None = None
     lanes: tuple[Lane, ...] = ()
-    closed: tuple[Closed, ...] = ()
+    bands: tuple[Band, ...] = ()
     ticks: tuple[Tick, ...] = ()
     first: float = 0.0
     hours: float = HOURS
@@ -87,20 +71,6 @@ class TimelineView:
     now_label: str = ""
     span: str = ""                       # in words
     legend: tuple[LegendEntry, ...] = ()
-
-
-@dataclass(frozen=True)
-class _Range:
-    """The hours that are read: from ``low`` to ``high``."""
-    origin: datetime
-    low: float
-    high: float
-
-    def at(self, instant: datetime) -> float:
-        return (instant - self.origin).total_seconds() / 3600
-
-    def instant(self, hour: float) -> datetime:
-        return self.origin + timedelta(hours=hour)
 
 
 def span_text(hours: float) -> str:
@@ -132,18 +102,18 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     left = window.start(now, facts.zone)
     origin = full_hour(left, facts.zone)
     first = (left - origin).total_seconds() / 3600
-    read = _Range(origin, first - window.hours * MARGIN, first + window.hours * (1 + MARGIN))
+    read = Range(origin, first - window.hours * MARGIN, first + window.hours * (1 + MARGIN))
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
     lanes = tuple(_lane(facts, robot, now, read, window.hours * THIN) for robot in facts.robots)
-    closed = tuple(_closed(facts, read))
+    closed = tuple(axis.closed(facts, read))
     return TimelineView(
-        origin, lanes=lanes, closed=(*closed, *_held(facts, read)), legend=tuple(_legend(lanes, closed)),
-        ticks=tuple(_ticks(facts.zone, read, read.at(now), step, window.hours)),
+        origin, lanes=lanes, bands=(*closed, *axis.held(facts, now, read)), legend=tuple(_legend(lanes, closed)),
+        ticks=tuple(axis.ticks(facts.zone, read, read.at(now), step, window.hours)),
         first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
         span=span_text(window.hours))
 
 
-def _legend(lanes: Sequence[Lane], closed: Sequence[Closed]) -> Iterable[LegendEntry]:
+def _legend(lanes: Sequence[Lane], closed: Sequence[Band]) -> Iterable[LegendEntry]:
     """Of what is drawn, and of nothing else."""
     bars = [bar for lane in lanes for bar in lane.bars]
     drawn = {"typed" if bar.typed else "assumed" if bar.assumed else bar.state for bar in bars}
@@ -156,11 +126,13 @@ def _legend(lanes: Sequence[Lane], closed: Sequence[Closed]) -> Iterable[LegendE
 
 
 # ---------------------------------------------------------------------- bars
-def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, read: _Range, thin: float) -> Lane:
+def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, read: Range, thin: float) -> Lane:
     bars = [_past_bar(facts, execution, now, read) for execution in facts.past if execution.robot_id == robot.id]
     bars += [_planned_bar(facts, run, read) for run in facts.planned if run.robot.id == robot.id]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
-    return Lane(robot.name, robot.model or "" if robot.enabled else off_word(robot),
+    hold = next((hold for hold in facts.holds if hold.robot_id == robot.id), None)
+    held = axis.held_until(hold, facts, now) if hold and hold.covers(robot.id, now) else ""
+    return Lane(robot.name, held or robot.model or "" if robot.enabled else off_word(robot),
                 tuple(_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date())), tuple(_overlaps(bars)))
 
 
@@ -199,7 +171,7 @@ def _block(group: list[Bar]) -> Bar:
                group[0].state)
 
 
-def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: _Range) -> Bar:
+def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
     start, held = read.at(run.at), facts.hold(run.robot.id, run.at) is not None
     is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
     return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
@@ -208,8 +180,8 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: _Range) -> Bar:
                typed=run.usual_s is not None and run.typed)
 
 
-def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: _Range) -> Bar:
-    begins, ends = _span(facts, execution, now)
+def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:
+    begins, ends = span_of(facts, execution, now)
     state, label, start = BARS[execution.state], execution.mission if execution.state.is_open else "", read.at(begins)
     key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
     typed = waits and key in facts.typed
@@ -219,7 +191,7 @@ def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: 
     return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)
 
 
-def _span(facts: SchedulerFacts, execution: Execution, now: datetime) -> tuple[datetime, datetime]:
+def span_of(facts: SchedulerFacts, execution: Execution, now: datetime) -> tuple[datetime, datetime]:
     """From when to when an execution used its robot, or waited for it."""
     usual = timedelta(seconds=facts.usual_s.get((execution.robot_id or 0, execution.mission_guid), ASSUMED_S))
     if execution.state is State.EXECUTING:
@@ -231,89 +203,3 @@ def _span(facts: SchedulerFacts, execution: Execution, now: datetime) -> tuple[d
     if execution.state in (State.SKIPPED, State.MISSED):
         return execution.planned_at, min(ended, execution.closes_at)
     return execution.started_at or execution.submitted_at or execution.planned_at, ended
-
-
-# ---------------------------------------------------------------------- the card of a bar
-@dataclass(frozen=True)
-class BarCard:
-    """What a bar stands for, and what can be done with it."""
-    title: str
-    text: str
-    items: tuple[MenuItem, ...]
-
-
-def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> BarCard:
-    """Of a run that has begun, waits or has ended: what came of it and why."""
-    begins, ends = _span(facts, execution, now)
-    why = waiting_sentence(execution, facts.zone, _) if execution.state.is_open else \
-        sentence(execution.reason, facts.zone, _) if execution.reason else execution_appearance.word(execution.state)
-    items = [MenuItem("log", _("Open in Logs"), "text-box-outline")]
-    if facts.schedule(execution.schedule_id) is not None:
-        items.append(MenuItem("edit", _("Edit schedule"), "pencil-outline"))
-    return BarCard(execution.mission, _lines(f"{execution.robot} · {_from_to(facts, begins, ends)}", why), tuple(items))
-
-
-def start_card(facts: SchedulerFacts, run: PlannedRun) -> BarCard:
-    """Of a planned start: how long it will take, as far as that is known, and what keeps it back."""
-    hold, ends = facts.hold(run.robot.id, run.at), run.at + timedelta(seconds=run.usual_s or ASSUMED_S)
-    usual, slow = formats.duration(run.usual_s), formats.duration(run.slow_s)
-    if run.usual_s is None:
-        length = _("Its length is not known yet: 5 min are assumed")
-    elif run.typed or run.slow_s is None:
-        length = _("Usually {usual}").format(usual=usual)
-    else:
-        length = _("Usually {usual}, nine of ten within {slow}").format(usual=usual, slow=slow)
-    held = ""
-    if hold is not None:
-        held = _("Held until it is released") if hold.until is None else sentence(
-            Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _)
-    is_next = run.at == run.schedule.next_at
-    items = (MenuItem("edit", _("Edit schedule"), "pencil-outline"),
-             *([MenuItem("skip", _("Skip this one"), "skip-next")] if is_next else []), MenuItem("run", _("Run now"), "play"))
-    return BarCard(run.mission.name, _lines(f"{run.robot.name} · {_from_to(facts, run.at, ends)}", length, held), items)
-
-
-def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:
-    start, end = begins.astimezone(facts.zone), ends.astimezone(facts.zone)
-    return f"{formats.wall_day(start.date())} {formats.wall_time(start)}–{formats.wall_time(end)}"
-
-
-def _lines(*lines: str) -> str:
-    return "\n".join(line for line in lines if line)
-
-
-# ---------------------------------------------------------------------- closed time and axis
-def _closed(facts: SchedulerFacts, read: _Range) -> Iterable[Closed]:
-    zone = facts.zone
-    first = read.instant(read.low).astimezone(zone).date()
-    for n in range(int((read.high - read.low) / 24) + 3):
-        day = first + timedelta(days=n)
-        begins, ends = max(read.low, read.at(day_begins(day, zone))), min(read.high, read.at(day_begins(day + timedelta(days=1), zone)))
-        status = facts.calendar.day_status(day)
-        if begins < ends and not status.is_working:
-            name = status.name or formats.current().weekdays[day.weekday()]
-            yield Closed(begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:]))
-
-
-def _held(facts: SchedulerFacts, read: _Range) -> Iterable[Closed]:
-    """As long as nothing is sent to any robot."""
-    for hold in facts.holds:
-        begins = max(read.low, read.at(hold.since)) if hold.since else read.low
-        ends = min(read.high, read.at(hold.until)) if hold.until else read.high
-        if hold.robot_id is None and begins < ends:
-            yield Closed(begins, ends, "")           # the bars in it say it, and the banner says why
-
-
-def _ticks(zone: ZoneInfo, read: _Range, now: float, step: int, seen: float) -> Iterable[Tick]:
-    """A tick every ``step`` local hours, strong at midnight, and one where the clock is changed."""
-    begins = int(read.low) - 1
-    before = read.instant(begins).astimezone(zone).utcoffset()
-    for n in range(begins + 1, int(read.high) + 1):
-        local = read.instant(n).astimezone(zone)
-        if local.utcoffset() != before:
-            before = local.utcoffset()
-            yield Tick(n, _("Clock change"), True)
-        elif local.hour == 0:
-            yield Tick(n, formats.wall_day(local.date()), True)
-        elif step < 24 and local.hour % step == 0:
-            yield Tick(n, "" if abs(n - now) < seen * NEAR_NOW else formats.wall_time(local), False)

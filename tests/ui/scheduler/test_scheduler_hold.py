@@ -17,6 +17,7 @@ from app.widgets.plan_rows import ScheduleLine
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
+from app.widgets.tokens import tk
 from tests.support.planner import insert_due
 from tests.ui.planner import KITS, choose, menu, named, pick_day, press, save, settle
 
@@ -90,14 +91,32 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
 
 
 def test_what_is_held_already_is_shown_and_released_in_the_dialog(screen, container, ui):
-    container.holds.hold("Audit")
+    veikko = named(container, "Collect empties", "Veikko").robot_id
+    container.holds.hold("Audit", robot_id=veikko)
     settle(screen, ui)
     press(screen, ui, "Hold …")
     dialog = ui.find(HoldDialog)
+    ui.tap(ui.find(PickField, root=dialog, label="What is held"))
+    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
+    settle(screen, ui)
     assert dialog.present == "Held since 14:38, until it is released · Audit"
     ui.tap(ui.find(CommandButton, root=dialog, text="Release"))
     settle(screen, ui)
     assert container.holds.current() == []
+
+
+def test_the_timeline_says_until_when_everything_is_held_and_its_button_releases_it(screen, container, ui):
+    container.holds.hold("Maintenance", container.clock.now() + timedelta(hours=3))
+    settle(screen, ui)
+    assert [band.text for band in ui.find(Timeline).bands if band.kind == "held"] == ["Held until 17:38 · Maintenance"]
+    button = ui.find(CommandButton, text="Held · Release")
+    assert (button.tone, tuple(button.back)) == ("attention", tuple(tk.attention_bg))
+    ui.tap(button)
+    settle(screen, ui)
+    assert container.holds.current() == []
+    assert ui.find(Snackbar).text == "Released"
+    ui.wait(lambda: not [band for band in ui.find(Timeline).bands if band.kind == "held"])
+    assert ui.find(CommandButton, text="Hold …").tone == "neutral"
 
 
 def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, container, ui):
@@ -157,7 +176,7 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
     container.catalogue.add_days([DayException("Fair", date(2026, 11, 21), date(2026, 11, 21), is_working=True),
                                   DayException("Stocktaking", date(2026, 11, 23), date(2026, 11, 23))])
     settle(screen, ui)
-    assert not [words for *_hours, words in ui.find(Timeline).closed if words.startswith("Saturday")]
+    assert not [words for *_hours, words, _kind in ui.find(Timeline).bands if words.startswith("Saturday")]
     choose(screen, ui, "Mission", KITS)
     pick_day(screen, ui, "Day", date(2026, 11, 23))
     assert ui.find(PickField, label="Day").problem == "Not a working day: Stocktaking. Choose another day, or any day under More"
@@ -167,7 +186,7 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
                for schedule in container.repositories.schedules.all(container.db.read()))
     container.catalogue.save_days(DayException("Power cut", date(2026, 11, 20), date(2026, 11, 20)))
     settle(screen, ui)
-    ends = [end for _begin, end, words in ui.find(Timeline).closed if words == "Power cut: not a working day"]
+    ends = [end for _begin, end, words, _kind in ui.find(Timeline).bands if words == "Power cut: not a working day"]
     assert ends == [11.0]                                     # midnight: the timeline begins at 13:00
     screen.shell.navigator.screen("scheduler").vm.choose_mode("days")
     settle(screen, ui)

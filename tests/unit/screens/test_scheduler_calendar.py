@@ -31,12 +31,12 @@ def warnings(*concerns):
 
 
 def test_the_timeline_hatches_a_closed_day_under_its_name():
-    [(begins, ends, words)] = timeline(FACTS, NOW).closed
+    [(begins, ends, words, _kind)] = timeline(FACTS, NOW).bands
     assert (begins, ends, words) == (11.0, 35.0, "Audit: not a working day")
 
 
 def test_an_extra_working_day_is_not_hatched():
-    assert timeline(FACTS, NOW + timedelta(days=2)).closed[0][2] == "Sunday: not a working day"
+    assert timeline(FACTS, NOW + timedelta(days=2)).bands[0].text == "Sunday: not a working day"
 
 
 def test_the_days_to_come_say_which_are_closed_and_why():

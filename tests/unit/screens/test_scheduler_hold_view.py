@@ -74,14 +74,19 @@ def test_robots_can_be_chosen_one_by_one():
 def test_starts_within_a_hold_look_held_and_later_ones_do_not():
     bars = timeline(facts(planned=(planned(22), planned(82))), NOW).lanes[0].bars
     assert [(bar.label, bar.state) for bar in bars] == [("Held: Kits", "held"), ("Kits", "planned")]
-    assert timeline(facts(), NOW).closed[-1] == (pytest.approx(1 + 2 / 60), pytest.approx(2 + 38 / 60), "")
+    hold = timeline(facts(), NOW).bands[-1]
+    assert (hold.start, hold.end) == (pytest.approx(1 + 2 / 60), pytest.approx(2 + 38 / 60))
+    assert (hold.text, hold.kind) == ("Held until 15:38 · Maintenance", "held")
+    endless = timeline(facts(holds=(replace(HOLD, until=None, reason=""),)), NOW).bands[-1]
+    assert (endless.text, endless.kind) == ("Held until released", "held")
 
 
 def test_a_hold_of_one_robot_is_on_its_lane_only():
     one = facts(holds=(replace(HOLD, robot_id=2),), planned=(planned(22), planned(22, VEIKKO)))
     lanes = timeline(one, NOW).lanes
     assert [lane.bars[0].state for lane in lanes] == ["planned", "held"]
-    assert timeline(one, NOW).closed == timeline(facts(holds=()), NOW).closed
+    assert timeline(one, NOW).bands == timeline(facts(holds=()), NOW).bands
+    assert [lane.note for lane in lanes] == ["", "Held until 15:38"]
 
 
 def test_what_waits_because_of_a_hold_looks_held():

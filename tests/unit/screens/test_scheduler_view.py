@@ -106,8 +106,9 @@ def test_what_ended_before_the_window_is_not_drawn():
 
 
 def test_days_without_work_are_closed_and_named():
-    assert timeline(facts(), NOW).closed == ((11.0, 35.0, "Saturday: not a working day"), (35.0, 36.0, "Sunday: not a working day"))
-    assert timeline(facts(settings=replace(SETTINGS, working_days=("MO", "TU", "WE", "TH", "FR", "SA", "SU"))), NOW).closed == ()
+    assert timeline(facts(), NOW).bands == (
+        (11.0, 35.0, "Saturday: not a working day", "closed"), (35.0, 36.0, "Sunday: not a working day", "closed"))
+    assert timeline(facts(settings=replace(SETTINGS, working_days=("MO", "TU", "WE", "TH", "FR", "SA", "SU"))), NOW).bands == ()
 
 
 def test_a_clock_change_is_marked_and_the_hours_stay_true():

@@ -1,0 +1,63 @@
+"""The card that opens at a bar of the timeline: what the bar stands for, and what can be done with it. Pure."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from app.domain.models import Execution, Reason, ReasonCode
+from app.domain.reasons import sentence, waiting_sentence
+from app.i18n import _
+from app.screens.common import execution_appearance, formats
+from app.screens.common.options import MenuItem
+from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.timeline import span_of
+from app.services.planning.overlaps import ASSUMED_S
+from app.services.planning.plan import PlannedRun
+
+
+@dataclass(frozen=True)
+class BarCard:
+    """What a bar stands for, and what can be done with it."""
+    title: str
+    text: str
+    items: tuple[MenuItem, ...]
+
+
+def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> BarCard:
+    """Of a run that has begun, waits or has ended: what came of it and why."""
+    begins, ends = span_of(facts, execution, now)
+    why = waiting_sentence(execution, facts.zone, _) if execution.state.is_open else \
+        sentence(execution.reason, facts.zone, _) if execution.reason else execution_appearance.word(execution.state)
+    items = [MenuItem("log", _("Open in Logs"), "text-box-outline")]
+    if facts.schedule(execution.schedule_id) is not None:
+        items.append(MenuItem("edit", _("Edit schedule"), "pencil-outline"))
+    return BarCard(execution.mission, _lines(f"{execution.robot} · {_from_to(facts, begins, ends)}", why), tuple(items))
+
+
+def start_card(facts: SchedulerFacts, run: PlannedRun) -> BarCard:
+    """Of a planned start: how long it will take, as far as that is known, and what keeps it back."""
+    hold, ends = facts.hold(run.robot.id, run.at), run.at + timedelta(seconds=run.usual_s or ASSUMED_S)
+    usual, slow = formats.duration(run.usual_s), formats.duration(run.slow_s)
+    if run.usual_s is None:
+        length = _("Its length is not known yet: 5 min are assumed")
+    elif run.typed or run.slow_s is None:
+        length = _("Usually {usual}").format(usual=usual)
+    else:
+        length = _("Usually {usual}, nine of ten within {slow}").format(usual=usual, slow=slow)
+    held = ""
+    if hold is not None:
+        held = _("Held until it is released") if hold.until is None else sentence(
+            Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _)
+    is_next = run.at == run.schedule.next_at
+    items = (MenuItem("edit", _("Edit schedule"), "pencil-outline"),
+             *([MenuItem("skip", _("Skip this one"), "skip-next")] if is_next else []), MenuItem("run", _("Run now"), "play"))
+    return BarCard(run.mission.name, _lines(f"{run.robot.name} · {_from_to(facts, run.at, ends)}", length, held), items)
+
+
+def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:
+    start, end = begins.astimezone(facts.zone), ends.astimezone(facts.zone)
+    return f"{formats.wall_day(start.date())} {formats.wall_time(start)}–{formats.wall_time(end)}"
+
+
+def _lines(*lines: str) -> str:
+    return "\n".join(line for line in lines if line)
