@@ -3,6 +3,7 @@
 A finger drags it along, two fingers zoom. What is drawn (``Drawing``) reaches beyond what is seen and is only moved as long as it does; a
 new drawing of crowded lanes is made a few lanes a frame, and takes the place of the old one when it is complete.
 """
+import math
 from collections.abc import Iterator
 
 from kivy.clock import Clock
@@ -12,7 +13,7 @@ from kivy.uix.widget import Widget
 
 from app.widgets.chart import Chart
 from app.widgets.timeline_drawing import Box, Drawing
-from app.widgets.timeline_painting import AXIS, Frame
+from app.widgets.timeline_painting import AXIS, FOLD, Frame
 
 AT_ONCE = 2000           # bars that are drawn in one frame
 NEAR_END = .15           # of what is seen: so near to the end of a drawing a new one is begun
@@ -25,7 +26,8 @@ class Timeline(Chart):
 
     Of a lane it reads ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; of a bar ``key``, ``start``, ``end``, ``label``,
     ``state`` (past, failed, skipped, held, running, planned), ``late`` (where a whisker ends, or None), ``assumed`` (the length is not
-    known) and ``typed`` (a person has entered it). bands = [(from, to, words, kind)], which are "closed" or "held"; ticks = [(hour, label,
+    known) and ``typed`` (a person has entered it). bands = [(from, to, words, kind)], which are "closed",
+    "folded" or "held"; ticks = [(hour, label,
     strong)]. A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``; ``on_window(first, hours)`` is what is seen after
     fingers have moved it. In a page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing.
     """
@@ -43,7 +45,7 @@ class Timeline(Chart):
     watch = ("lanes", "bands", "ticks", "hours")
 
     touched = BooleanProperty(False)         # fingers move it just now
-    __events__ = ("on_bar", "on_window")
+    __events__ = ("on_bar", "on_window", "on_fold")
 
     def __init__(self, **kwargs):
         self._fingers: dict[object, tuple[float, float]] = {}      # uid of a touch: where it is
@@ -64,6 +66,9 @@ class Timeline(Chart):
 
     def on_window(self, first, hours):
         """Fingers have chosen another part of time."""
+
+    def on_fold(self, hour):
+        """Closed time was tapped where no bar is."""
 
     def on_lanes(self, *_):
         self.wanted_height = dp(AXIS) + len(self.lanes) * self.lane_height
@@ -101,8 +106,7 @@ class Timeline(Chart):
                 self._place_soon()               # labels at the edges come whole again
             return True
         is_tap = touch.grab_current is None and not self._moved and self.collide_point(*touch.pos) and not touch.is_mouse_scrolling
-        if is_tap and (key := self._bar_near(*touch.pos)) is not None:
-            self.dispatch("on_bar", key)
+        if is_tap and self._tapped(*touch.pos):
             return True
         return super().on_touch_up(touch)
 
@@ -112,6 +116,10 @@ class Timeline(Chart):
             for lane in self._drawing.lanes:
                 yield from self._drawing.boxes(lane)
 
+    def left_of(self, hour) -> float:
+        """Where an hour is seen."""
+        return self._drawing.frame.at(hour) + self._drawing.moved
+
     def place_of(self, key) -> Widget:
         """Something as large as a bar and where it is seen, to hang a card on; of one that is gone: the timeline itself."""
         for left, bottom, right, top, other in self.boxes():
@@ -120,6 +128,19 @@ class Timeline(Chart):
                 x, y = self.to_window(left, bottom)
                 return Widget(pos=(x, y), size=(max(0, right - left), top - bottom))
         return self
+
+    def _tapped(self, x, y) -> bool:
+        """A break is as narrow as a fingertip, and bars may be on both sides of it."""
+        frame = self._drawing.frame if self._drawing is not None else None
+        hour = frame.hour_at(x - self._drawing.moved) if frame is not None and x >= frame.left else math.inf
+        closed = next((kind for start, end, _words, kind in self.bands if kind != "held" and start <= hour < end), "")
+        if closed != "folded" and (key := self._bar_near(x, y)) is not None:
+            self.dispatch("on_bar", key)
+        elif closed:
+            self.dispatch("on_fold", hour)
+        else:
+            return False
+        return True
 
     def _bar_near(self, x, y):
         if self._drawing is None:
@@ -135,7 +156,8 @@ class Timeline(Chart):
         """Move what is drawn; ``first`` follows at once."""
         if self._drawing is None:
             return
-        self.first -= dx / self._drawing.frame.unit
+        scale = self._drawing.frame.scale
+        self.first = scale.hour(scale.drawn(self.first) - dx / self._drawing.frame.unit)
         self._drawing.move(dx)
         if self._next is None and not self._drawing.reaches(self.first, self.hours * NEAR_END):
             self._trigger()
@@ -147,8 +169,9 @@ class Timeline(Chart):
         hours = min(MOST_HOURS, max(LEAST_HOURS, self.hours * abs(b0 - a0) / abs(b - a)))
         frame = self._drawing.frame
         left, width = frame.left, frame.right - frame.left
-        held = self.first + ((a0 + b0) / 2 - left) / width * self.hours
-        self.first = held - ((a + b) / 2 - left) / width * hours
+        before, after = (frame.scale.at(dp(FOLD) * seen / width) for seen in (self.hours, hours))
+        held = before.hour(before.drawn(self.first) + ((a0 + b0) / 2 - left) / width * self.hours)
+        self.first = after.hour(after.drawn(held) - ((a + b) / 2 - left) / width * hours)
         self.hours = hours
 
     # ------------------------------------------------------------------ drawing

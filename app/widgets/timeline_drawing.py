@@ -25,6 +25,7 @@ from app.widgets.tokens import tk
 
 DETAILED = 160           # bars in sight with border, label and whisker; of more, those of busy lanes are drawn together
 BUSY = 8                 # bars of a lane
+NEARLY = 1e-9            # hours: sums of floats
 
 Box = tuple[float, float, float, float, object]      # left, bottom, right, top in px, key of the bar
 
@@ -81,8 +82,9 @@ class Drawing:
 
     def reaches(self, first: float, margin: float = 0.) -> bool:
         """Whether it shows everything that there is from hour ``first`` on, and so many hours around."""
-        frame = self.frame
-        return (frame.low <= first - margin and first + frame.hours + margin <= frame.high) or self._is_whole
+        frame, begins = self.frame, self.frame.scale.drawn(first)
+        low, high = frame.scale.drawn(frame.low), frame.scale.drawn(frame.high)
+        return (low <= begins - margin + NEARLY and begins + frame.hours + margin <= high + NEARLY) or self._is_whole
 
     @property
     def _is_whole(self) -> bool:
@@ -111,7 +113,7 @@ class Drawing:
 
     def place(self, first: float) -> None:
         """So that hour ``first`` is at the left."""
-        self.move((self.frame.first - first) * self.frame.unit - self.moved)
+        self.move(-self.frame.shift(first) - self.moved)
 
     # ------------------------------------------------------------------ its layers
     @property

@@ -10,10 +10,12 @@ from kivy.metrics import dp
 from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import box, hatch, text, width_of
+from app.widgets.time_scale import TimeScale
 from app.widgets.tokens import tk
 
 AXIS = 28                # dp, above the lanes
 NARROW = 12              # dp; such bars are drawn together
+FOLD = 72                # dp of folded time
 BEYOND = .5              # of what is seen, drawn on either side of it
 PIECES = 10_000          # bars of one mesh, whose indices have 16 bits
 
@@ -55,12 +57,14 @@ class Frame:
     hours: float         # from the left edge to the right
     low: float           # hours that are drawn: from, to
     high: float
+    begins: float        # ``first`` on the scale
     x: float             # names begin here
     left: float          # the bars' left edge
     right: float
     y: float
     top: float
     unit: float          # px of an hour
+    scale: TimeScale
     lane_height: float
     colours: Mapping[str, Colours]
 
@@ -71,10 +75,13 @@ class Frame:
         (x, y), (width, height) = pos, size
         names = max(max(width_of(lane.name, 16, "RobotoMedium"), width_of(lane.note)) for lane in lanes)
         left = x + max(dp(88), min(names + dp(16), width * .3))
-        return cls(lanes, bands, ticks, first, hours, low=first - hours * BEYOND, high=first + hours * (1 + BEYOND),
-                   x=x, left=left, right=x + width, y=y, top=y + height, unit=(x + width - left) / hours,
-                   lane_height=(height - dp(AXIS)) / len(lanes),
-                   colours=colours())
+        unit = (x + width - left) / hours
+        scale = TimeScale([band[:2] for band in bands if band[3] == "folded"], dp(FOLD) / unit)
+        begins = scale.drawn(first)
+        return cls(lanes, bands, ticks, first, hours,
+                   low=scale.hour(begins - hours * BEYOND), high=scale.hour(begins + hours * (1 + BEYOND)), begins=begins,
+                   x=x, left=left, right=x + width, y=y, top=y + height, unit=unit, scale=scale,
+                   lane_height=(height - dp(AXIS)) / len(lanes), colours=colours())
 
     @property
     def bottom_of_axis(self) -> float:
@@ -86,7 +93,15 @@ class Frame:
 
     def at(self, hour: float) -> float:
         """Where an hour is, or the end of what is drawn."""
-        return self.left + self.unit * (min(max(hour, self.low), self.high) - self.first)
+        return self.left + self.shift(min(max(hour, self.low), self.high))
+
+    def shift(self, hour: float) -> float:
+        """Px from the left edge of the drawing to an hour."""
+        return self.unit * (self.scale.drawn(hour) - self.begins)
+
+    def hour_at(self, x: float) -> float:
+        """What is drawn there."""
+        return self.scale.hour(self.begins + (x - self.left) / self.unit)
 
     def middle(self, lane: int) -> float:
         return self.bottom_of_axis - self.lane_height * (lane + .5)
@@ -112,23 +127,43 @@ def paint_background(frame: Frame) -> None:
     """Closed time with its words, held time, and the lines of the ticks."""
     height = frame.bottom_of_axis - frame.y
     bands = [(frame.at(start), frame.at(end), words, kind) for start, end, words, kind in frame.bands if frame.is_drawn(start, end)]
-    for x, x2, _words, kind in bands:
+    for x, x2, words, kind in bands:
         if kind == "held":
             box(x, frame.y, x2 - x, height, tk.attention_bg, alpha=.3 if tk.strong else .6)
             box(x2 - dp(2), frame.y, dp(2), height, tk.attention)
         else:
             box(x, frame.y, x2 - x, height, tk.closed)
             hatch(x, frame.y, x2 - x, height, tk.hatch)
+        if kind == "folded":
+            _paint_fold(frame, x, x2, words)
     for hour, _label, strong in frame.ticks:
         if frame.is_drawn(hour):
             box(frame.at(hour), frame.y, 2 if strong else 1, height, tk.outline if strong else tk.grid)
     for x, x2, words, kind in bands:
         left, right = max(frame.left, x), min(frame.right, x2)
         width = width_of(words) + dp(24)
-        if kind != "held" and width <= right - left:
+        if kind == "closed" and width <= right - left:
             middle, y = (left + right) / 2, frame.y + frame.lane_height * (len(frame.lanes) - .5)
             box(middle - width / 2, y - dp(13), width, dp(26), tk.surface, dp(13))
             text(words, middle, y, tk.ink2, ax=.5)
+
+
+def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:
+    """A break in the time, and what is left out, a line each that fits; in each screen of many lanes again."""
+    for edge in (x, x2 - dp(2)):
+        box(edge, frame.y, dp(2), frame.bottom_of_axis - frame.y, tk.outline)
+    lines, room = [""], x2 - x - dp(8)
+    for word in words.replace("–", "– ").split():
+        longer = f"{lines[-1]} {word}".replace("– ", "–").strip()
+        lines = [*lines[:-1], longer] if not lines[-1] or width_of(longer) <= room else [*lines, word]
+    if max(map(width_of, lines)) > room:
+        return
+    for lane in range(0, len(frame.lanes), 4):
+        middle = frame.bottom_of_axis - frame.lane_height * (lane + min(4, len(frame.lanes) - lane) / 2)
+        for n, line in enumerate(lines):
+            y = middle + dp(17) * ((len(lines) - 1) / 2 - n)
+            box(x + dp(4), y - dp(9), room, dp(18), tk.surface)
+            text(line, (x + x2) / 2, y, tk.ink2, ax=.5)
 
 
 # ---------------------------------------------------------------------- lanes
@@ -160,11 +195,9 @@ def paint_bars(frame: Frame, bars: Sequence[Any], y: float) -> None:
 def paint_bars_together(frame: Frame, bars: Sequence[Any], y: float) -> None:
     """So many that only where there are some can be seen: few drawings, whatever their number, so that a finger can drag them."""
     taken: dict[str, list[Span]] = {}
-    origin, unit, low, high = frame.left - frame.unit * frame.first, frame.unit, frame.low, frame.high
     for bar in bars:
-        start, end = bar.start, bar.end
-        x = origin + unit * (start if start > low else low)
-        x2 = max(origin + unit * (end if end < high else high), x + 2)
+        x = frame.at(bar.start)
+        x2 = max(frame.at(bar.end), x + 2)
         _join(taken.setdefault("assumed" if bar.assumed else bar.state, []), x, x2)
     for look, spans in taken.items():
         paint_narrow(look, frame.colours[look], spans, y, frame.bar_height)
@@ -226,7 +259,7 @@ def _paint_label(frame: Frame, bar: Any, x: float, width: float, y: float, room_
     need, ends = width_of(bar.label) + dp(16) + room_for_hand, max(x + width, _late_end(frame, bar))
     if need <= width:
         text(bar.label, x + dp(10) + room_for_hand, y, frame.colours[look_of(bar)].ink)
-    elif ends + need <= min(room_ends, frame.right if frame.first <= bar.start <= frame.first + frame.hours else 1e9):
+    elif ends + need <= min(room_ends, frame.right if frame.left <= x <= frame.right else 1e9):
         text(bar.label, ends + dp(6), y, tk.ink2)
 
 

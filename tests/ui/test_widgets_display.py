@@ -13,6 +13,7 @@ from kivymd.uix.screen import MDScreen
 
 from app.domain.models import THEMES
 from app.screens.logs.kpi_view import DayBar, RobotBar
+from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets import timeline_painting
 from app.widgets.chart import Meter, Sparkline, nice_step
@@ -256,6 +257,35 @@ def test_a_finger_drags_the_hours_and_a_tap_after_it_still_hits(ui):
     ui.advance()
     ui.tap_at(88 + unit * .5, y)                                  # the bar from 1.5 to 3
     assert bars == [("b",)]
+
+
+FOLDED = [Band(6, 54, "Sat–Sun, no work", "folded")]
+
+
+def test_what_is_after_a_break_lies_where_its_time_is_and_a_drag_goes_over_it(ui):
+    bars = (Bar("a", 2, 3), Bar("b", 60, 61))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], bands=FOLDED, hours=24, now=58, now_label="14:12"), (800, 150))
+    unit, breaks = (800 - 88) / 24, fired(chart, "on_fold")
+    places = {key: (left, right) for left, _bottom, right, _top, key in chart.boxes()}
+    assert places["b"][0] == pytest.approx(88 + 6 * unit + 72 + 6 * unit)
+    assert chart.left_of(58) == pytest.approx(places["b"][0] - 2 * unit)
+    y = chart.top - 60
+    fingers(chart, [(600, y), (580, y), (600 - 6 * unit - 72, y)])
+    assert chart.first == pytest.approx(54)
+    ui.advance(.2)
+    assert chart.left_of(60) == pytest.approx(88 + 6 * unit)
+    fingers(chart, [(300, y), (320, y), (300 + 6 * unit + 72, y)])
+    ui.tap_at(88 + 6 * unit + 36, y)
+    assert breaks == [(pytest.approx(30, abs=2),)]
+
+
+def test_two_fingers_zoom_beyond_a_break_around_what_is_under_them(ui):
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("b", 60, 61),))], bands=FOLDED, hours=24), (888, 150))
+    middle = chart.left_of(60)
+    fingers(chart, *([(middle + side * x, chart.center_y) for x in (50, 75, 100)] for side in (-1, 1)))
+    ui.advance(.2)
+    assert chart.hours == pytest.approx(12)
+    assert chart.left_of(60) == pytest.approx(middle, abs=1)
 
 
 @pytest.fixture

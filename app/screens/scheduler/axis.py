@@ -1,7 +1,7 @@
 """What lies behind the bars of the timeline: the hours that are read, their ticks, closed and held time. Pure; hours as in timeline.py."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import NamedTuple
@@ -13,11 +13,14 @@ from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.view import day_begins
 from app.services.live.holds import Hold
 
+FOLDED_FROM = 6.0                        # hours without work and without bars
 NEAR_NOW = 0.03                          # of what is seen, around the now-line, where ticks have no label
+
+Span = tuple[float, float]               # from and to
 
 
 class Band(NamedTuple):
-    """A time when nothing is started: "closed", or "held" by a person."""
+    """A time when nothing is started: "closed", drawn "folded" where it is long and empty, or "held" by a person."""
     start: float
     end: float
     text: str
@@ -45,8 +48,9 @@ class Range:
         return self.origin + timedelta(hours=hour)
 
 
-def closed(facts: SchedulerFacts, read: Range) -> Iterable[Band]:
-    zone = facts.zone
+def closed(facts: SchedulerFacts, read: Range, taken: Iterable[Span], unfolded: Iterable[datetime]) -> Iterable[Band]:
+    """Days without work. ``taken``: times of bars, in between which they are folded, unless one of ``unfolded`` is there."""
+    zone, days = facts.zone, []  # type: ZoneInfo, list[Band]
     first = read.instant(read.low).astimezone(zone).date()
     for n in range(int((read.high - read.low) / 24) + 3):
         day = first + timedelta(days=n)
@@ -54,7 +58,47 @@ def closed(facts: SchedulerFacts, read: Range) -> Iterable[Band]:
         status = facts.calendar.day_status(day)
         if begins < ends and not status.is_working:
             name = status.name or formats.current().weekdays[day.weekday()]
-            yield Band(begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:]))
+            days.append(Band(begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:])))
+    shown = [read.at(instant) for instant in unfolded]
+    folds = [Band(start, end, _no_work(read.instant(start).astimezone(zone), read.instant(end).astimezone(zone)), "folded")
+             for start, end in _between(_joined(days), sorted(taken))
+             if end - start > FOLDED_FROM and not any(start <= hour < end for hour in shown)]
+    yield from folds
+    for one in days:
+        yield from (one._replace(start=start, end=end) for start, end in _between([one[:2]], [fold[:2] for fold in folds]))
+
+
+def _joined(days: Iterable[Band]) -> list[Span]:
+    """Days that follow each other as one."""
+    spans: list[Span] = []
+    for day in days:
+        if spans and spans[-1][1] == day.start:
+            spans[-1] = spans[-1][0], day.end
+        else:
+            spans.append(day[:2])
+    return spans
+
+
+def _between(spans: Iterable[Span], taken: Sequence[Span]) -> Iterable[Span]:
+    """What is left of the spans."""
+    for at, end in spans:
+        for begins, ends in taken:
+            if ends > at and begins < end:
+                if begins > at:
+                    yield at, begins
+                at = ends
+        if at < end:
+            yield at, end
+
+
+def _no_work(start: datetime, end: datetime) -> str:
+    first, last = start.date(), (end - timedelta(seconds=1)).date()
+    words = formats.current().weekdays_date
+    if last - first < timedelta(days=7):
+        days = [words[day.weekday()] for day in sorted({first, last})]
+    else:
+        days = [formats.wall_day(first), formats.wall_day(last)]
+    return _("{days}, no work").format(days="–".join(days))
 
 
 def held(facts: SchedulerFacts, now: datetime, read: Range) -> Iterable[Band]:

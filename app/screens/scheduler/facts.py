@@ -26,6 +26,7 @@ MARGIN = 0.5                             # of what it shows, read on either side
 DAYS = 7
 BEFORE = timedelta(hours=1)              # of the past stays in sight
 LONGEST_RUN = timedelta(hours=12)        # runs that began before the window are looked for so far back
+LONGEST_BREAK = timedelta(days=60)       # of closed days on end that can be folded, with what is seen around them
 MOST_PAST = 5000                         # runs of the past in one window
 
 
@@ -48,18 +49,30 @@ class SchedulerServices:
 
 @dataclass(frozen=True)
 class Window:
-    """What the timeline shows. ``left`` None: it moves with the time, beginning a little before now."""
+    """What the timeline shows. ``left`` None: it moves with the time, beginning a little before now. Time without work is folded, but for
+    what contains one of ``unfolded``; it takes hardly any of the ``hours``."""
     left: datetime | None = None
     hours: float = HOURS
+    unfolded: frozenset[datetime] = frozenset()
 
     def start(self, now: datetime, zone: ZoneInfo) -> datetime:
         """UTC instant of the left edge."""
         return full_hour(now - BEFORE, zone) if self.left is None else self.left
 
-    def span(self, now: datetime, zone: ZoneInfo) -> tuple[datetime, datetime]:
+    def span(self, now: datetime, zone: ZoneInfo, calendar: WorkingCalendar) -> tuple[datetime, datetime]:
         """What is to be read, from and to."""
-        start, margin = self.start(now, zone), timedelta(hours=self.hours * MARGIN)
-        return start - margin, start + timedelta(hours=self.hours) + margin
+        start, margin = self.start(now, zone), self.hours * MARGIN
+        return _beyond(start, -margin, zone, calendar), _beyond(start, self.hours + margin, zone, calendar)
+
+
+def _beyond(start: datetime, hours: float, zone: ZoneInfo, calendar: WorkingCalendar) -> datetime:
+    """The instant so many hours of working days after ``start``, or before it."""
+    at, left, way = start, abs(hours), 1 if hours > 0 else -1
+    while left > 0 and abs(at - start) < LONGEST_BREAK:
+        step = min(left, 1.)
+        left -= step if calendar.is_working_day((at + timedelta(hours=way * step / 2)).astimezone(zone).date()) else 0
+        at += timedelta(hours=way * step)
+    return at
 
 
 @dataclass(frozen=True)
@@ -104,13 +117,13 @@ def full_hour(instant: datetime, zone: ZoneInfo) -> datetime:
 def read(services: SchedulerServices, window: Window | None = None) -> SchedulerFacts:
     """Read everything; without a window the plan of a week. Called off the UI thread: asks the database, never a robot."""
     catalogue, history, now, settings = services.catalogue, services.history, services.clock.now(), services.settings()
-    start, end = (now, now + timedelta(days=DAYS)) if window is None else window.span(now, ZoneInfo(settings.timezone))
+    calendar = services.calendar()
+    start, end = (now, now + timedelta(days=DAYS)) if window is None else window.span(now, ZoneInfo(settings.timezone), calendar)
     schedules = tuple(catalogue.schedules())
     of_the_past = ExecutionFilter(start=start - LONGEST_RUN, end=min(end, now + timedelta(seconds=1)))
     past = tuple(history.page(of_the_past, size=MOST_PAST).rows)
     open_ones = {(e.robot_id, e.mission_guid) for e in past if e.state.is_open and e.robot_id is not None}
     usual = {key: found for key in open_ones if (found := history.expected(*key)) is not None}
-    calendar = services.calendar()
     for year in (now.year, now.year + 1):                            # so that drawing doesn't have to compute their public holidays
         calendar.day_status(now.date().replace(year=year, day=1))
     robots = tuple(catalogue.robots())

@@ -152,15 +152,25 @@ class SchedulerViewModel(ViewModel):
         self._show_window(timeline.zoomed(self._window, further, self._services.clock.now(), self._facts.zone))
 
     def page(self, forward: bool) -> None:
-        self._show_window(timeline.moved(self._window, PAGE if forward else -PAGE, self._services.clock.now(), self._facts.zone))
+        origin, folds = self.timeline.origin, [band for band in self.timeline.bands if band.kind == "folded"]
+        self._show_window(timeline.moved(
+            self._window, PAGE if forward else -PAGE, self._services.clock.now(), self._facts.zone,
+            [(origin + timedelta(hours=fold.start), origin + timedelta(hours=fold.end)) for fold in folds] if origin else ()))
+
+    def fold(self, hour: float) -> None:
+        """Unfold the closed time at that hour, or fold again what was unfolded."""
+        if self.timeline.origin is not None:
+            is_folded = any(band.kind == "folded" and band.start <= hour < band.end for band in self.timeline.bands)
+            more = self._window.unfolded | {self.timeline.origin + timedelta(hours=hour)}
+            self._show_window(replace(self._window, unfolded=more if is_folded else frozenset()))
 
     def to_now(self) -> None:
-        self._show_window(Window(None, self._window.hours))
+        self._show_window(replace(self._window, left=None))
 
     def fingers_moved(self, first: float, hours: float) -> None:
         """To what the timeline shows now, in hours from its origin."""
         if self.timeline.origin is not None:
-            self._show_window(Window(self.timeline.origin + timedelta(hours=first), hours))
+            self._show_window(replace(self._window, left=self.timeline.origin + timedelta(hours=first), hours=hours))
 
     def _show_window(self, window: Window) -> None:
         """Show at once what has been read already; the rest comes with the next reading."""
@@ -183,7 +193,7 @@ class SchedulerViewModel(ViewModel):
             case ("zoom", middle, length) if self.timeline.origin is not None:
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
                 hours = min(hours, max(self._window.hours / 2, timeline.SPANS[0]))
-                self._show_window(Window(self.timeline.origin + timedelta(hours=middle - hours / 2), hours))
+                self._show_window(replace(self._window, left=self.timeline.origin + timedelta(hours=middle - hours / 2), hours=hours))
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
@@ -14,7 +14,7 @@ from app.screens.common import formats
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler import axis
 from app.screens.scheduler.axis import Band, Range, Tick
-from app.screens.scheduler.facts import HOURS, MARGIN, SchedulerFacts, Window, full_hour
+from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
 
@@ -87,13 +87,19 @@ def zoomed(window: Window, further: bool, now: datetime, zone: ZoneInfo) -> Wind
     nearer = [span for span in SPANS if span < window.hours - 0.5]
     hours = (wider[0] if wider else SPANS[-1]) if further else (nearer[-1] if nearer else SPANS[0])
     if window.left is None:
-        return Window(None, hours)
-    return Window(window.start(now, zone) + timedelta(hours=(window.hours - hours) / 2), hours)
+        return replace(window, hours=hours)
+    return replace(window, left=window.start(now, zone) + timedelta(hours=(window.hours - hours) / 2), hours=hours)
 
 
-def moved(window: Window, screens: float, now: datetime, zone: ZoneInfo) -> Window:
-    """Forward or back by that share of what is seen."""
-    return Window(window.start(now, zone) + timedelta(hours=window.hours * screens), window.hours)
+def moved(window: Window, screens: float, now: datetime, zone: ZoneInfo, folds: Iterable[tuple[datetime, datetime]] = ()) -> Window:
+    """Forward or back by that share of what is seen, over ``folds``."""
+    left, by = window.start(now, zone), timedelta(hours=window.hours * screens)
+    for start, end in sorted(folds, reverse=screens < 0):
+        if left < end and start < left + by:
+            by += end - max(start, left)
+        elif left + by < end and start < left:
+            by -= min(end, left) - start
+    return replace(window, left=left + by)
 
 
 def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None, narrow: bool = False) -> TimelineView:
@@ -102,13 +108,18 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     left = window.start(now, facts.zone)
     origin = full_hour(left, facts.zone)
     first = (left - origin).total_seconds() / 3600
-    read = Range(origin, first - window.hours * MARGIN, first + window.hours * (1 + MARGIN))
+    low, high = ((instant - origin).total_seconds() / 3600 for instant in window.span(now, facts.zone, facts.calendar))
+    read = Range(origin, low, high)
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
     lanes = tuple(_lane(facts, robot, now, read, window.hours * THIN) for robot in facts.robots)
-    closed = tuple(axis.closed(facts, read))
+    closed = tuple(axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded))
+    folds = [band for band in closed if band.kind == "folded"]
+    if window.left is None:                              # what moves with the time doesn't begin amid a fold
+        first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
     return TimelineView(
         origin, lanes=lanes, bands=(*closed, *axis.held(facts, now, read)), legend=tuple(_legend(lanes, closed)),
-        ticks=tuple(axis.ticks(facts.zone, read, read.at(now), step, window.hours)),
+        ticks=tuple(tick for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
+                    if not any(fold.start <= tick.hour < fold.end for fold in folds)),
         first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
         span=span_text(window.hours))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 from datetime import time, timedelta
 
 import pytest
+from kivy.metrics import dp
 
 from app.domain.models import ReasonCode, State
 from app.screens.common.shell import pick
@@ -233,6 +234,21 @@ def test_the_timeline_is_zoomed_paged_and_brought_back_by_buttons(screen, ui):
     assert abs(vm.timeline.origin + timedelta(hours=timeline.first) - left) < timedelta(minutes=1)
     ui.tap(ui.find(CommandButton, text="Now"))
     ui.wait(lambda: timeline.first <= timeline.now <= timeline.first + timeline.hours)
+
+
+def test_a_tap_on_the_break_of_a_weekend_unfolds_it_and_one_on_closed_time_folds_it_again(screen, ui):
+    timeline = ui.find(Timeline)
+    weekend, = (band for band in timeline.bands if band.kind == "folded")
+    left, right = (timeline.left_of(hour) for hour in (weekend.start, weekend.end))
+    assert right - left == pytest.approx(dp(72))
+    ui.tap_at(*timeline.to_window((left + right) / 2, timeline.y + 20))
+    settle(screen, ui)
+    assert [(band.text, band.kind) for band in timeline.bands] == [
+        ("Saturday: not a working day", "closed"), ("Sunday: not a working day", "closed")]
+    assert timeline.left_of(weekend.start) == pytest.approx(left)
+    ui.tap_at(*timeline.to_window(left + 100, timeline.y + 20))
+    settle(screen, ui)
+    assert weekend in timeline.bands
 
 
 def test_a_finger_drags_the_plan_and_what_comes_into_sight_is_read(screen, ui):

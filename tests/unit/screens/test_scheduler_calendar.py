@@ -5,7 +5,7 @@ from datetime import UTC, date, datetime, timedelta
 from app.domain.models import DayException, Mission, Robot, Schedule, Settings
 from app.screens.scheduler import form_view, view
 from app.screens.scheduler.draft import Draft, Kind
-from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.facts import SchedulerFacts, Window
 from app.screens.scheduler.form_view import Preview
 from app.screens.scheduler.timeline import timeline
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
@@ -31,12 +31,14 @@ def warnings(*concerns):
 
 
 def test_the_timeline_hatches_a_closed_day_under_its_name():
-    [(begins, ends, words, _kind)] = timeline(FACTS, NOW).bands
-    assert (begins, ends, words) == (11.0, 35.0, "Audit: not a working day")
+    unfolded = Window(unfolded=frozenset({NOW + timedelta(days=1)}))
+    audit = timeline(FACTS, NOW, unfolded).bands[-1]
+    assert audit == (11.0, 35.0, "Audit: not a working day", "closed")
+    assert timeline(FACTS, NOW).bands[0] == (11.0, 35.0, "Fri, no work", "folded")
 
 
 def test_an_extra_working_day_is_not_hatched():
-    assert timeline(FACTS, NOW + timedelta(days=2)).bands[0].text == "Sunday: not a working day"
+    assert timeline(FACTS, NOW + timedelta(days=2)).bands[0].text == "Sun, no work"
 
 
 def test_the_days_to_come_say_which_are_closed_and_why():

@@ -6,6 +6,7 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.domain.models import (
+    DayException,
     DurationEstimate,
     Execution,
     InvalidInput,
@@ -33,6 +34,7 @@ from app.services.planning.working_days import WorkingCalendar
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
 HELSINKI = ZoneInfo("Europe/Helsinki")
 SETTINGS = Settings(timezone="Europe/Helsinki", minimum_battery_percent=30)
+EVERY_DAY = replace(SETTINGS, working_days=("MO", "TU", "WE", "TH", "FR", "SA", "SU"))
 AINO, VEIKKO = Robot("Aino", "http://a", id=1, model="MiR250"), Robot("Veikko", "http://b", id=2, enabled=False)
 KITS, EMPTIES = Mission("Deliver kits", "g-kits", id=1), Mission("Collect empties", "g-empties", id=2)
 HOURLY = Schedule("Kits", 1, 1, datetime(2026, 11, 2, 6, 0), "Europe/Helsinki", "FREQ=DAILY", id=7, next_at=NOW + timedelta(minutes=22))
@@ -61,7 +63,7 @@ def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
     assert shown.now == pytest.approx(1 + 38 / 60)
     assert shown.now_label == "14:38"
     assert (3.0, "16:00", False) in shown.ticks
-    assert (11.0, "Sat 21 Nov", True) in shown.ticks
+    assert (59.0, "Mon 23 Nov", True) in shown.ticks
     assert (1.0, "", False) in shown.ticks or (1.0, "14:00", False) in shown.ticks
 
 
@@ -106,14 +108,52 @@ def test_what_ended_before_the_window_is_not_drawn():
 
 
 def test_days_without_work_are_closed_and_named():
-    assert timeline(facts(), NOW).bands == (
-        (11.0, 35.0, "Saturday: not a working day", "closed"), (35.0, 36.0, "Sunday: not a working day", "closed"))
-    assert timeline(facts(settings=replace(SETTINGS, working_days=("MO", "TU", "WE", "TH", "FR", "SA", "SU"))), NOW).bands == ()
+    shown = timeline(facts(), NOW, Window(unfolded=frozenset({NOW + timedelta(days=1)})))
+    assert shown.bands == ((11.0, 35.0, "Saturday: not a working day", "closed"), (35.0, 59.0, "Sunday: not a working day", "closed"))
+    assert timeline(facts(settings=EVERY_DAY), NOW).bands == ()
+
+
+def test_long_time_without_work_is_folded_with_its_ticks_and_as_much_other_time_is_read():
+    shown = timeline(facts(), NOW)
+    assert shown.bands == ((11.0, 59.0, "Sat–Sun, no work", "folded"),)
+    assert not [tick for tick in shown.ticks if 11 <= tick.hour < 59]
+    start, end = Window().span(NOW, HELSINKI, facts().calendar)
+    assert (end - start).total_seconds() / 3600 == pytest.approx(2 * 24 + 48)      # half as much on either side, and the weekend
+
+
+def test_only_what_is_long_and_empty_of_the_closed_time_is_folded():
+    closed = timeline(facts(planned=(planned(17 * 60, 3600.0), planned(22 * 60, 3600.0))), NOW).bands
+    at = 1 + 38 / 60 + 17                                              # Saturday, 07:38
+    assert [(band.start, band.end) for band in closed if band.kind == "folded"] == [
+        (11.0, pytest.approx(at)), (pytest.approx(at + 6), 59.0)]
+    assert [(band.start, band.end, band.text) for band in closed if band.kind == "closed"] == [
+        (pytest.approx(at), pytest.approx(at + 6), "Saturday: not a working day")]
+
+
+def test_a_break_of_more_than_a_week_says_its_dates():
+    shut = DayException("Summer", date(2026, 11, 21), date(2026, 12, 6))
+    band, = timeline(facts(calendar=WorkingCalendar(SETTINGS, (shut,))), NOW).bands
+    assert (band.text, band.end - band.start) == ("Sat 21 Nov–Sun 6 Dec, no work", 16 * 24)
+
+
+def test_what_moves_with_the_time_shows_a_break_from_its_beginning():
+    sunday = NOW + timedelta(days=2)
+    shown = timeline(facts(), sunday)
+    assert (shown.bands[0].kind, shown.first) == ("folded", shown.bands[0].start)
+    assert shown.bands[0].start < shown.now < shown.bands[0].end
+
+
+def test_moving_on_goes_over_what_is_folded():
+    friday, weekend = NOW + timedelta(hours=6), (NOW + timedelta(hours=10), NOW + timedelta(hours=58))
+    later = moved(Window(friday, 24), .5, NOW, HELSINKI, [weekend])
+    assert later.left == friday + timedelta(hours=12 + 48)
+    assert moved(later, -.5, NOW, HELSINKI, [weekend]).left == friday
+    assert moved(Window(friday, 4), .5, NOW, HELSINKI, [weekend]).left == friday + timedelta(hours=2)
 
 
 def test_a_clock_change_is_marked_and_the_hours_stay_true():
     night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)                 # 23:10 in Helsinki, clocks go back at 04:00
-    shown = timeline(facts(), night)
+    shown = timeline(facts(settings=EVERY_DAY), night)
     change = next(hour for hour, label, strong in shown.ticks if label == "Clock change")
     assert Window().start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
 
