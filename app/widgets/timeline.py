@@ -8,16 +8,18 @@ from collections.abc import Iterator
 
 from kivy.clock import Clock
 from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.widget import Widget
 
 from app.widgets.chart import Chart
 from app.widgets.timeline_drawing import Box, Drawing
-from app.widgets.timeline_painting import AXIS, FOLD, Frame
+from app.widgets.timeline_painting import AXIS, FOLD, Frame, paint_lifted
 
 AT_ONCE = 2000           # bars that are drawn in one frame
 NEAR_END = .15           # of what is seen: so near to the end of a drawing a new one is begun
 SLOP = 12                # dp that a finger moves before it drags
+LONG = .5                # s until a press is a long one
+STEP = 1 / 12            # hours between times that fingers choose
 LEAST_HOURS, MOST_HOURS = 6, 168
 
 
@@ -42,14 +44,17 @@ class Timeline(Chart):
     wanted_height = NumericProperty(0)       # of all lanes at their least; for a timeline that scrolls
     seen_from = NumericProperty(0)
     seen_height = NumericProperty(0)
+    time_text = ObjectProperty(str)          # words for an hour
     watch = ("lanes", "bands", "ticks", "hours")
 
     touched = BooleanProperty(False)         # fingers move it just now
-    __events__ = ("on_bar", "on_window", "on_fold")
+    __events__ = ("on_bar", "on_window", "on_fold", "on_free", "on_moved")
 
     def __init__(self, **kwargs):
         self._fingers: dict[object, tuple[float, float]] = {}      # uid of a touch: where it is
         self._moved = False
+        self._lifted = None                                        # a bar under a finger, where it was, and when it would begin now
+        self._is_long = Clock.create_trigger(self._press_long, LONG)
         self._drawing: Drawing | None = None                       # that is seen
         self._next: Drawing | None = None                          # that is being made
         self._is_stale = False                                     # and is not what is wanted any more
@@ -70,14 +75,22 @@ class Timeline(Chart):
     def on_fold(self, hour):
         """Closed time was tapped where no bar is."""
 
+    def on_free(self, lane, hour):
+        """A finger has rested where no bar is, in the lane of that key."""
+
+    def on_moved(self, key, hour):
+        """A bar was dragged to begin at that hour."""
+
     def on_lanes(self, *_):
         self.wanted_height = dp(AXIS) + len(self.lanes) * self.lane_height
 
     # ------------------------------------------------------------------ fingers
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos) and not touch.is_mouse_scrolling and len(self._fingers) < 2:
+            self._is_long.cancel()
             if not self._fingers:
                 self._moved = False
+                self._is_long()
             self._fingers[touch.uid] = touch.pos
             touch.grab(self)
         return super().on_touch_down(touch)
@@ -85,9 +98,15 @@ class Timeline(Chart):
     def on_touch_move(self, touch):
         if touch.grab_current is not self or touch.uid not in self._fingers:
             return super().on_touch_move(touch)
+        if self._lifted is not None:
+            self._lift(touch.x - touch.ox)
+            return True
+        if abs(touch.y - touch.oy) >= dp(SLOP):
+            self._is_long.cancel()
         before = dict(self._fingers)
         if not self._moved and abs(touch.x - touch.ox) < max(dp(SLOP), abs(touch.y - touch.oy)):
             return True
+        self._is_long.cancel()
         self._moved = self.touched = True
         self._fingers[touch.uid] = touch.pos
         if len(before) == 2:
@@ -99,8 +118,11 @@ class Timeline(Chart):
     def on_touch_up(self, touch):
         if touch.grab_current is self:
             touch.ungrab(self)
+            self._is_long.cancel()
             self._fingers.pop(touch.uid, None)
-            if self._moved and not self._fingers:
+            if self._lifted is not None and not self._fingers:
+                self._put_down()
+            elif self._moved and not self._fingers:
                 self.dispatch("on_window", self.first, self.hours)
                 self.touched = False
                 self._place_soon()               # labels at the edges come whole again
@@ -110,6 +132,41 @@ class Timeline(Chart):
             return True
         return super().on_touch_up(touch)
 
+    # ------------------------------------------------------------------ a finger that rests
+    def _press_long(self, _dt):
+        """Lift the bar under it, if that may be moved, or tell what free time it is on."""
+        drawing, (x, y) = self._drawing, next(iter(self._fingers.values()))
+        if drawing is None or x < drawing.frame.left or y >= drawing.frame.bottom_of_axis:
+            return
+        lane, key = drawing.frame.lanes[drawing.frame.lane_at(y)], self._bar_near(x, y)
+        if key is None:
+            self._moved = True                   # its end is no tap
+            self.dispatch("on_free", lane.key, self._time_at(x))
+        elif (bar := next((bar for bar in lane.bars if bar.key == key and bar.movable), None)) is not None:
+            self._moved = self.touched = True
+            self._lifted = bar, next(box for box in self.boxes() if box[4] == key), bar.start
+            self._lift(0)
+
+    def _time_at(self, x) -> float:
+        return round(self._drawing.frame.hour_at(x - self._drawing.moved) / STEP) * STEP
+
+    def _lift(self, dx):
+        """Draw the bar as far from its place as the finger is, with the time at which it would begin."""
+        frame, (bar, (left, bottom, right, top, _key), _hour) = self._drawing.frame, self._lifted
+        hour = bar.start if abs(dx) < dp(SLOP) else self._time_at(max(frame.left, min(left + dx, frame.right)))
+        self._lifted = *self._lifted[:2], hour
+        self.canvas.after.clear()
+        with self.canvas.after:
+            paint_lifted(self.left_of(hour), bottom, right - left, top - bottom, self.time_text(hour), (frame.left, frame.right))
+
+    def _put_down(self):
+        (bar, _place, hour), self._lifted = self._lifted, None
+        self.canvas.after.clear()
+        self.touched = False
+        if hour != bar.start:
+            self.dispatch("on_moved", bar.key, hour)
+
+    # ------------------------------------------------------------------ where bars are
     def boxes(self) -> Iterator[Box]:
         """Where the bars are that were drawn for what is seen."""
         if self._drawing is not None:

@@ -216,6 +216,16 @@ def _paint_bar(frame: Frame, bar: Any, x: float, x2: float, y: float) -> None:
         box(x, bottom, dp(4), height, tk.accent, (dp(4), 0, 0, dp(4)))
 
 
+def paint_lifted(x: float, bottom: float, width: float, height: float, words: str, seen: Span) -> None:
+    """A bar under a finger, and above it the time at which it would begin."""
+    box(x, bottom, width, height, tk.accent_soft, dp(4))
+    box(x, bottom, width, height, tk.accent, dp(4), ring=dp(2))
+    pill = width_of(words, 16, "RobotoMedium") + dp(24)
+    left, y = _kept_in(min(max(x + width / 2, seen[0]), seen[1]), pill, seen), bottom + height + dp(16)
+    box(left, y - dp(15), pill, dp(30), tk.accent, dp(15))
+    text(words, left + pill / 2, y, tk.accent_ink, 16, ax=.5, font="RobotoMedium")
+
+
 def paint_look(look: str, colours: Colours, x: float, bottom: float, width: float, height: float) -> None:
     """A bar as wide as it may be, or its key in a legend."""
     box(x, bottom, width, height, colours.fill, dp(4))

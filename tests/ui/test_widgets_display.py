@@ -5,7 +5,7 @@ import os
 
 import pytest
 from kivy.graphics import Color, Mesh, Rectangle, SmoothLine, StencilUse
-from kivy.metrics import Metrics
+from kivy.metrics import Metrics, sp
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
@@ -16,7 +16,7 @@ from app.screens.logs.kpi_view import DayBar, RobotBar
 from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets import timeline_painting
-from app.widgets.chart import Meter, Sparkline, nice_step
+from app.widgets.chart import Meter, Sparkline, glyphs, nice_step
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.display import EmptyState, KpiCard, StatusBadge, ValueTile
 from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
@@ -24,7 +24,7 @@ from app.widgets.robot_map import RobotMap
 from app.widgets.surfaces import Tap
 from app.widgets.swatch import Swatch
 from app.widgets.text import Ico, Txt
-from app.widgets.timeline import Timeline
+from app.widgets.timeline import LONG, Timeline
 from app.widgets.timeline_drawing import Drawing
 from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
 from tests.ui import checks
@@ -259,6 +259,49 @@ def test_a_finger_drags_the_hours_and_a_tap_after_it_still_hits(ui):
     assert bars == [("b",)]
 
 
+def rest(ui, x, y):
+    """A finger that stays where it was put down until a press is a long one."""
+    touch = put_down(x, y)
+    ui.advance(LONG + .1)
+    return touch
+
+
+def test_a_finger_that_rests_on_free_time_says_whose_and_when_to_five_minutes(ui):
+    lanes = [Lane("Aino", key=1), Lane("Veikko", bars=(Bar("c", 20, 21),), key=2)]
+    chart = ui.show(Timeline(lanes=lanes, hours=24), (800, 150))
+    free, taps = fired(chart, "on_free"), fired(chart, "on_bar")
+    unit = (800 - 88) / 24
+    rest(ui, 88 + unit * 7.26, chart.y + 20).touch_up()
+    rest(ui, 40, chart.y + 20).touch_up()                         # a name
+    rest(ui, 300, chart.top - 5).touch_up()                       # the axis
+    moving = put_down(300, chart.y + 20)
+    moving.touch_move(280, chart.y + 20)
+    ui.advance(LONG + .1)
+    moving.touch_up()
+    assert free == [(2, pytest.approx(7.25))]
+    assert taps == []
+
+
+def test_a_bar_that_may_be_moved_is_dragged_after_a_long_press_and_says_its_new_time(ui):
+    bars = (Bar("a", 2, 4, movable=True), Bar("past", 10, 12))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24, time_text=lambda hour: f"at {hour:.2f}"), (800, 100))
+    moved, windows, taps = fired(chart, "on_moved"), fired(chart, "on_window"), fired(chart, "on_bar")
+    unit, y = (800 - 88) / 24, chart.y + 30
+    touch = rest(ui, 88 + unit * 3, y)
+    assert chart.touched
+    assert glyphs("at 2.00", sp(16), "RobotoMedium") in textures(chart.canvas.after)
+    touch.touch_move(88 + unit * 6.02, y)
+    assert glyphs("at 5.00", sp(16), "RobotoMedium") in textures(chart.canvas.after)
+    touch.touch_up()
+    assert (moved, windows, chart.first, chart.touched) == ([("a", pytest.approx(5))], [], 0, False)
+    assert not chart.canvas.after.children
+    rest(ui, 88 + unit * 3, y).touch_up()                         # nothing has moved
+    past = rest(ui, 88 + unit * 11, y)
+    past.touch_move(88 + unit * 13, y)                            # drags the hours
+    past.touch_up()
+    assert (len(moved), len(windows), taps) == (1, 1, [])
+
+
 FOLDED = [Band(6, 54, "Sat–Sun, no work", "folded")]
 
 
@@ -286,6 +329,10 @@ def test_two_fingers_zoom_beyond_a_break_around_what_is_under_them(ui):
     ui.advance(.2)
     assert chart.hours == pytest.approx(12)
     assert chart.left_of(60) == pytest.approx(middle, abs=1)
+
+
+def textures(group) -> list:
+    return [one.texture for one in instructions(group) if isinstance(one, Rectangle)]
 
 
 @pytest.fixture

@@ -126,6 +126,24 @@ class Draft:
         follow = {name: value for name, value in Draft.derived(day).items() if getattr(self, name) == old[name]}
         return replace(self, day=day, **follow)
 
+    def moved(self, before: datetime, after: datetime) -> Draft:
+        """The start at ``before`` (naive local) lies at ``after``. In a rule those of its hour on other days move along, the others keep
+        their hours and get its minute; of "every …" all move."""
+        if self.kind is Kind.ONCE:
+            return replace(self.with_day(after.date()), at=after.time())
+        if self.kind in (Kind.EVERY, Kind.OTHER):
+            by = datetime.combine(before, after.time()) - before
+            begins, ends = datetime.combine(before, self.at) + by, datetime.combine(before, self.until_time) + by
+            return replace(self, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59))
+        hour = after.hour if before.hour == self.at.hour else self.at.hour
+        hours = {*self._hours(), after.hour} - ({before.hour} if before.hour != after.hour else set())
+        draft = replace(self, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
+        if before.date() == after.date():
+            return draft
+        old, new = WEEKDAYS[before.weekday()], WEEKDAYS[after.weekday()]
+        return replace(draft, weekdays=tuple({new if day == old else day: None for day in self.weekdays}), **(
+            Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}))
+
     @staticmethod
     def derived(day: date) -> dict[str, Any]:
         """Fields of a monthly rule whose first day this is."""

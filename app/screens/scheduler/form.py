@@ -81,6 +81,11 @@ class FormModel(EventDispatcher):
     def duplicate(self, schedule: Schedule) -> None:
         self.begin(Draft.of(schedule).copy())
 
+    def begin_at(self, robot_id: int, at: datetime) -> None:
+        """A new schedule of that robot at that time (local); what was entered for another new one stays."""
+        draft = self._draft if self._draft.is_new else self._fresh()
+        self.begin(replace(draft.with_day(at.date()), robot_id=robot_id, at=at.time()))
+
     def set(self, **values: Any) -> None:
         """Change fields of the draft."""
         self._change(replace(self._draft, **values))

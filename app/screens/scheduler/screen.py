@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import date, timedelta
+from datetime import date, datetime, timedelta
 from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
@@ -21,6 +21,7 @@ from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewMo
 from app.screens.scheduler import bar_card, timeline, view
 from app.screens.scheduler.bar_card import BarCard
 from app.screens.scheduler.cards import SchedulerEmpty
+from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.hold import HoldDialog
@@ -200,6 +201,36 @@ class SchedulerViewModel(ViewModel):
                     self._open_card(bar_card.start_card(self._facts, run), place, {
                         "edit": lambda: self.edit(number), "skip": lambda: self.skip_next(run.schedule),
                         "run": lambda: self.run_now(run.schedule)})
+
+    # ------------------------------------------------------------------ what a finger does on the timeline
+    def time_text(self, hour: float) -> str:
+        """When that is, in hours from the timeline's origin."""
+        return formats.day_and_time(self._instant(hour), self._facts.settings.timezone, self._services.clock.now())
+
+    def begin_at(self, robot_id: int, hour: float) -> None:
+        """A new schedule in the form."""
+        if self._is_ahead(hour):
+            self.form.begin_at(robot_id, self._instant(hour).astimezone(self._facts.zone).replace(tzinfo=None))
+
+    def move_start(self, key: tuple[Any, ...], hour: float) -> None:
+        """A planned start was dragged: the form opens with its new time. Nothing is changed before that is saved."""
+        _kind, number, at = key
+        if (schedule := self._facts.schedule(number)) is None or not self._is_ahead(hour):
+            return
+        before, after = (instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None) for instant in (at, self._instant(hour)))
+        self.form.begin(Draft.of(schedule).moved(before, after))
+        time = self.time_text(hour)
+        self._say(_("Save to start it at {time}").format(time=time) if schedule.recurrence is None else
+                  _("Save to move all its starts like this one, to {time}").format(time=time), "content-save-outline")
+
+    def _instant(self, hour: float) -> datetime:
+        return (self.timeline.origin or self._services.clock.now()) + timedelta(hours=hour)
+
+    def _is_ahead(self, hour: float) -> bool:
+        if self._instant(hour) > self._services.clock.now():
+            return True
+        self._say(_("That time has passed"), "clock-alert-outline")
+        return False
 
     def _open_card(self, card: BarCard, place: Widget, calls: dict[str, Callable[[], object]]) -> None:
         self._shell.dialogs.menu(place, card.items, lambda key: calls[key](), card.title, card.text)

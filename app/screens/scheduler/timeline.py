@@ -42,6 +42,7 @@ class Bar(NamedTuple):
     late: float | None = None            # when nine of ten runs have ended
     assumed: bool = False                # its length is not known
     typed: bool = False                  # its length was entered by a person
+    movable: bool = False                # to another time, by a finger
 
 
 class Lane(NamedTuple):
@@ -50,6 +51,7 @@ class Lane(NamedTuple):
     note: str = ""
     bars: tuple[Bar, ...] = ()
     overlaps: tuple[tuple[float, float], ...] = ()
+    key: Hashable = None
 
 
 class LegendEntry(NamedTuple):
@@ -144,7 +146,7 @@ def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, read: Range, thin:
     hold = next((hold for hold in facts.holds if hold.robot_id == robot.id), None)
     held = axis.held_until(hold, facts, now) if hold and hold.covers(robot.id, now) else ""
     return Lane(robot.name, held or robot.model or "" if robot.enabled else off_word(robot),
-                tuple(_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date())), tuple(_overlaps(bars)))
+                tuple(_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date())), tuple(_overlaps(bars)), robot.id)
 
 
 def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
@@ -188,7 +190,7 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
     return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
                _("Held: {mission}").format(mission=run.mission.name) if held else run.mission.name, "held" if held else "planned",
                late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
-               typed=run.usual_s is not None and run.typed)
+               typed=run.usual_s is not None and run.typed, movable=True)
 
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:

@@ -1,10 +1,11 @@
 """What is planned, as an operator uses it: the schedules that are there, the timeline and its list."""
 from __future__ import annotations
 
-from datetime import time, timedelta
+from datetime import date, time, timedelta
 
 import pytest
 from kivy.metrics import dp
+from kivy.tests.common import UnitTestTouch
 
 from app.domain.models import ReasonCode, State
 from app.screens.common.shell import pick
@@ -14,7 +15,7 @@ from app.widgets.buttons import CommandButton, IconButton, Toggle
 from app.widgets.dialogs import Menu, MenuRow
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.snackbar import Snackbar
-from app.widgets.timeline import Timeline
+from app.widgets.timeline import LONG, Timeline
 from tests.support import month
 from tests.ui import checks
 from tests.ui.planner import (
@@ -215,6 +216,46 @@ def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_ta
     ui.advance(.5)
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
+
+
+# ---------------------------------------------------------------------- a finger that rests on it
+def rest(ui, x: float, y: float) -> UnitTestTouch:
+    touch = UnitTestTouch(x, y)
+    touch.touch_down()
+    ui.advance(LONG + .1)
+    return touch
+
+
+def test_a_long_press_on_free_time_begins_a_schedule_of_that_robot_at_that_time(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    timeline = ui.find(Timeline)
+    lane = next(n for n, lane in enumerate(timeline.lanes) if lane.name == "Sisu")
+    y = timeline.top - 28 - timeline.lane_height * (lane + .5)
+    rest(ui, *timeline.to_window(timeline.left_of(9 + 7.4 / 60), y)).touch_up()
+    settle(screen, ui)
+    draft = screen.plan.form.draft
+    assert (container.catalogue.robot(draft.robot_id).name, draft.day, draft.at) == ("Sisu", date(2026, 11, 20), time(22, 5))
+    assert field(ui, "Mission").value == KITS
+    rest(ui, *timeline.to_window(timeline.left_of(.1), y)).touch_up()
+    settle(screen, ui)
+    assert ui.find(Snackbar).text == "That time has passed"
+    assert screen.plan.form.draft == draft
+
+
+def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    timeline = ui.find(Timeline)
+    left, bottom, right, top, _key = next(hit for hit in timeline.boxes() if hit[4][:2] == ("schedule", schedule.id))
+    x, y = timeline.to_window((left + right) / 2, (bottom + top) / 2)
+    touch = rest(ui, x, y)
+    touch.touch_move(x + timeline.left_of(10.5) - timeline.left_of(9), y)
+    touch.touch_up()
+    settle(screen, ui)
+    assert field(ui, "Time").value == "20:30"
+    assert ui.find(Snackbar).text == "Save to move all its starts like this one, to 20:30"
+    assert named(container, "Night stock count", "Aino") == schedule
+    save(screen, ui)
+    assert named(container, "Night stock count", "Aino").start.time() == time(20, 30)
 
 
 # ---------------------------------------------------------------------- the timeline's window

@@ -114,3 +114,20 @@ def test_the_monthly_choice_follows_the_first_day_until_it_is_chosen():
     moved = fresh.with_day(date(2026, 12, 31))
     assert (moved.month_day, moved.nth, moved.month_weekday) == (31, LAST, "TH")
     assert replace(fresh, month_day=15).with_day(date(2026, 12, 1)).month_day == 15
+
+
+@pytest.mark.parametrize(("values", "before", "after", "changed"), [
+    ({}, "23 06:30", "25 07:10", {"day": date(2026, 11, 25), "at": time(7, 10)}),
+    ({"kind": Kind.DAILY}, "24 06:30", "24 07:10", {"at": time(7, 10)}),
+    ({"kind": Kind.DAILY, "more_hours": (14, 17)}, "24 14:30", "24 15:10", {"at": time(6, 10), "more_hours": (15, 17)}),
+    ({"kind": Kind.DAILY, "more_hours": (14, 17)}, "24 06:30", "24 08:30", {"at": time(8, 30), "more_hours": (14, 17)}),
+    ({"kind": Kind.WEEKLY, "weekdays": ("MO", "WE")}, "25 06:30", "26 06:00", {"at": time(6), "weekdays": ("MO", "TH")}),
+    ({"kind": Kind.EVERY, "until_time": time(18)}, "24 14:30", "24 14:50", {"at": time(6, 50), "until_time": time(18, 20)}),
+    ({"kind": Kind.EVERY, "until_time": time(23)}, "24 14:30", "24 16:30", {"at": time(8, 30), "until_time": time(23, 59)}),
+    ({"kind": Kind.MONTHLY, "month_day": 23}, "23 06:30", "24 06:30", {"month_day": 24, "nth": 4, "month_weekday": "TU"}),
+])
+def test_a_start_that_is_moved_takes_along_what_is_ruled_with_it(values, before, after, changed):
+    chosen, (old, new) = draft(**values), (datetime.strptime(f"2026-11-{when}", "%Y-%m-%d %H:%M") for when in (before, after))
+    moved = chosen.moved(old, new)
+    assert {name: getattr(moved, name) for name in changed} == changed
+    assert chosen.moved(old, old) == chosen
