@@ -26,7 +26,8 @@ LEAST_HOURS, MOST_HOURS = 6, 168
 class Timeline(Chart):
     """Shows ``hours`` hours from hour ``first`` on; all times are floats in hours from one common instant.
 
-    Of a lane it reads ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; of a bar ``key``, ``start``, ``end``, ``label``,
+    Of a lane it reads ``key``, ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; or ``line``, words for the lanes that it stands
+    for, and whether they are there (``is_open``): a tap fires ``on_lane(key)``. Of a bar ``key``, ``start``, ``end``, ``label``,
     ``state`` (past, failed, skipped, held, running, planned), ``late`` (where a whisker ends, or None), ``assumed`` (the length is not
     known) and ``typed`` (a person has entered it). bands = [(from, to, words, kind)], which are "closed",
     "folded" or "held"; ticks = [(hour, label,
@@ -48,7 +49,7 @@ class Timeline(Chart):
     watch = ("lanes", "bands", "ticks", "hours")
 
     touched = BooleanProperty(False)         # fingers move it just now
-    __events__ = ("on_bar", "on_window", "on_fold", "on_free", "on_moved")
+    __events__ = ("on_bar", "on_window", "on_fold", "on_free", "on_moved", "on_lane")
 
     def __init__(self, **kwargs):
         self._fingers: dict[object, tuple[float, float]] = {}      # uid of a touch: where it is
@@ -80,6 +81,9 @@ class Timeline(Chart):
 
     def on_moved(self, key, hour):
         """A bar was dragged to begin at that hour."""
+
+    def on_lane(self, key):
+        """A lane that stands for others was tapped."""
 
     def on_lanes(self, *_):
         self.wanted_height = dp(AXIS) + len(self.lanes) * self.lane_height
@@ -135,11 +139,10 @@ class Timeline(Chart):
     # ------------------------------------------------------------------ a finger that rests
     def _press_long(self, _dt):
         """Lift the bar under it, if that may be moved, or tell what free time it is on."""
-        drawing, (x, y) = self._drawing, next(iter(self._fingers.values()))
-        if drawing is None or x < drawing.frame.left or y >= drawing.frame.bottom_of_axis:
+        x, y = next(iter(self._fingers.values()))
+        if (lane := self._lane_at(y)) is None or lane.line or x < self._drawing.frame.left:
             return
-        lane, key = drawing.frame.lanes[drawing.frame.lane_at(y)], self._bar_near(x, y)
-        if key is None:
+        if (key := self._bar_near(x, y)) is None:
             self._moved = True                   # its end is no tap
             self.dispatch("on_free", lane.key, self._time_at(x))
         elif (bar := next((bar for bar in lane.bars if bar.key == key and bar.movable), None)) is not None:
@@ -188,8 +191,13 @@ class Timeline(Chart):
 
     def _tapped(self, x, y) -> bool:
         """A break is as narrow as a fingertip, and bars may be on both sides of it."""
-        frame = self._drawing.frame if self._drawing is not None else None
-        hour = frame.hour_at(x - self._drawing.moved) if frame is not None and x >= frame.left else math.inf
+        if (lane := self._lane_at(y)) is None:
+            return False
+        if lane.line:
+            self.dispatch("on_lane", lane.key)
+            return True
+        frame = self._drawing.frame
+        hour = frame.hour_at(x - self._drawing.moved) if x >= frame.left else math.inf
         closed = next((kind for start, end, _words, kind in self.bands if kind != "held" and start <= hour < end), "")
         if closed != "folded" and (key := self._bar_near(x, y)) is not None:
             self.dispatch("on_bar", key)
@@ -199,9 +207,12 @@ class Timeline(Chart):
             return False
         return True
 
+    def _lane_at(self, y):
+        """None: on the axis, or there is nothing."""
+        frame = self._drawing.frame if self._drawing is not None else None
+        return frame.lanes[frame.lane_at(y)] if frame is not None and y < frame.bottom_of_axis - self.seen_from else None
+
     def _bar_near(self, x, y):
-        if self._drawing is None:
-            return None
         reach, slack = dp(24), dp(8)
         lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
         near = [(max(left - x, x - right, 0), key) for lane in lanes for left, bottom, right, top, key in self._drawing.boxes(lane)
@@ -264,6 +275,7 @@ class Timeline(Chart):
                 self._trigger()
             else:
                 drawing.place(self.first)
+            drawing.pin(self.seen_from)
             drawing.draw_axis(self.now, self.now_label)
 
     def _place(self, *_):
@@ -280,6 +292,8 @@ class Timeline(Chart):
 
     def _scrolled(self, *_):
         """Other lanes are in sight."""
+        if self._drawing is not None:
+            self._drawing.pin(self.seen_from)
         if self._drawing is None or self._next is not None or self._trigger.is_triggered:
             return
         if self._drawing.would_be_crowded(self.seen_from, self.seen_height) != self._drawing.is_crowded:

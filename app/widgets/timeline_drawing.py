@@ -6,15 +6,16 @@ now-line depend on the time and on the edges of what is seen, so they are a laye
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from kivy.graphics import Canvas, PopMatrix, PushMatrix, Rectangle, StencilPop, StencilPush, StencilUnUse, StencilUse, Translate
 
 from app.widgets.chart import box
+from app.widgets.timeline_axis import paint_axis, paint_now
 from app.widgets.timeline_painting import (
     Frame,
     bar_width,
-    paint_axis,
     paint_background,
     paint_bars,
     paint_bars_together,
@@ -28,6 +29,18 @@ BUSY = 8                 # bars of a lane
 NEARLY = 1e-9            # hours: sums of floats
 
 Box = tuple[float, float, float, float, object]      # left, bottom, right, top in px, key of the bar
+
+
+@contextmanager
+def _window(pos: tuple[float, float], size: tuple[float, float]) -> Iterator[None]:
+    """What is drawn meanwhile is only seen there."""
+    StencilPush()
+    Rectangle(pos=pos, size=size)
+    StencilUse()
+    yield
+    StencilUnUse()
+    Rectangle(pos=pos, size=size)
+    StencilPop()
 
 
 class Drawing:
@@ -44,23 +57,27 @@ class Drawing:
             self._build_layers()
 
     def _build_layers(self) -> None:
-        frame = self.frame
+        frame, width = self.frame, self.frame.right - self.frame.left
         for n in range(len(frame.lanes) + 1):
             box(frame.x, frame.y + frame.lane_height * n, frame.right - frame.x, 1, tk.line)
+        with _window((frame.left, frame.y), (width, frame.bottom_of_axis - frame.y)):
+            PushMatrix()
+            self._pan = Translate(0, 0)
+            paint_background(frame)
+            self._bars = Canvas()
+            self._now = Canvas()
+            PopMatrix()
         self._names = Canvas()
-        window = {"pos": (frame.left, frame.y), "size": (frame.right - frame.left, frame.top - frame.y)}
-        StencilPush()
-        Rectangle(**window)
-        StencilUse()
         PushMatrix()
-        self._pan = Translate(0, 0)
-        paint_background(frame)
-        self._bars = Canvas()
-        self._axis = Canvas()
+        self._pin = Translate(0, 0)
+        box(frame.x, frame.bottom_of_axis, frame.right - frame.x, frame.top - frame.bottom_of_axis, tk.surface)
+        box(frame.x, frame.bottom_of_axis, frame.right - frame.x, 1, tk.line)
+        with _window((frame.left, frame.bottom_of_axis), (width, frame.top - frame.bottom_of_axis)):
+            PushMatrix()
+            self._axis_pan = Translate(0, 0)
+            self._axis = Canvas()
+            PopMatrix()
         PopMatrix()
-        StencilUnUse()
-        Rectangle(**window)
-        StencilPop()
 
     # ------------------------------------------------------------------ what is drawn
     def bars_of(self, lane: int) -> list[Any]:
@@ -109,11 +126,15 @@ class Drawing:
     def move(self, px: float) -> None:
         """To the right."""
         self.moved += px
-        self._pan.x = round(self.moved)
+        self._pan.x = self._axis_pan.x = round(self.moved)
 
     def place(self, first: float) -> None:
         """So that hour ``first`` is at the left."""
         self.move(-self.frame.shift(first) - self.moved)
+
+    def pin(self, seen_from: float) -> None:
+        """The axis on top of what is seen of a page that scrolls."""
+        self._pin.y = -round(seen_from)
 
     # ------------------------------------------------------------------ its layers
     @property
@@ -151,6 +172,9 @@ class Drawing:
 
     def draw_axis(self, now: float, now_label: str) -> None:
         """Its labels, whole at the edges of what is seen now, and the now-line."""
+        self._now.clear()
+        with self._now:
+            paint_now(self.frame, now)
         self._axis.clear()
         with self._axis:
             paint_axis(self.frame, (self.frame.left - self._pan.x, self.frame.right - self._pan.x), now, now_label)

@@ -168,9 +168,14 @@ def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:
 
 # ---------------------------------------------------------------------- lanes
 def paint_name(frame: Frame, lane: int) -> None:
-    name, note, y = frame.lanes[lane].name, frame.lanes[lane].note, frame.middle(lane)
-    text(name, frame.x, y + (dp(9) if note else 0), tk.ink, 16, font="RobotoMedium")
-    text(note, frame.x, y - dp(10), tk.ink3)
+    """Of a robot, or across the lane what it stands for."""
+    shown, y = frame.lanes[lane], frame.middle(lane)
+    if shown.line:
+        box(frame.x, y - frame.lane_height / 2 + 1, frame.right - frame.x, frame.lane_height - 1, tk.surface2)
+        text(md_icons["chevron-up" if shown.is_open else "chevron-down"], frame.x + dp(12), y, tk.ink2, 20, .5, .5, "Icons")
+        text(shown.line, frame.x + dp(28), y, tk.ink2, 16)
+    text(shown.name, frame.x, y + (dp(9) if shown.note else 0), tk.ink, 16, font="RobotoMedium")
+    text(shown.note, frame.x, y - dp(10), tk.ink3)
 
 
 def paint_bars(frame: Frame, bars: Sequence[Any], y: float) -> None:
@@ -221,7 +226,7 @@ def paint_lifted(x: float, bottom: float, width: float, height: float, words: st
     box(x, bottom, width, height, tk.accent_soft, dp(4))
     box(x, bottom, width, height, tk.accent, dp(4), ring=dp(2))
     pill = width_of(words, 16, "RobotoMedium") + dp(24)
-    left, y = _kept_in(min(max(x + width / 2, seen[0]), seen[1]), pill, seen), bottom + height + dp(16)
+    left, y = kept_in(min(max(x + width / 2, seen[0]), seen[1]), pill, seen), bottom + height + dp(16)
     box(left, y - dp(15), pill, dp(30), tk.accent, dp(15))
     text(words, left + pill / 2, y, tk.accent_ink, 16, ax=.5, font="RobotoMedium")
 
@@ -323,57 +328,7 @@ def _mesh(spans: list[Span], y: float, height: float, colour: Any) -> None:
         Mesh(vertices=vertices, indices=indices, mode="triangles")
 
 
-# ---------------------------------------------------------------------- the axis and the time
-def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
-    """The labels of the ticks and the now-line with its own; ``seen``: left and right end of what is seen."""
-    pill = None
-    if frame.is_drawn(now) and now_label:
-        width = width_of(now_label, 14, "RobotoMedium") + dp(16)
-        left = _kept_in(frame.at(now), width, seen)
-        pill = left, left + width
-    taken = [pill] if pill else []
-    _paint_tick_labels(frame, seen, taken + _paint_hold(frame, seen, pill))
-    if frame.is_drawn(now):
-        box(frame.at(now) - 1, frame.y, 2, frame.bottom_of_axis - frame.y, tk.ink)
-    if pill:
-        box(left, frame.bottom_of_axis + dp(3), width, dp(24), tk.ink, dp(12))
-        text(now_label, left + width / 2, frame.top - dp(AXIS) / 2 + dp(1), tk.surface, ax=.5, font="RobotoMedium")
-
-
-def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
-    """Until when everything is held and why, above its band and beside the time, which is within it. Returns what it takes."""
-    for start, end, words, kind in frame.bands:
-        x, x2 = max(frame.at(start), seen[0]), min(frame.at(end), seen[1])
-        if kind == "held" and x < x2:
-            width = width_of(words, font="RobotoMedium") + dp(40)
-            if now and now[0] < x + width and x < now[1] + dp(6):
-                x = now[1] + dp(6)
-            if x + width > seen[1]:
-                x = max(seen[0], (now[0] - dp(6) if now and now[1] + dp(6) == x else seen[1]) - width)
-            y = frame.top - dp(AXIS) / 2 + dp(1)
-            box(x, y - dp(12), width, dp(24), tk.attention_solid, dp(12))
-            text(md_icons["hand-back-right-outline"], x + dp(18), y, tk.amber_ink, 16, .5, .5, "Icons")
-            text(words, x + dp(30), y, tk.amber_ink, font="RobotoMedium")
-            return [(x, x + width)]
-    return []
-
-
-def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
-    """As many as fit side by side and beside what is ``taken``: the strong ones (a new day) first. Those that are seen stay whole at the
-    ends."""
-    y = frame.top - dp(AXIS) / 2 + dp(2)
-    for hour, label, strong in sorted(frame.ticks, key=lambda tick: not tick[2]):
-        if not label or not frame.is_drawn(hour):
-            continue
-        font = "RobotoMedium" if strong else "Roboto"
-        width = width_of(label, font=font)
-        left = _kept_in(frame.at(hour), width, seen)
-        if all(left + width + dp(6) <= begins or ends + dp(6) <= left for begins, ends in taken):
-            taken.append((left, left + width))
-            text(label, left, y, tk.ink if strong else tk.ink3, font=font)
-
-
-def _kept_in(x: float, width: float, seen: Span) -> float:
+def kept_in(x: float, width: float, seen: Span) -> float:
     """Left end of something ``width`` px wide around x, which is not cut by an edge as long as x is seen."""
     left, right = seen
     return min(max(x - width / 2, left), right - width) if left <= x <= right else x - width / 2

@@ -4,14 +4,14 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import date, datetime, time
+from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
 from typing import Any
 
 from kivy.factory import Factory
 
 from app.container import Container
-from app.domain.models import Schedule
+from app.domain.models import Robot, Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.shell import Shell, pick
@@ -125,6 +125,35 @@ def crowd(hours: float) -> Callable[[Any], Any]:
 
 picture("scheduler-crowd", sizes=(LANDSCAPE,))(crowd(24.))
 picture("scheduler-crowd-week", sizes=(LANDSCAPE,))(crowd(168.))
+
+
+def fifty(container: Container) -> None:
+    """Robots enough to scroll, a third of them with something to do."""
+    def furnish(c: Any) -> None:
+        missions, r = container.repositories.missions.all(c), container.repositories
+        for n in range(4, 51):
+            robot = r.robots.add(c, Robot(f"Robot {n:02d}", f"http://10.0.0.{n}", "distributor", "token", model="MiR250"))
+            if n % 3 == 0:
+                start = datetime(2026, 11, 20, 15 + n % 5, n)
+                r.schedules.add(c, Schedule(f"S{n}", robot.id, missions[n % len(missions)].id, start, month.ZONE,
+                                            changed_at=month.NOW, next_at=start.replace(tzinfo=UTC) - timedelta(hours=2)))
+
+    container.db.write(furnish)
+
+
+@picture("scheduler-fifty", sizes=EVERY_SIZE)
+def fifty_robots(studio: Any) -> Any:
+    return Stand(studio, "scheduler", prepare=fifty).settle()
+
+
+@picture("scheduler-fifty-below", sizes=(LANDSCAPE,))
+def fifty_below(studio: Any) -> Any:
+    """Scrolled to those with nothing planned, which are opened."""
+    stand = Stand(studio, "scheduler", prepare=fifty)
+    stand.vm.open_idle()
+    stand.settle()
+    next(widget for widget in stand.screen.walk() if type(widget).__name__ == "HoursPart").scroll_y = .64
+    return stand.settle()
 
 
 @picture("scheduler-once-refused", sizes=BOTH)

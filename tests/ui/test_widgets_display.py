@@ -480,6 +480,26 @@ def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
     assert len([*chart.boxes()]) <= 8
 
 
+def test_the_axis_stays_on_top_and_takes_the_taps_there_while_lanes_scroll(ui):
+    lanes = [Lane(f"R{n}", bars=[Bar(n, 1, 5)], key=n) for n in range(50)]
+    chart = ui.show(Timeline(lanes=lanes, seen_height=200, hours=24), (800, 28 + 50 * 44))
+    chart.top, chart.seen_from = ui.window.height + 440, 440
+    ui.advance()
+    assert chart._drawing._pin.y == -440
+    calls, opened = fired(chart, "on_bar"), fired(chart, "on_lane")
+    ui.tap_at(200, ui.window.height - 20)
+    assert calls == []
+    ui.tap_at(200, ui.window.height - 40)
+    assert calls == [(10,)]
+    chart.lanes = [Lane("", key="idle", line="34 robots with nothing planned"), *lanes]
+    chart.seen_from = 0
+    chart.top = ui.window.height
+    ui.advance(.1)
+    for x in (20, 400):
+        ui.tap_at(x, ui.window.height - 50)
+    assert opened == [("idle",), ("idle",)]
+
+
 def test_a_share_that_hardly_changes_draws_no_mountain_and_is_not_filled(ui):
     line = ui.show(Sparkline(values=[.97, .98, .96, .97], least_span=.1), (64, 50))
     low, high = line.scale()

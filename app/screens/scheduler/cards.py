@@ -22,7 +22,9 @@ class UpcomingCard(SectionCard):
     held = BooleanProperty(False)        # nothing is sent to any robot
     follows = BooleanProperty(True)      # what is shown moves with the time
     bars_height = NumericProperty(0)     # of all robots' lanes
+    around = NumericProperty(0)          # height of all but the lanes
     wanted = NumericProperty(0)          # height at which all robots up to four are seen
+    least = NumericProperty(0)           # up to three
 
 
 class TimeControls(BoxLayout):

@@ -54,6 +54,8 @@ class Window:
     left: datetime | None = None
     hours: float = HOURS
     unfolded: frozenset[datetime] = frozenset()
+    robots: frozenset[int] = frozenset()                             # by id; none: all
+    idle_too: bool = False                                           # robots without anything to show have their lanes
 
     def start(self, now: datetime, zone: ZoneInfo) -> datetime:
         """UTC instant of the left edge."""

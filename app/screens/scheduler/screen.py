@@ -14,7 +14,7 @@ from kivy.uix.widget import Widget
 from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import MenuItem
+from app.screens.common.options import MenuItem, Option
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
@@ -172,6 +172,19 @@ class SchedulerViewModel(ViewModel):
         """To what the timeline shows now, in hours from its origin."""
         if self.timeline.origin is not None:
             self._show_window(replace(self._window, left=self.timeline.origin + timedelta(hours=first), hours=hours))
+
+    def choose_robots(self) -> None:
+        """Whose lanes are shown; none chosen: all."""
+        options = [Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in self._facts.robots]
+        self._shell.dialogs.choose_many(_("Robots on the timeline"), options, _("Show"), self._robots_chosen,
+                                        selected=tuple(self._window.robots))
+
+    def _robots_chosen(self, robots: list[int]) -> None:
+        self._show_window(replace(self._window, robots=frozenset(robots)))
+
+    def open_idle(self) -> None:
+        """The lanes of robots with nothing planned, or one line for them."""
+        self._show_window(replace(self._window, idle_too=not self._window.idle_too))
 
     def _show_window(self, window: Window) -> None:
         """Show at once what has been read already; the rest comes with the next reading."""

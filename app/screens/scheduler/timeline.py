@@ -21,6 +21,8 @@ from app.services.planning.plan import PlannedRun
 SHORTEST = 1 / 60                        # hours: a bar of no length would be no bar
 THIN = 1 / 250                           # of what is seen: bars this short and this close together become one
 MERGED_FROM = 3                          # of them
+ROOM = 4                                 # lanes that are seen at once
+IDLE = "idle"                            # key of the line for robots without a bar
 CONTENDING = ("planned", "running")      # states of bars that need their robot
 SPANS = (6, 12, 24, 48, 96, 168)         # hours to choose from
 STEPS = {6: 1, 12: 1, 24: 2, 48: 4, 96: 12}     # hours between labelled ticks when so many are seen; a day beyond
@@ -52,6 +54,8 @@ class Lane(NamedTuple):
     bars: tuple[Bar, ...] = ()
     overlaps: tuple[tuple[float, float], ...] = ()
     key: Hashable = None
+    line: str = ""                       # instead of a robot: what it stands for
+    is_open: bool = False                # and whether they follow it
 
 
 class LegendEntry(NamedTuple):
@@ -72,6 +76,8 @@ class TimelineView:
     now: float = 0.0
     now_label: str = ""
     span: str = ""                       # in words
+    robots: str = ""                     # whose, in words, where there are many
+    is_filtered: bool = False
     legend: tuple[LegendEntry, ...] = ()
 
 
@@ -113,17 +119,36 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     low, high = ((instant - origin).total_seconds() / 3600 for instant in window.span(now, facts.zone, facts.calendar))
     read = Range(origin, low, high)
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
-    lanes = tuple(_lane(facts, robot, now, read, window.hours * THIN) for robot in facts.robots)
+    robots = [robot for robot in facts.robots if robot.id in window.robots]
+    lanes = tuple(_lane(facts, robot, now, read, window.hours * THIN) for robot in robots or facts.robots)
     closed = tuple(axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded))
     folds = [band for band in closed if band.kind == "folded"]
     if window.left is None:                              # what moves with the time doesn't begin amid a fold
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
     return TimelineView(
-        origin, lanes=lanes, bands=(*closed, *axis.held(facts, now, read)), legend=tuple(_legend(lanes, closed)),
+        origin, lanes=_with_idle_last(lanes, window.idle_too), bands=(*closed, *axis.held(facts, now, read)),
+        robots=_robots_word(facts, robots), is_filtered=bool(robots), legend=tuple(_legend(lanes, closed)),
         ticks=tuple(tick for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
                     if not any(fold.start <= tick.hour < fold.end for fold in folds)),
         first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
         span=span_text(window.hours))
+
+
+def _with_idle_last(lanes: Sequence[Lane], idle_too: bool) -> tuple[Lane, ...]:
+    """Of many robots those without a bar are one line, below which they are if they are wanted."""
+    idle = [lane for lane in lanes if not lane.bars]
+    if len(lanes) <= ROOM or len(idle) < 2:
+        return tuple(lanes)
+    words = ngettext("{n} robot with nothing planned", "{n} robots with nothing planned", len(idle)).format(n=len(idle))
+    return *(lane for lane in lanes if lane.bars), Lane("", key=IDLE, line=words, is_open=idle_too), *(idle if idle_too else ())
+
+
+def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
+    if len(facts.robots) <= ROOM:
+        return ""
+    if len(chosen) == 1:
+        return chosen[0].name
+    return ngettext("{n} robot", "{n} robots", len(chosen)).format(n=len(chosen)) if chosen else _("All robots")
 
 
 def _legend(lanes: Sequence[Lane], closed: Sequence[Band]) -> Iterable[LegendEntry]:

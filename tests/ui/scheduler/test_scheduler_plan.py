@@ -7,13 +7,15 @@ import pytest
 from kivy.metrics import dp
 from kivy.tests.common import UnitTestTouch
 
-from app.domain.models import ReasonCode, State
+from app.domain.models import ReasonCode, Robot, State
 from app.screens.common.shell import pick
-from app.screens.scheduler.cards import FormCard
+from app.screens.scheduler.cards import FormCard, HoursPart, TimeControls
 from app.screens.scheduler.screen import SchedulerScreen
-from app.widgets.buttons import CommandButton, IconButton, Toggle
+from app.services.live.changes import Topic
+from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.dialogs import Menu, MenuRow
 from app.widgets.plan_rows import DayLine, ScheduleLine
+from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import LONG, Timeline
 from tests.support import month
@@ -256,6 +258,44 @@ def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(scree
     assert named(container, "Night stock count", "Aino") == schedule
     save(screen, ui)
     assert named(container, "Night stock count", "Aino").start.time() == time(20, 30)
+
+
+# ---------------------------------------------------------------------- many robots
+def add_robots(container, count: int) -> None:
+    def add(c) -> None:
+        for n in range(count):
+            container.repositories.robots.add(c, Robot(f"Robot {n}", f"http://10.0.0.{n}", "distributor", "token"))
+
+    container.db.write(add)
+    container.changes.publish(Topic.ROBOTS)
+
+
+def test_many_robots_are_filtered_by_a_chip_and_those_with_nothing_planned_opened_by_a_tap(screen, container, ui):
+    assert not ui.find_all(MenuChip, ui.find(TimeControls))           # few are all in sight
+    add_robots(container, 20)
+    settle(screen, ui)
+    timeline = ui.find(Timeline)
+    assert [lane.name or lane.line for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko", "20 robots with nothing planned"]
+    ui.find(HoursPart).scroll_y = 0
+    ui.advance(.1)
+    ui.tap_at(*timeline.to_window(timeline.x + 300, timeline.y + 20))
+    settle(screen, ui)
+    assert len(timeline.lanes) == 24
+    tick(screen, ui, "Aino", "Robot 1")
+    assert [lane.name for lane in timeline.lanes] == ["Aino", "Robot 1"]
+    chip = ui.find(MenuChip, ui.find(TimeControls))
+    assert (chip.text, chip.active) == ("2 robots", True)
+    tick(screen, ui, "Aino", "Robot 1")
+    assert (chip.text, chip.active, len(timeline.lanes)) == ("All robots", False, 24)
+
+
+def tick(screen, ui, *names: str) -> None:
+    """Robots in the list that the chip opens."""
+    ui.tap(ui.find(MenuChip, ui.find(TimeControls)))
+    settle(screen, ui)
+    for name in names:
+        ui.tap(ui.find(OptionRow, text=name))
+    press(screen, ui, "Show")
 
 
 # ---------------------------------------------------------------------- the timeline's window

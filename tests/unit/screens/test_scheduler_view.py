@@ -232,6 +232,36 @@ def test_bars_of_two_days_do_not_become_one():
     assert [block.label for block in blocks] == ["57 runs", "144 runs", "99 runs"]
 
 
+# ---------------------------------------------------------------------- many robots
+FLEET = tuple(Robot(f"R{n:02d}", f"http://r{n}", id=n) for n in range(1, 51))
+
+
+def lanes(window=None, **values):
+    return timeline(facts(**{"robots": FLEET, "planned": (planned(22, robot=FLEET[7]), planned(30, robot=FLEET[30])), **values}), NOW,
+                    window).lanes
+
+
+def test_of_many_robots_those_with_nothing_planned_are_one_line_that_opens():
+    shown = lanes()
+    assert [(lane.name, lane.line) for lane in shown] == [("R08", ""), ("R31", ""), ("", "48 robots with nothing planned")]
+    assert not shown[2].is_open
+    opened = lanes(Window(idle_too=True))
+    assert (len(opened), opened[2].is_open, opened[3].name) == (51, True, "R01")
+    assert [lane.name for lane in lanes(robots=FLEET[:4], planned=())] == ["R01", "R02", "R03", "R04"]     # all are seen anyway
+
+
+def test_lanes_are_those_of_the_robots_that_are_chosen():
+    def shown(*robots):
+        view = timeline(facts(robots=FLEET), NOW, Window(robots=frozenset(robots)))
+        return [lane.name for lane in view.lanes if lane.name], view.robots, view.is_filtered
+
+    assert shown(3) == (["R03"], "R03", True)
+    assert shown(3, 5) == (["R03", "R05"], "2 robots", True)
+    assert shown() == ([], "All robots", False)
+    assert shown(99) == ([], "All robots", False)                      # it is not there any more
+    assert timeline(facts(), NOW).robots == ""
+
+
 EVERY_ZOOM = (6, 12, 24, 48, 96, 168)
 
 

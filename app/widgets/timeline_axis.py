@@ -1,0 +1,62 @@
+"""What stands on the axis of a timeline: days and times, the present one, until when everything is held."""
+from __future__ import annotations
+
+from kivy.metrics import dp
+from kivymd.icon_definitions import md_icons
+
+from app.widgets.chart import box, text, width_of
+from app.widgets.timeline_painting import AXIS, Frame, Span, kept_in
+from app.widgets.tokens import tk
+
+
+def paint_now(frame: Frame, now: float) -> None:
+    """The line through all lanes."""
+    if frame.is_drawn(now):
+        box(frame.at(now) - 1, frame.y, 2, frame.bottom_of_axis - frame.y, tk.ink)
+
+
+def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
+    """The labels of the ticks, of the present time and of a hold; ``seen``: left and right end of what is seen."""
+    pill = None
+    if frame.is_drawn(now) and now_label:
+        width = width_of(now_label, 14, "RobotoMedium") + dp(16)
+        left = kept_in(frame.at(now), width, seen)
+        pill = left, left + width
+    taken = [pill] if pill else []
+    _paint_tick_labels(frame, seen, taken + _paint_hold(frame, seen, pill))
+    if pill:
+        box(left, frame.bottom_of_axis + dp(3), width, dp(24), tk.ink, dp(12))
+        text(now_label, left + width / 2, frame.top - dp(AXIS) / 2 + dp(1), tk.surface, ax=.5, font="RobotoMedium")
+
+
+def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
+    """Until when everything is held and why, above its band and beside the time, which is within it. Returns what it takes."""
+    for start, end, words, kind in frame.bands:
+        x, x2 = max(frame.at(start), seen[0]), min(frame.at(end), seen[1])
+        if kind == "held" and x < x2:
+            width = width_of(words, font="RobotoMedium") + dp(40)
+            if now and now[0] < x + width and x < now[1] + dp(6):
+                x = now[1] + dp(6)
+            if x + width > seen[1]:
+                x = max(seen[0], (now[0] - dp(6) if now and now[1] + dp(6) == x else seen[1]) - width)
+            y = frame.top - dp(AXIS) / 2 + dp(1)
+            box(x, y - dp(12), width, dp(24), tk.attention_solid, dp(12))
+            text(md_icons["hand-back-right-outline"], x + dp(18), y, tk.amber_ink, 16, .5, .5, "Icons")
+            text(words, x + dp(30), y, tk.amber_ink, font="RobotoMedium")
+            return [(x, x + width)]
+    return []
+
+
+def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
+    """As many as fit side by side and beside what is ``taken``: the strong ones (a new day) first. Those that are seen stay whole at the
+    ends."""
+    y = frame.top - dp(AXIS) / 2 + dp(2)
+    for hour, label, strong in sorted(frame.ticks, key=lambda tick: not tick[2]):
+        if not label or not frame.is_drawn(hour):
+            continue
+        font = "RobotoMedium" if strong else "Roboto"
+        width = width_of(label, font=font)
+        left = kept_in(frame.at(hour), width, seen)
+        if all(left + width + dp(6) <= begins or ends + dp(6) <= left for begins, ends in taken):
+            taken.append((left, left + width))
+            text(label, left, y, tk.ink if strong else tk.ink3, font=font)
