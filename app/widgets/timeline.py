@@ -5,10 +5,12 @@ new drawing of crowded lanes is made a few lanes a frame, and takes the place of
 """
 import math
 from collections.abc import Iterator
+from itertools import islice
 
 from kivy.clock import Clock
 from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.widget import Widget
 
 from app.widgets.chart import Chart
@@ -18,21 +20,39 @@ from app.widgets.timeline_painting import AXIS, FOLD, Frame, paint_lifted
 AT_ONCE = 2000           # bars that are drawn in one frame
 NEAR_END = .15           # of what is seen: so near to the end of a drawing a new one is begun
 SLOP = 12                # dp that a finger moves before it drags
+MOST_SEATS = 40          # of bars of a lane
 LONG = .5                # s until a press is a long one
 STEP = 1 / 12            # hours between times that fingers choose
 LEAST_HOURS, MOST_HOURS = 6, 168
+
+
+class BarSeat(ButtonBehavior, Widget):
+    """Where keys find something on the timeline. Fingers don't: the timeline looks what is near them."""
+    event: tuple[str, object] = ("", None)
+    is_tab_stop = False
+
+    def on_touch_down(self, touch):
+        return False
+
+    on_touch_move = on_touch_up = on_touch_down
+
+    def on_release(self):
+        self.parent.dispatch(*self.event)
 
 
 class Timeline(Chart):
     """Shows ``hours`` hours from hour ``first`` on; all times are floats in hours from one common instant.
 
     Of a lane it reads ``key``, ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; or ``line``, words for the lanes that it stands
-    for, and whether they are there (``is_open``): a tap fires ``on_lane(key)``. Of a bar ``key``, ``start``, ``end``, ``label``,
-    ``state`` (past, failed, skipped, held, running, planned), ``late`` (where a whisker ends, or None), ``assumed`` (the length is not
-    known) and ``typed`` (a person has entered it). bands = [(from, to, words, kind)], which are "closed",
-    "folded" or "held"; ticks = [(hour, label,
-    strong)]. A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``; ``on_window(first, hours)`` is what is seen after
-    fingers have moved it. In a page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing.
+    for, and whether they are there (``is_open``): a tap fires ``on_lane(key)``. Of a bar ``key``, ``start``, ``end``, ``label``, ``short``
+    (where that has no room), ``state`` (past, failed, skipped, held, running, planned), ``late`` (where a whisker ends, or None),
+    ``assumed`` (the length is not known), ``typed`` (a person has entered it) and ``movable`` (by a finger).
+    bands = [(from, to, words, kind)], which are "closed", "folded" (a break, however long) or "held"; ticks = [(hour, label, strong)].
+
+    A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, one on closed time ``on_fold(hour)``; a finger that rests on free
+    time ``on_free(lane's key, hour)``, one that takes a bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it.
+    ``on_window(first, hours)`` is what is seen after fingers have moved it. In a page that scrolls, ``seen_from`` and ``seen_height`` (px
+    from the top; 0: all) say which lanes need drawing, and where the axis is.
     """
     lanes = ListProperty()
     bands = ListProperty()
@@ -54,6 +74,7 @@ class Timeline(Chart):
     def __init__(self, **kwargs):
         self._fingers: dict[object, tuple[float, float]] = {}      # uid of a touch: where it is
         self._moved = False
+        self._seats: dict[tuple[int, str, object], BarSeat] = {}
         self._lifted = None                                        # a bar under a finger, where it was, and when it would begin now
         self._is_long = Clock.create_trigger(self._press_long, LONG)
         self._drawing: Drawing | None = None                       # that is seen
@@ -179,6 +200,33 @@ class Timeline(Chart):
     def left_of(self, hour) -> float:
         """Where an hour is seen."""
         return self._drawing.frame.at(hour) + self._drawing.moved
+
+    def seats(self) -> list[Widget]:
+        """What keys can reach: bars in sight, breaks, lanes that stand for others. The first of a lane that has not ended is a tab stop."""
+        drawing, wanted = self._drawing, []
+        if drawing is None:
+            return wanted
+        frame, old, self._seats = drawing.frame, self._seats, {}
+        folds = [("on_fold", start, (self.left_of(start), self.left_of(end))) for start, end, _, kind in self.bands if kind == "folded"]
+        for n in sorted(drawing.lanes):
+            lane, bottom = frame.lanes[n], frame.middle(n) - frame.bar_height / 2
+            bars = [("on_bar", key, (left, right)) for left, _bottom, right, _top, key in islice(drawing.boxes(n), MOST_SEATS)]
+            found = [("on_lane", lane.key, (frame.x, frame.right))] if lane.line else bars + folds
+            ahead = self.left_of(self.now)
+            for event, key, (left, right) in found:
+                left, right = max(left, frame.left if event != "on_lane" else frame.x), min(right, frame.right)
+                if left < right and (n, event, key) not in self._seats:
+                    seat = old.pop((n, event, key), None) or BarSeat()
+                    seat.pos, seat.size = (left, bottom), (right - left, frame.bar_height)
+                    seat.is_tab_stop = right > ahead and event != "on_fold"
+                    ahead = math.inf if seat.is_tab_stop else ahead
+                    seat.event = event, key
+                    self._seats[n, event, key] = seat
+        self.clear_widgets(list(old.values()))
+        for seat in self._seats.values():
+            if seat.parent is None:
+                self.add_widget(seat)
+        return list(self._seats.values())
 
     def place_of(self, key) -> Widget:
         """Something as large as a bar and where it is seen, to hang a card on; of one that is gone: the timeline itself."""

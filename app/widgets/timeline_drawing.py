@@ -21,6 +21,7 @@ from app.widgets.timeline_painting import (
     paint_bars_together,
     paint_name,
     paint_overlaps,
+    paint_words,
 )
 from app.widgets.tokens import tk
 
@@ -50,7 +51,8 @@ class Drawing:
         self.frame = frame
         self.moved = 0.                                          # px to the right, since it was made
         self._bars_of: dict[int, list[Any]] = {}
-        self._made: dict[int, tuple[Canvas, Canvas]] = {}        # name and bars of a lane
+        self._made: dict[int, tuple[Canvas, Canvas, Canvas]] = {}        # name, bars and their words, of a lane
+        self._worded_at = 0.                                     # how far it was moved when the words were made
         self.is_crowded = self.would_be_crowded(seen_from, seen_height)
         self.canvas = Canvas()
         with self.canvas:
@@ -65,6 +67,7 @@ class Drawing:
             self._pan = Translate(0, 0)
             paint_background(frame)
             self._bars = Canvas()
+            self._words = Canvas()
             self._now = Canvas()
             PopMatrix()
         self._names = Canvas()
@@ -146,7 +149,7 @@ class Drawing:
         """Add those in sight that are missing, until ``most`` bars are drawn; those out of sight leave. Returns whether all are there."""
         in_sight = self.frame.lanes_in_sight(seen_from, seen_height)
         for lane in [lane for lane in self._made if lane not in in_sight]:
-            for layer, part in zip((self._names, self._bars), self._made.pop(lane), strict=True):
+            for layer, part in zip((self._names, self._bars, self._words), self._made.pop(lane), strict=True):
                 layer.remove(part)
         drawn = 0
         for lane in in_sight:
@@ -157,7 +160,7 @@ class Drawing:
                 drawn += len(self.bars_of(lane))
         return True
 
-    def _make_lane(self, lane: int) -> tuple[Canvas, Canvas]:
+    def _make_lane(self, lane: int) -> tuple[Canvas, Canvas, Canvas]:
         frame, bars_of_lane = self.frame, self.bars_of(lane)
         with self._names:
             name = Canvas()
@@ -168,13 +171,33 @@ class Drawing:
         with bars:
             (paint_bars_together if self._are_together(bars_of_lane) else paint_bars)(frame, bars_of_lane, frame.middle(lane))
             paint_overlaps(frame, lane)
-        return name, bars
+        with self._words:
+            words = Canvas()
+        self._word_lane(lane, words)
+        return name, bars, words
+
+    def _word_lane(self, lane: int, words: Canvas) -> None:
+        bars = self.bars_of(lane)
+        if self._are_together(bars):
+            bars = [bar for bar in bars if bar.short]
+        words.clear()
+        with words:
+            paint_words(self.frame, bars, self.frame.middle(lane), self._seen)
+
+    @property
+    def _seen(self) -> tuple[float, float]:
+        """Left and right end of what is seen, as it was drawn."""
+        return self.frame.left - self._pan.x, self.frame.right - self._pan.x
 
     def draw_axis(self, now: float, now_label: str) -> None:
-        """Its labels, whole at the edges of what is seen now, and the now-line."""
+        """Its labels and those of bars, whole at the edges of what is seen now, and the now-line."""
+        if self._worded_at != self._pan.x:
+            self._worded_at = self._pan.x
+            for lane, (_name, _bars, words) in self._made.items():
+                self._word_lane(lane, words)
         self._now.clear()
         with self._now:
             paint_now(self.frame, now)
         self._axis.clear()
         with self._axis:
-            paint_axis(self.frame, (self.frame.left - self._pan.x, self.frame.right - self._pan.x), now, now_label)
+            paint_axis(self.frame, self._seen, now, now_label)

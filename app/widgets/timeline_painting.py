@@ -1,6 +1,7 @@
 """What a timeline looks like: ``Frame`` says what is drawn and where, each function paints a part of it on the open canvas."""
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -179,20 +180,14 @@ def paint_name(frame: Frame, lane: int) -> None:
 
 
 def paint_bars(frame: Frame, bars: Sequence[Any], y: float) -> None:
-    """Each with label and whisker, but for narrow ones."""
+    """Each with its whisker, but for narrow ones."""
     narrow: dict[str, list[Span]] = {}
-    starts = [frame.at(bar.start) for bar in bars]
-    closes = [frame.at(start) for start, *_ in frame.bands]
-    for n, bar in enumerate(bars):
-        x, x2 = starts[n], frame.at(bar.end)
-        width = bar_width(x, x2)
+    for bar in bars:
+        x, x2 = frame.at(bar.start), frame.at(bar.end)
         if x2 - x < dp(NARROW):
-            narrow.setdefault(look_of(bar), []).append((x, x + width))
+            narrow.setdefault(look_of(bar), []).append((x, x + bar_width(x, x2)))
         else:
             _paint_bar(frame, bar, x, x2, y)
-        if bar.label:
-            room_ends = min((start for start in (*starts[n + 1:n + 2], *closes) if start > x), default=frame.at(1e9))
-            _paint_label(frame, bar, x, width, y, room_ends)
     for look, spans in narrow.items():
         paint_narrow(look, frame.colours[look], spans, y, frame.bar_height)
 
@@ -268,14 +263,24 @@ def _steps(start: float, end: float, step: float) -> Iterator[float]:
     return (start + step * n for n in range(max(0, int((end - start) / step))))
 
 
-def _paint_label(frame: Frame, bar: Any, x: float, width: float, y: float, room_ends: float) -> None:
-    """In the bar, or beside it where nothing follows too soon."""
-    room_for_hand = dp(14) if bar.state == "held" else 0
-    need, ends = width_of(bar.label) + dp(16) + room_for_hand, max(x + width, _late_end(frame, bar))
-    if need <= width:
-        text(bar.label, x + dp(10) + room_for_hand, y, frame.colours[look_of(bar)].ink)
-    elif ends + need <= min(room_ends, frame.right if frame.left <= x <= frame.right else 1e9):
-        text(bar.label, ends + dp(6), y, tk.ink2)
+def paint_words(frame: Frame, bars: Sequence[Any], y: float, seen: Span) -> None:
+    """Whole names only: in what is seen of the bar, or beside it where nothing follows too soon; else a number, where there is one.
+    ``seen``: left and right end of what is seen."""
+    ends = [frame.at(start) for start, *_ in frame.bands]
+    for n, bar in enumerate(bars):
+        x, hand = frame.at(bar.start), dp(14) if bar.state == "held" else 0
+        x2 = x + bar_width(x, frame.at(bar.end))
+        room_ends = min((start for start in (*[frame.at(bar.start) for bar in bars[n + 1:n + 2]], *ends) if start > x), default=math.inf)
+        for words in filter(None, (bar.label, bar.short)):
+            left, right = (max(x, seen[0]), min(x2, seen[1])) if x < seen[1] and x2 > seen[0] else (x, x2)
+            need, beside = width_of(words) + dp(16) + hand, max(x2, _late_end(frame, bar))
+            if need <= right - left:
+                text(words, left + dp(10) + hand, y, frame.colours[look_of(bar)].ink)
+                break
+            is_cut = any(beside < edge < beside + need for edge in seen)
+            if beside + need <= room_ends and not is_cut:
+                text(words, beside + dp(6), y, tk.ink2)
+                break
 
 
 def paint_overlaps(frame: Frame, lane: int) -> None:

@@ -12,6 +12,7 @@ from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
 from app.widgets.surfaces import Passive
+from app.widgets.timeline import Timeline
 from app.widgets.tokens import tk
 
 TAB, ENTER, KEYPAD_ENTER, ESCAPE, SPACE = 9, 13, 271, 27, 32
@@ -84,7 +85,8 @@ class KeyFocus:
             presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive | Overlay)
             if presses or isinstance(widget, FieldInput):
                 found.append(widget)
-            waiting[:0] = widget.whole_rows if isinstance(widget, LongList) else widget.children[::-1]
+            waiting[:0] = (widget.whole_rows if isinstance(widget, LongList) else widget.seats() if isinstance(widget, Timeline)
+                           else widget.children[::-1])
         return found
 
     # ------------------------------------------------------------------ keys
@@ -135,7 +137,7 @@ class KeyFocus:
             return
         for n in range(1, len(reached) + 1):
             target = reached[(at + n * by) % len(reached)]
-            if not target.disabled:
+            if not target.disabled and getattr(target, "is_tab_stop", True):
                 self._go(target)
                 return
 

@@ -9,6 +9,8 @@ from kivy.core.window import Window
 from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.common.options import Option
+from app.screens.scheduler.axis import Band
+from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FieldInput, FormField
@@ -16,6 +18,7 @@ from app.widgets.lists import ScrollPage
 from app.widgets.long_list import LongList
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.pickers import TimeDialog
+from app.widgets.timeline import Timeline
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB, KeyFocus
 from tests.ui import checks
 
@@ -266,3 +269,37 @@ def test_arrows_stay_in_their_column_of_a_grid(ui, keys):
     for _press in range(19):
         ui.key(UP)
     assert keys.target.key == 1
+
+
+def test_bars_of_a_timeline_are_reached_by_tab_and_arrows_and_opened_by_enter(ui, keys):
+    ahead = (Bar("a", 2, 3), Bar("b", 8, 9), Bar("c", 12, 13))
+    lanes = [Lane("Aino", bars=(Bar("past", 0, 1), *ahead)), Lane("Veikko", bars=(Bar("d", 8, 9), Bar("far", 40, 41))),
+             Lane("", key="idle", line="3 robots with nothing planned")]
+    chart = Timeline(lanes=lanes, bands=[Band(15, 39, "Sat, no work", "folded")], now=1.5, hours=24, size_hint_y=None, height=160)
+    page = page_of("Before")
+    page.add_widget(chart)
+    ui.show(page, (800, 400))
+    opened, lines, folds = [], [], []
+    chart.bind(on_bar=lambda _chart, key: opened.append(key), on_lane=lambda _chart, key: lines.append(key),
+               on_fold=lambda _chart, hour: folds.append(hour))
+
+    def press(*codes: int) -> None:
+        for code in codes:
+            ui.key(code)
+        ui.key_down(ENTER)
+        ui.advance(.3)
+        Window.dispatch("on_key_up", ENTER)
+
+    press(TAB, TAB)                                               # what has not ended yet
+    press(RIGHT)
+    press(DOWN)
+    press(UP, RIGHT)
+    assert opened == ["a", "b", "d", "c"]
+    press(RIGHT)
+    assert folds == [15]
+    press(TAB, TAB)
+    assert (lines, opened) == (["idle"], ["a", "b", "d", "c"])
+    assert ring_at() > 0
+    chart.lanes = lanes[1:]
+    ui.advance(.2)
+    assert "a" not in [seat.event[1] for seat in chart.seats()]

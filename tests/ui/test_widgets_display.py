@@ -500,6 +500,38 @@ def test_the_axis_stays_on_top_and_takes_the_taps_there_while_lanes_scroll(ui):
     assert opened == [("idle",), ("idle",)]
 
 
+def words_of(chart) -> list[tuple[float, object]]:
+    """Where names of bars are seen to begin, and which."""
+    return [(one.pos[0] + chart._drawing.moved, one.texture) for one in instructions(chart._drawing._words) if isinstance(one, Rectangle)]
+
+
+def test_names_of_bars_are_whole_in_what_is_seen_of_them_also_after_a_drag(ui):
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 12, "Kits"), Bar("b", 20, 20.2, "Empties")))], hours=24), (800, 100))
+    y = chart.center_y
+    unit, kits, empties = (800 - 88) / 24, glyphs("Kits", sp(14), "Roboto"), glyphs("Empties", sp(14), "Roboto")
+    assert words_of(chart) == [(pytest.approx(88 + 2 * unit + 10, abs=1), kits), (pytest.approx(88 + 20 * unit + 12, abs=1), empties)]
+    fingers(chart, [(500, y), (480, y), (500 - 4 * unit, y)])     # the long one begins out of sight
+    ui.advance(.2)
+    assert words_of(chart) == [(pytest.approx(98, abs=1), kits), (pytest.approx(88 + 16 * unit + 12, abs=1), empties)]
+    fingers(chart, [(500, y), (480, y), (500 - 7.6 * unit, y)])      # too little of it is left: beside it
+    ui.advance(.2)
+    assert words_of(chart)[0] == (pytest.approx(88 + .4 * unit + 6, abs=1), kits)
+    fingers(chart, [(500, y), (480, y), (500 - 9.6 * unit, y)])      # the name beside the other would be cut
+    ui.advance(.2)
+    assert empties not in [texture for _x, texture in words_of(chart)]
+
+
+def test_a_block_too_narrow_for_its_words_says_its_number(ui):
+    crowd = [Bar(n, n, n + .1) for n in range(10)]
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 3.2, "39 runs", short="39"), Bar("b", 3.3, 4)))], hours=24), (800, 100))
+    assert [texture for _x, texture in words_of(chart)] == [glyphs("39", sp(14), "Roboto")]
+    chart.lanes = [Lane(f"R{n}", bars=(Bar("a", 2, 6, "39 runs", short="39"), *crowd)) for n in range(20)]
+    chart.height = 28 + 20 * 44
+    ui.advance(.2)
+    assert chart._drawing.is_crowded
+    assert {texture for _x, texture in words_of(chart)} == {glyphs("39 runs", sp(14), "Roboto")}
+
+
 def test_a_share_that_hardly_changes_draws_no_mountain_and_is_not_filled(ui):
     line = ui.show(Sparkline(values=[.97, .98, .96, .97], least_span=.1), (64, 50))
     low, high = line.scale()

@@ -45,6 +45,7 @@ class Bar(NamedTuple):
     assumed: bool = False                # its length is not known
     typed: bool = False                  # its length was entered by a person
     movable: bool = False                # to another time, by a finger
+    short: str = ""                      # where the label has no room
 
 
 class Lane(NamedTuple):
@@ -206,7 +207,7 @@ def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Itera
 def _block(group: list[Bar]) -> Bar:
     begins, ends = group[0].start, max(bar.end for bar in group)
     return Bar(("zoom", (begins + ends) / 2, ends - begins), begins, ends, ngettext("{n} run", "{n} runs", len(group)).format(n=len(group)),
-               group[0].state)
+               group[0].state, short=str(len(group)))
 
 
 def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
