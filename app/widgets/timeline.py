@@ -176,12 +176,12 @@ class Timeline(Chart):
 
     def _lift(self, dx):
         """Draw the bar as far from its place as the finger is, with the time at which it would begin."""
-        frame, (bar, (left, bottom, right, top, _key), _hour) = self._drawing.frame, self._lifted
-        hour = bar.start if abs(dx) < dp(SLOP) else self._time_at(max(frame.left, min(left + dx, frame.right)))
-        self._lifted = *self._lifted[:2], hour
+        frame, (bar, place, _hour) = self._drawing.frame, self._lifted
+        hour = bar.start if abs(dx) < dp(SLOP) else self._time_at(max(frame.left, min(place[0] + dx, frame.right)))
+        self._lifted = bar, place, hour
         self.canvas.after.clear()
         with self.canvas.after:
-            paint_lifted(self.left_of(hour), bottom, right - left, top - bottom, self.time_text(hour), (frame.left, frame.right))
+            paint_lifted(frame, bar, place, self.left_of(hour), self.time_text(hour))
 
     def _put_down(self):
         (bar, _place, hour), self._lifted = self._lifted, None

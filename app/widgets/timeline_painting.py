@@ -216,10 +216,15 @@ def _paint_bar(frame: Frame, bar: Any, x: float, x2: float, y: float) -> None:
         box(x, bottom, dp(4), height, tk.accent, (dp(4), 0, 0, dp(4)))
 
 
-def paint_lifted(x: float, bottom: float, width: float, height: float, words: str, seen: Span) -> None:
-    """A bar under a finger, and above it the time at which it would begin."""
-    box(x, bottom, width, height, tk.accent_soft, dp(4))
+def paint_lifted(frame: Frame, bar: Any, place: Sequence[float], x: float, words: str) -> None:
+    """A bar under a finger at x, faded where it is planned, and above it the time at which it would begin."""
+    left, bottom, right, top = place[:4]
+    width, height, seen = right - left, top - bottom, (frame.left, frame.right)
+    box(max(left, seen[0]), bottom, right - max(left, seen[0]), height, tk.surface, alpha=.8)
+    box(x, bottom, width, height, tk.accent_bg, dp(4))
     box(x, bottom, width, height, tk.accent, dp(4), ring=dp(2))
+    if width_of(bar.label) + dp(16) <= width:
+        text(bar.label, x + dp(10), bottom + height / 2, tk.accent_on)
     pill = width_of(words, 16, "RobotoMedium") + dp(24)
     left, y = kept_in(min(max(x + width / 2, seen[0]), seen[1]), pill, seen), bottom + height + dp(16)
     box(left, y - dp(15), pill, dp(30), tk.accent, dp(15))

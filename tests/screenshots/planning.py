@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from kivy.factory import Factory
+from kivy.tests.common import UnitTestTouch
 
 from app.container import Container
 from app.domain.models import Robot, Schedule
@@ -20,6 +21,7 @@ from app.screens.frame import controller as frame_controller
 from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.screen import SchedulerScreen
+from app.widgets.timeline import LONG
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
 from tests.support import month
 
@@ -221,6 +223,29 @@ def card_at(look: str) -> Callable[[Any], Any]:
         return studio.dialogs.top
 
     return build
+
+
+@picture("scheduler-unfolded", sizes=(LANDSCAPE,))
+def unfolded(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler")
+    stand.vm.fold(20.0)
+    return stand.settle()
+
+
+@picture("scheduler-dragged", sizes=BOTH)
+def dragged(studio: Any) -> Any:
+    """A planned bar under a finger, an hour and a half from where it was."""
+    stand = Stand(studio, "scheduler")
+    chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
+    left, bottom, right, top, _key = max(
+        (box for box in chart.boxes() if box[4][0] == "schedule" and box[2] < chart.center_x), key=lambda box: box[2] - box[0])
+    touch = UnitTestTouch(*chart.to_window((left + right) / 2, (bottom + top) / 2))
+    touch.touch_down()
+    studio.driver.advance(LONG + .1)
+    touch.touch_move(touch.x + chart.left_of(1.5) - chart.left_of(0), touch.y)
+    studio.driver.advance(.1)
+    studio.afterwards(touch.touch_up)
+    return stand.screen
 
 
 picture("scheduler-bar-planned", sizes=BOTH)(card_at("planned"))

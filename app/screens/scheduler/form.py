@@ -34,6 +34,8 @@ class FormModel(EventDispatcher):
     parameters = ListProperty()          # fields of the chosen mission
     problems = ObjectProperty({})        # by name of the parameter
 
+    __events__ = ("on_draft",)
+
     def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[], object]) -> None:
         super().__init__()
         self._services, self._shell, self._saved = services, shell, saved
@@ -69,11 +71,16 @@ class FormModel(EventDispatcher):
         self.forecast()
 
     def begin(self, draft: Draft | None = None) -> None:
-        """Show ``draft``, or an empty form."""
+        """Show ``draft``, which fires ``on_draft``, or an empty form."""
         self._draft = draft or self._fresh()
+        if draft is not None:
+            self.dispatch("on_draft")
         self.more = _uses_more(self._draft)
         self.problems = {}
         self._changed()
+
+    def on_draft(self) -> None:
+        """Something has been put into the form to be looked at."""
 
     def edit(self, schedule: Schedule) -> None:
         self.begin(Draft.of(schedule))

@@ -8,6 +8,7 @@ from datetime import date, datetime, timedelta
 from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
+from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.widget import Widget
 
@@ -384,7 +385,13 @@ class SchedulerScreen(ScreenBase):
         for name in ("mode", "has_robots"):
             self.vm.fbind(name, self._choose_parts)
         self.fbind("portrait", self.vm.setter("narrow"))
+        self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form))
         self._choose_parts()
+
+    def _show_form(self, _dt: float) -> None:
+        """Where the page scrolls, it may be out of sight."""
+        if self._page.do_scroll_y and self._lower.parent is not None:
+            self._page.scroll_to(self.ids.form, padding=0, animate=False)
 
     def _choose_parts(self, *_: Any) -> None:
         wanted = self._page if self.vm.has_robots else self._empty

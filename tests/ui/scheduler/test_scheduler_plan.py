@@ -210,6 +210,13 @@ def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_ta
     kind(screen, ui, "Daily")
     ui.advance(.5)
     assert low.vm.form.draft.kind == "daily"
+    page.scroll_y = 1
+    ui.advance(.1)
+    low.vm.edit(ui.find_all(ScheduleLine)[0].key)
+    ui.advance(.3)
+    assert page.to_window(0, page.y)[1] <= ui.find(FormCard).to_window(0, ui.find(FormCard).top - 1)[1] <= page.to_window(0, page.top)[1]
+    page.scroll_y = 0
+    ui.advance(.3)
     edge = low.to_window(*low.pos)[1]
     line = next(line for line in ui.find_all(ScheduleLine) if edge + 40 < line.to_window(*line.center)[1] < edge + 400
                 and line.to_window(*line.center)[0] < low.right)          # rows without room are placed beside the list
