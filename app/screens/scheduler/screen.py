@@ -154,25 +154,21 @@ class SchedulerViewModel(ViewModel):
         self._show_window(timeline.zoomed(self._window, further, self._services.clock.now(), self._facts.zone))
 
     def page(self, forward: bool) -> None:
-        origin, folds = self.timeline.origin, [band for band in self.timeline.bands if band.kind == "folded"]
-        self._show_window(timeline.moved(
-            self._window, PAGE if forward else -PAGE, self._services.clock.now(), self._facts.zone,
-            [(origin + timedelta(hours=fold.start), origin + timedelta(hours=fold.end)) for fold in folds] if origin else ()))
+        self._show_window(timeline.moved(self._window, PAGE if forward else -PAGE, self._services.clock.now(), self._facts.zone,
+                                         self.timeline.folds))
 
     def fold(self, hour: float) -> None:
         """Unfold the closed time at that hour, or fold again what was unfolded."""
-        if self.timeline.origin is not None:
-            is_folded = any(band.kind == "folded" and band.start <= hour < band.end for band in self.timeline.bands)
-            more = self._window.unfolded | {self.timeline.origin + timedelta(hours=hour)}
-            self._show_window(replace(self._window, unfolded=more if is_folded else frozenset()))
+        at = self._instant(hour)
+        is_folded = any(start <= at < end for start, end in self.timeline.folds)
+        self._show_window(replace(self._window, unfolded=self._window.unfolded | {at} if is_folded else frozenset()))
 
     def to_now(self) -> None:
         self._show_window(replace(self._window, left=None))
 
     def fingers_moved(self, first: float, hours: float) -> None:
         """To what the timeline shows now, in hours from its origin."""
-        if self.timeline.origin is not None:
-            self._show_window(replace(self._window, left=self.timeline.origin + timedelta(hours=first), hours=hours))
+        self._show_window(replace(self._window, left=self._instant(first), hours=hours))
 
     def choose_robots(self) -> None:
         """Whose lanes are shown; none chosen: all."""
@@ -205,10 +201,10 @@ class SchedulerViewModel(ViewModel):
                 if execution is not None:
                     self._open_card(bar_card.run_card(self._facts, execution, self._services.clock.now()), place, {
                         "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(execution.schedule_id or 0)})
-            case ("zoom", middle, length) if self.timeline.origin is not None:
+            case ("zoom", middle, length):
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
                 hours = min(hours, max(self._window.hours / 2, timeline.SPANS[0]))
-                self._show_window(replace(self._window, left=self.timeline.origin + timedelta(hours=middle - hours / 2), hours=hours))
+                self._show_window(replace(self._window, left=self._instant(middle - hours / 2), hours=hours))
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:

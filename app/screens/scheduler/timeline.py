@@ -81,6 +81,12 @@ class TimelineView:
     is_filtered: bool = False
     legend: tuple[LegendEntry, ...] = ()
 
+    @property
+    def folds(self) -> list[tuple[datetime, datetime]]:
+        """From when to when time is folded."""
+        at = [(timedelta(hours=band.start), timedelta(hours=band.end)) for band in self.bands if band.kind == "folded"]
+        return [(self.origin + start, self.origin + end) for start, end in at] if self.origin else []
+
 
 def span_text(hours: float) -> str:
     """How much is seen at once."""
