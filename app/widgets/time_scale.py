@@ -9,8 +9,10 @@ class TimeScale:
 
     def __init__(self, folds: Iterable[tuple[float, float]] = (), width: float = 0.) -> None:
         self._folds: list[tuple[float, float, float, float]] = []        # from, to, and the same as drawn
+        self._starts: list[float] = []
         for start, end in sorted(folds):
             drawn = self.drawn(start)
+            self._starts.append(start)
             self._folds.append((start, end, drawn, drawn + min(width, end - start)))
 
     def at(self, width: float) -> "TimeScale":
@@ -18,7 +20,7 @@ class TimeScale:
         return TimeScale([fold[:2] for fold in self._folds], width)
 
     def drawn(self, hour: float) -> float:
-        n = bisect_right(self._folds, hour, key=lambda fold: fold[0])
+        n = bisect_right(self._starts, hour)
         return _through(hour, *self._folds[n - 1]) if n else hour
 
     def hour(self, drawn: float) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from kivy.graphics import Color, Mesh
-from kivy.metrics import dp
+from kivy.metrics import dp, sp
 from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import box, hatch, text, width_of
@@ -153,17 +153,18 @@ def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:
     """A break in the time, and what is left out, a line each that fits; in each screen of many lanes again."""
     for edge in (x, x2 - dp(2)):
         box(edge, frame.y, dp(2), frame.bottom_of_axis - frame.y, tk.outline)
-    lines, room = [""], x2 - x - dp(8)
+    lines, room, line_height = [""], x2 - x - dp(8), sp(17)
     for word in words.replace("–", "– ").split():
         longer = f"{lines[-1]} {word}".replace("– ", "–").strip()
-        lines = [*lines[:-1], longer] if not lines[-1] or width_of(longer) <= room else [*lines, word]
-    if max(map(width_of, lines)) > room:
+        is_room = width_of(longer) <= room and not lines[-1].endswith(",")
+        lines = [*lines[:-1], longer] if not lines[-1] or is_room else [*lines, word]
+    if max(map(width_of, lines)) > room or len(lines) * line_height > min(4, len(frame.lanes)) * frame.lane_height:
         return
     for lane in range(0, len(frame.lanes), 4):
         middle = frame.bottom_of_axis - frame.lane_height * (lane + min(4, len(frame.lanes) - lane) / 2)
         for n, line in enumerate(lines):
-            y = middle + dp(17) * ((len(lines) - 1) / 2 - n)
-            box(x + dp(4), y - dp(9), room, dp(18), tk.surface)
+            y = middle + line_height * ((len(lines) - 1) / 2 - n)
+            box(x + dp(4), y - line_height / 2, room, line_height, tk.surface)
             text(line, (x + x2) / 2, y, tk.ink2, ax=.5)
 
 

@@ -2,9 +2,9 @@
 
     SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_plan
 
-Dragging, and new bars in the place of the old as they come after a drag: what the main thread does per frame (see bench_frames). At 24
-hours and more bars are too thin to be told apart and become blocks. Preview: wall time of one answer, off the main thread. Reading: the
-whole screen's facts and bars.
+Dragging, scrolling, and new bars in the place of the old as they come after a drag: what the main thread does per frame (see
+bench_frames). At 24 hours and more bars are too thin to be told apart and become blocks. Preview: wall time of one answer, off the main
+thread. Reading: the whole screen's facts and bars.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Windo
 from app.screens.scheduler.timeline import timeline
 from app.services.catalogue.preview import Forecasts
 from app.services.planning.plan import PlannedRun
-from tests.benchmarks.bench_frames import Frames, headline, report
+from tests.benchmarks.bench_frames import FLING, Frames, headline, report
 from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
 
@@ -51,6 +51,7 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
     from kivy.core.window import Window as window
     from kivy.tests.common import UnitTestTouch
 
+    from app.widgets.lists import CalmScroll
     from app.widgets.timeline import Timeline
     chart = Timeline(lanes=lanes.lanes, ticks=lanes.ticks, bands=lanes.bands, hours=lanes.hours, first=lanes.first, now=lanes.now,
                      now_label=lanes.now_label, size_hint=(None, None), width=window.width, seen_height=window.height)
@@ -76,6 +77,18 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
 
     report(f"read anew twice a second, {name}", frames.run(3.0, renew))
     window.remove_widget(chart)
+    page = CalmScroll(size_hint=(None, None), size=window.size)
+    page.add_widget(chart)
+    chart.size_hint_y = None
+    window.add_widget(page)
+    hidden = chart.height - page.height
+
+    def scroll(frame: int) -> None:
+        chart.seen_from = min(hidden, max(0., chart.seen_from + (-FLING if frame // 30 % 2 else FLING)))
+        page.scroll_y = 1 - chart.seen_from / hidden
+
+    report(f"lanes scrolled, {name}", frames.run(6.0, scroll))
+    window.remove_widget(page)
 
 
 def preview() -> None:
