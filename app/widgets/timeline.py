@@ -147,7 +147,7 @@ class Timeline(Chart):
             self._fingers.pop(touch.uid, None)
             if self._lifted is not None and not self._fingers:
                 self._put_down()
-            elif self._moved and not self._fingers:
+            elif self.touched and not self._fingers:
                 self.dispatch("on_window", self.first, self.hours)
                 self.touched = False
                 self._place_soon()               # labels at the edges come whole again

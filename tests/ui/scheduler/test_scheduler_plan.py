@@ -232,7 +232,7 @@ def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_ta
 def rest(ui, x: float, y: float) -> UnitTestTouch:
     touch = UnitTestTouch(x, y)
     touch.touch_down()
-    ui.advance(LONG + .1)
+    ui.advance(LONG + .3)
     return touch
 
 
@@ -295,6 +295,41 @@ def test_many_robots_are_filtered_by_a_chip_and_those_with_nothing_planned_opene
     assert (chip.text, chip.active) == ("2 robots", True)
     tick(screen, ui, "Aino", "Robot 1")
     assert (chip.text, chip.active, len(timeline.lanes)) == ("All robots", False, 24)
+
+
+def test_among_many_robots_a_finger_still_scrolls_drags_and_rests(screen, container, ui):
+    add_robots(container, 20)
+    settle(screen, ui)
+    if not ui.find(Timeline).lanes[3].is_open:
+        screen.plan.open_idle()
+        settle(screen, ui)
+    timeline, page = ui.find(Timeline), ui.find(HoursPart)
+    x, y = page.to_window(page.center_x, page.center_y)
+    finger = UnitTestTouch(x, y)
+    finger.touch_down()
+    for n in range(1, 11):
+        finger.touch_move(x, y + 20 * n)
+        ui.advance()
+    finger.touch_up()
+    ui.advance(1)
+    assert page.scroll_y < .9                                         # scrolled, and nothing else
+    assert (screen.plan.follows, screen.plan.form.draft.at) == (True, time(15))
+    lane = timeline.lanes[round((timeline.top - 28 - timeline.to_widget(x, y)[1]) / timeline.lane_height - .5)]
+    rest(ui, x, y).touch_up()
+    settle(screen, ui)
+    assert (screen.plan.form.draft.robot_id, screen.plan.follows) == (lane.key, True)
+    page.scroll_y = 1
+    ui.advance(.2)
+    schedule = named(container, "Night stock count", "Aino")
+    left, bottom, right, top, _key = next(hit for hit in timeline.boxes() if hit[4][:2] == ("schedule", schedule.id))
+    x, y = timeline.to_window((left + right) / 2, (bottom + top) / 2)
+    touch = rest(ui, x, y)
+    for n in range(1, 11):
+        touch.touch_move(x + (timeline.left_of(10) - timeline.left_of(9)) * n / 10, y - 4 * n)
+        ui.advance()
+    touch.touch_up()
+    settle(screen, ui)
+    assert (page.scroll_y, screen.plan.follows, field(ui, "Time").value) == (1, True, "20:00")
 
 
 def tick(screen, ui, *names: str) -> None:
