@@ -111,7 +111,7 @@ class Timeline(Chart):
 
     # ------------------------------------------------------------------ fingers
     def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos) and not touch.is_mouse_scrolling and len(self._fingers) < 2:
+        if self.collide_point(*touch.pos) and not touch.is_mouse_scrolling and len(self._fingers) < (1 if self._lifted else 2):
             self._is_long.cancel()
             if not self._fingers:
                 self._moved = False
