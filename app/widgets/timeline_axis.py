@@ -57,6 +57,7 @@ def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
         font = "RobotoMedium" if strong else "Roboto"
         width = width_of(label, font=font)
         left = kept_in(frame.at(hour), width, seen)
-        if all(left + width + dp(6) <= begins or ends + dp(6) <= left for begins, ends in taken):
+        is_cut = any(left < edge < left + width for edge in seen)
+        if not is_cut and all(left + width + dp(6) <= begins or ends + dp(6) <= left for begins, ends in taken):
             taken.append((left, left + width))
             text(label, left, y, tk.ink if strong else tk.ink3, font=font)

@@ -521,6 +521,15 @@ def test_names_of_bars_are_whole_in_what_is_seen_of_them_also_after_a_drag(ui):
     assert empties not in [texture for _x, texture in words_of(chart)]
 
 
+def test_times_at_the_edges_of_the_axis_are_whole_or_not_there(ui):
+    ticks = [(n + .1, f"{n:02d}:00", False) for n in range(-3, 30, 2)]
+    chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=24, ticks=ticks), (800, 100))
+    seen = {glyphs(label, sp(14), "Roboto"): (hour, label) for hour, label, _strong in ticks}
+    drawn = [one for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture in seen]
+    assert len(drawn) > 8
+    assert not [seen[one.texture] for one in drawn if any(one.pos[0] < edge < one.pos[0] + one.size[0] for edge in (88, 800))]
+
+
 def test_a_block_too_narrow_for_its_words_says_its_number(ui):
     crowd = [Bar(n, n, n + .1) for n in range(10)]
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 3.2, "39 runs", short="39"), Bar("b", 3.3, 4)))], hours=24), (800, 100))

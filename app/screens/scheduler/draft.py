@@ -64,6 +64,7 @@ class Draft:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     name: str = ""
     base: Schedule | None = None
+    is_moved: bool = False                   # a start was dragged to another time
     origin: Schedule | None = None           # where its times come from: the base, or what it is a copy of
 
     @property
@@ -129,15 +130,16 @@ class Draft:
     def moved(self, before: datetime, after: datetime) -> Draft:
         """The start at ``before`` (naive local) lies at ``after``. In a rule those of its hour on other days move along, the others keep
         their hours and get its minute; of "every …" all move."""
+        draft = replace(self, is_moved=after != before)
         if self.kind is Kind.ONCE:
-            return replace(self.with_day(after.date()), at=after.time())
+            return replace(draft.with_day(after.date()), at=after.time())
         if self.kind in (Kind.EVERY, Kind.OTHER):
             by = datetime.combine(before, after.time()) - before
             begins, ends = datetime.combine(before, self.at) + by, datetime.combine(before, self.until_time) + by
-            return replace(self, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59))
+            return replace(draft, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59))
         hour = after.hour if before.hour == self.at.hour else self.at.hour
         hours = {*self._hours(), after.hour} - ({before.hour} if before.hour != after.hour else set())
-        draft = replace(self, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
+        draft = replace(draft, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
         if before.date() == after.date():
             return draft
         old, new = WEEKDAYS[before.weekday()], WEEKDAYS[after.weekday()]

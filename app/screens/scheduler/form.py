@@ -19,7 +19,7 @@ from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
-from app.screens.scheduler.form_view import FormView, Preview
+from app.screens.scheduler.form_view import FormView, Preview, WarningRow
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
@@ -100,7 +100,12 @@ class FormModel(EventDispatcher):
     def show(self) -> None:
         """Build the texts again: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
-        self.view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
+        view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
+        if self._draft.is_moved:
+            text = _("Not saved yet. Until then it starts as before.") if self._draft.kind is Kind.ONCE else \
+                _("Not saved yet. Saving moves all its starts like this one.")
+            view = replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
+        self.view = view
 
     # ------------------------------------------------------------------ its fields
     def choose_mission(self) -> None:

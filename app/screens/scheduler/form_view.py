@@ -41,8 +41,9 @@ class Preview:
 
 @dataclass(frozen=True)
 class WarningRow:
-    """A sentence beside the form."""
+    """A sentence beside the form; a quiet one is no warning."""
     text: str
+    quiet: bool = False
 
 
 @dataclass(frozen=True)
@@ -328,9 +329,8 @@ def _warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, no
 
 
 def _free(forecast: Forecast | None) -> str:
-    if forecast is None or forecast.free_at is None:
-        return ""
-    return _("Use {time}: free").format(time=formats.wall_time(forecast.free_at))
+    free = forecast.free_at if forecast is not None else None
+    return _("Use {time}: free").format(time=formats.wall_time(free)) if free is not None else ""
 
 
 def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:

@@ -229,9 +229,6 @@ class SchedulerViewModel(ViewModel):
             return
         before, after = (instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None) for instant in (at, self._instant(hour)))
         self.form.begin(Draft.of(schedule).moved(before, after))
-        time = self.time_text(hour)
-        self._say(_("Save to start it at {time}").format(time=time) if schedule.recurrence is None else
-                  _("Save to move all its starts like this one, to {time}").format(time=time), "content-save-outline")
 
     def _instant(self, hour: float) -> datetime:
         return (self.timeline.origin or self._services.clock.now()) + timedelta(hours=hour)

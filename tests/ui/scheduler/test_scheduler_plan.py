@@ -10,6 +10,7 @@ from kivy.tests.common import UnitTestTouch
 from app.domain.models import ReasonCode, Robot, State
 from app.screens.common.shell import pick
 from app.screens.scheduler.cards import FormCard, HoursPart, TimeControls
+from app.screens.scheduler.form_view import WarningRow
 from app.screens.scheduler.screen import SchedulerScreen
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
@@ -262,9 +263,10 @@ def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(scree
     touch.touch_up()
     settle(screen, ui)
     assert field(ui, "Time").value == "20:30"
-    assert ui.find(Snackbar).text == "Save to move all its starts like this one, to 20:30"
+    assert ui.find(FormCard).view.warnings[0] == WarningRow("Not saved yet. Saving moves all its starts like this one.", quiet=True)
     assert named(container, "Night stock count", "Aino") == schedule
     save(screen, ui)
+    assert not screen.plan.form.draft.is_moved
     assert named(container, "Night stock count", "Aino").start.time() == time(20, 30)
 
 
