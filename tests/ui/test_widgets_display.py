@@ -522,7 +522,7 @@ def test_names_of_bars_are_whole_in_what_is_seen_of_them_also_after_a_drag(ui):
 
 
 def test_times_at_the_edges_of_the_axis_are_whole_or_not_there(ui):
-    ticks = [(n + .1, f"{n:02d}:00", False) for n in range(-3, 30, 2)]
+    ticks = [(hour, f"{n:02d}:00", False) for n, hour in enumerate((-.3, *range(2, 23, 2), 24.3))]
     chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=24, ticks=ticks), (800, 100))
     seen = {glyphs(label, sp(14), "Roboto"): (hour, label) for hour, label, _strong in ticks}
     drawn = [one for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture in seen]
