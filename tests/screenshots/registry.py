@@ -50,19 +50,28 @@ PICTURES: dict[str, Picture] = {}
 DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
     ("landscape", "light", "en", (
         "fleet-fifty", "fleet-fifty-well", "fleet-filter", "home", "home-map", "home-question", "home-error", "home-estop",
-        "home-unreachable", "home-held", "home-parameters", "home-empty", "alarms", "alarms-shelved", "late-starts", "damaged-database",
-        "scheduler", "scheduler-bar-planned", "scheduler-crowd", "scheduler-held", "scheduler-edit", "scheduler-monthly",
-        "scheduler-once-refused", "logs", "logs-figures", "logs-figures-below", "logs-robots", "logs-report", "settings-robots",
-        "robot-dialog-certificate", "robot-dialog-new-robot", "robot-dialog-delete", "settings-missions", "settings-idle",
-        "settings-calendar-december", "settings-display", "settings-data")),
+        "home-unreachable", "home-held", "home-parameters", "alarms", "late-starts", "damaged-database", "scheduler",
+        "scheduler-bar-planned", "scheduler-held", "scheduler-fifty", "scheduler-dragged", "scheduler-monthly",
+        "scheduler-once-refused", "logs", "logs-figures", "logs-figures-below", "logs-robots", "settings-robots",
+        "robot-dialog-certificate", "robot-dialog-new-robot", "settings-missions", "settings-idle", "settings-calendar-december",
+        "settings-display", "settings-data")),
     ("landscape", "light", "fi", ("fleet-fifty", "home", "scheduler", "logs-figures")),
     ("landscape", "dark", "en", ("fleet-fifty", "home", "scheduler", "logs")),
     ("landscape", "contrast", "en", ("fleet-fifty", "home", "scheduler", "logs")),
     ("portrait", "light", "en", ("fleet-fifty", "home", "scheduler", "logs")),
-    ("small", "light", "en", ("fleet-fifty", "home", "home-estop")),
+    ("small", "light", "en", ("home", "home-estop")),
     ("sharp", "light", "en", ("fleet-fifty", "home")),
     ("large-text", "light", "fi", ("home",)),
     ("gloves", "light", "en", ("home",)))
+
+
+def documented() -> set[str]:
+    """The names of their files."""
+    return {file_name(name, size, theme, language) for size, theme, language, names in DOCUMENTED for name in names}
+
+
+def file_name(name: str, size: str, theme: str, language: str = "en") -> str:
+    return "-".join((name, size, *(() if language == "en" else (language,)), theme)) + ".png"
 
 
 def picture(name: str, sizes: Sequence[Size] = BOTH, themes: Sequence[str] = THEMES) -> Callable[[Builder], Builder]:

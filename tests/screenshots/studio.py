@@ -105,19 +105,21 @@ def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[
 
 def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[str]) -> bool:
     """Build ``item`` once and switch its theme live, as the app does; False when that raised."""
+    from tests.screenshots.registry import file_name
     from tests.ui import checks
 
-    label = f"{item.name}-{studio.size.name}" + (f"-{studio.language}" if studio.language != "en" else "")
+    label = f"{item.name}-{studio.size.name}"
     try:
         for n, theme in enumerate(themes):
             studio.use(theme)
             if n == 0:
                 widget = item.build(studio)
             studio.driver.advance(.4)
-            studio.take(out / f"{label}-{theme}.png")
+            path = out / file_name(item.name, studio.size.name, theme, studio.language)
+            studio.take(path)
             for line in checks.problems(widget if widget is not None else studio.shown):
                 print(f"{label}-{theme}: {line}")
-            print("wrote", out / f"{label}-{theme}.png", flush=True)
+            print("wrote", path, flush=True)
     except Exception:
         traceback.print_exc()
         print(f"{label}: not taken", file=sys.stderr, flush=True)
