@@ -68,15 +68,6 @@ class DoneRow(RecycledRow, Toned, BoxLayout):
     abnormal = BooleanProperty(False)
 
 
-class NextStart(Row, BoxLayout):
-    """One of the next starts of a schedule; ``icon`` marks one with a warning, ``note`` says what keeps it."""
-    note = StringProperty()
-    day = StringProperty()
-    time = StringProperty()
-    icon = StringProperty()
-    day_width = NumericProperty("120dp")
-
-
 class ScheduleRow(Row, Toned, BoxLayout):
     """A schedule: switch, mission and rule, next and last start; a tap on the texts opens it, one on the dots its menu. The switch shows
     ``on`` until the data change."""

@@ -197,15 +197,16 @@ def test_the_nearest_free_time_is_offered_and_is_free(container):
     assert forecasts(container).of(draft(start=datetime(2026, 11, 23, 9, 0))).free_at is None    # nothing in its way
 
 
-def test_a_battery_that_was_too_low_at_that_time_is_reported(container):
-    for days, hour in ((1, 6), (3, 7), (5, 12), (40, 6)):
+@pytest.mark.parametrize(("more", "reported"), [((), []), (((6, 6),), [(ConcernCode.LOW_BATTERY, 3)])])
+def test_a_battery_that_was_too_low_at_that_time_is_reported_from_three_times_on(container, more, reported):
+    for days, hour in ((1, 6), (3, 7), (5, 12), (40, 6), *more):
         at = datetime(2026, 11, 20, hour, 20, tzinfo=UTC) - timedelta(days=days, hours=2)     # Helsinki is two hours ahead
         row = Execution(trigger=Trigger.SCHEDULED, robot_id=1, robot="Aino", mission="x", mission_guid="g", planned_at=at, closes_at=at,
                         created_at=at, token=f"low {days}", timezone=ZONE, state=State.SKIPPED, ended_at=at, schedule_id=9,
                         reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30}))
         container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
-    concern, = forecasts(container).of(draft(minimum_battery_percent=30.0)).concerns
-    assert (concern.code, concern.details["count"]) == (ConcernCode.LOW_BATTERY, 2)
+    found = forecasts(container).of(draft(minimum_battery_percent=30.0)).concerns
+    assert [(concern.code, concern.details["count"]) for concern in found] == reported
     assert codes(forecasts(container).of(draft(minimum_battery_percent=0.0))) == []
 
 
@@ -246,6 +247,12 @@ def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_
     assert codes(found) == [ConcernCode.ROBOT_OFF, ConcernCode.MISSION_MISSING, ConcernCode.DAY_OFF]
     assert codes(forecasts(container).of(draft(), {"guid-kits": "Kits"})) == []
     assert codes(forecasts(container).of(draft(), {})) == []                             # it did not tell
+
+
+def test_a_first_day_that_has_passed_says_nothing_about_when_it_begins(container):
+    saturday = draft(start=datetime(2026, 11, 14, 6, 30), recurrence="FREQ=DAILY")
+    assert codes(forecasts(container).of(saturday)) == []
+    assert codes(forecasts(container).of(replace(saturday, start=datetime(2026, 11, 21, 6, 30)))) == [ConcernCode.DAY_OFF]
 
 
 # ---------------------------------------------------------------------- skipping

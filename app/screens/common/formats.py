@@ -33,6 +33,7 @@ class Table:
     weekdays_date: tuple[str, ...]       # before a date
     date_pattern: str                    # with the year
     day_pattern: str                     # without
+    near_pattern: str                    # nor the month
     time_separator: str
     decimal: str
     in_pattern: str
@@ -48,7 +49,8 @@ LANGUAGES = {
         weekdays=("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"),
         weekdays_short=("Mo", "Tu", "We", "Th", "Fr", "Sa", "Su"),
         weekdays_date=("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"),
-        date_pattern="{weekday} {day} {month} {year}", day_pattern="{weekday} {day} {month}", time_separator=":", decimal=".",
+        date_pattern="{weekday} {day} {month} {year}", day_pattern="{weekday} {day} {month}", near_pattern="{weekday} {day}",
+        time_separator=":", decimal=".",
         in_pattern="in {}", ago_pattern="{} ago", now_word="now"),
     "fi": Table(
         months=("tammikuu", "helmikuu", "maaliskuu", "huhtikuu", "toukokuu", "kesäkuu", "heinäkuu", "elokuu", "syyskuu", "lokakuu",
@@ -57,7 +59,8 @@ LANGUAGES = {
         weekdays=("maanantai", "tiistai", "keskiviikko", "torstai", "perjantai", "lauantai", "sunnuntai"),
         weekdays_short=("ma", "ti", "ke", "to", "pe", "la", "su"),
         weekdays_date=("ma", "ti", "ke", "to", "pe", "la", "su"),
-        date_pattern="{weekday} {day}.{number}.{year}", day_pattern="{weekday} {day}.{number}.", time_separator=".", decimal=",",
+        date_pattern="{weekday} {day}.{number}.{year}", day_pattern="{weekday} {day}.{number}.", near_pattern="{weekday} {day}.",
+        time_separator=".", decimal=",",
         in_pattern="{} kuluttua", ago_pattern="{} sitten", now_word="nyt", units=("s", "min", "h", "pv")),
 }
 
@@ -98,10 +101,16 @@ def clock_time(moment: datetime | None, zone: str, seconds: bool = False) -> str
 
 def wall_day(when: date | None, year: bool = False) -> str:
     """Fri 20 Nov, with ``year`` Fri 20 Nov 2026, of a date that is a local one already."""
-    if when is None:
-        return NOTHING
+    return NOTHING if when is None else _written(when, current().date_pattern if year else current().day_pattern)
+
+
+def near_day(when: date) -> str:
+    """Fri 20, of a local date that is near enough to be known by it."""
+    return _written(when, current().near_pattern)
+
+
+def _written(when: date, pattern: str) -> str:
     table = current()
-    pattern = table.date_pattern if year else table.day_pattern
     return pattern.format(weekday=table.weekdays_date[when.weekday()], day=when.day, month=table.months_short[when.month - 1],
                           number=when.month, year=when.year)
 

@@ -1,16 +1,18 @@
 """The parts of the Scheduler as kv/scheduler/screen.kv lays them out."""
 from __future__ import annotations
 
+from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.scheduler.form_view import FormView
 from app.screens.scheduler.timeline import TimelineView
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
-from app.widgets.display import EmptyState, SectionCard
+from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadge
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowPage
+from app.widgets.surfaces import Tap
 
 
 class UpcomingCard(SectionCard):
@@ -53,18 +55,53 @@ class SchedulesCard(SectionCard):
 
 
 class FormCard(SectionCard):
-    """The form; ``view`` is what it shows, ``vm`` the FormModel that its fields call."""
+    """The form; ``view`` is what it shows, ``vm`` the FormModel that its fields call. What is wrong is said at its field, which is brought in
+    sight."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)
     saving = BooleanProperty(False)
     parameters = ListProperty()
     problems = ObjectProperty({})
 
+    def __init__(self, **kwargs):
+        self._wrong_field = ""
+        self._reveal = Clock.create_trigger(self._bring_in_sight, .05)      # when the field is there and says so
+        super().__init__(**kwargs)
+        self.fbind("view", self._see_problem)
 
-class FormWarning(Row, BoxLayout):
-    """A sentence beside the form; ``quiet``: something is missing rather than wrong."""
+    def _see_problem(self, *_):
+        if self.view.wrong_field not in ("", self._wrong_field):
+            self._reveal()
+        self._wrong_field = self.view.wrong_field
+
+    def _bring_in_sight(self, _dt):
+        said = next((widget for widget in self.ids.fields.walk(restrict=True) if getattr(widget, "faulty", False) and widget.height), None)
+        if said is not None:
+            self.ids.fields.scroll_to(said, animate=False)
+
+
+class StartChip(StatusBadge):
+    """One of the next starts; ``kind`` is the icon of what is in its way."""
+    kind = StringProperty()
+
+
+class StartChips(LegendItems):
+    """The next starts side by side."""
+    entry = StartChip
+
+
+class FormWarning(Row, Tap):
+    """A ``line`` beside the form; a tap shows the whole sentence, and again the line."""
+    line = StringProperty()
     text = StringProperty()
     quiet = BooleanProperty(False)
+    opened = BooleanProperty(False)
+
+    def on_text(self, *_):
+        self.opened = False
+
+    def on_release(self):
+        self.opened = not self.opened
 
 
 class FormPart(BoxLayout):

@@ -19,7 +19,8 @@ from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
-from app.screens.scheduler.form_view import FormView, Preview, WarningRow
+from app.screens.scheduler.form_view import FormView, Preview
+from app.screens.scheduler.form_warnings import WarningRow
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
@@ -106,6 +107,7 @@ class FormModel(EventDispatcher):
                 _("Not saved yet. Saving moves all its starts like this one.")
             view = replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
         self.view = view
+        self.more = self.more or view.wrong_field in form_view.UNDER_MORE
 
     # ------------------------------------------------------------------ its fields
     def choose_mission(self) -> None:

@@ -1,9 +1,8 @@
 """Texts of the form: what is chosen, what is wrong with it and where, which starts would follow. Pure."""
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from datetime import date, datetime, timedelta
+from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
@@ -16,8 +15,9 @@ from app.screens.common.problems import sentence_of
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.form_warnings import WarningRow, dated, warnings
 from app.screens.scheduler.view import rule_sentence
-from app.services.catalogue.preview import Concern, ConcernCode, Forecast
+from app.services.catalogue.preview import Forecast
 from app.services.planning.overlaps import ASSUMED_S
 
 # field of a service's InvalidInput -> the form's field that shows it
@@ -25,10 +25,11 @@ FIELDS = {
     "start": "day", "recurrence": "kind", "between": "until_time", "minimum_battery_percent": "battery", "start_window_minutes": "window",
     "until": "last_day", "respect_working_days": "day", "overlap": "overlap",
 }
-SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "last_day", "battery", "window", "overlap",
-                "name", "priority", "parameters")
+UNDER_MORE = ("last_day", "name")
+SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "battery", "window", "overlap", *UNDER_MORE)
 INHERIT = "inherit"          # key of the option that Settings decide
 BATTERIES = tuple(range(5, 100, 5))
+SOON = timedelta(days=28)    # in which a weekday and its number say which day is meant
 WINDOWS = (5, 10, 15, 20, 30, 45, 60, 90, 120, 180, 240, 480, 720, 1440)
 
 
@@ -40,20 +41,10 @@ class Preview:
 
 
 @dataclass(frozen=True)
-class WarningRow:
-    """A sentence beside the form; a quiet one is no warning."""
-    text: str
-    quiet: bool = False
-
-
-@dataclass(frozen=True)
 class StartRow:
-    """One of the next starts; ``icon`` marks one with a warning or one that is held, as ``note`` says."""
-    key: datetime
-    day: str
-    time: str
-    icon: str = ""
-    note: str = ""
+    """One of the next starts; ``kind`` is the icon of one with a warning or one that is held."""
+    text: str
+    kind: str = ""
 
 
 @dataclass(frozen=True)
@@ -93,14 +84,13 @@ class FormView:
     name_hint: str = ""
     sentence: str = ""
     starts: tuple[StartRow, ...] = ()
-    starts_label: str = ""
     lasts: str = ""                      # how long it takes, and how that is known
     warnings: tuple[WarningRow, ...] = ()
     free: str = ""                       # offers a time at which no other run is in the way
     save: str = ""
     save_off: bool = True
     why: str = ""                        # it can't be saved
-    wrong_field: str = ""                # that is the reason; empty: something is only missing
+    wrong_field: str = ""                # that is the reason, and says so; empty: it is said beside Save
 
     def problem_at(self, field: str) -> str:
         return self.why if field == self.wrong_field else ""
@@ -136,8 +126,8 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
         priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
-        starts=_starts(facts, forecast, draft, now), starts_label=_starts_label(forecast), lasts=_lasts(forecast, robot),
-        warnings=_warnings(facts, draft, forecast, now), free=_free(forecast),
+        starts=_starts(facts, forecast, draft, now), lasts=_lasts(forecast, robot), warnings=warnings(facts, draft, forecast, now),
+        free=_free(forecast),
         save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,
         wrong_field="" if waits else field_name)
 
@@ -181,9 +171,9 @@ def _is_over(draft: Draft, schedule: Schedule, now: datetime) -> bool:
 
 
 def form_field(problem: InvalidInput) -> str:
-    """Where the form shows it."""
+    """Where the form shows it; empty: beside Save."""
     name = FIELDS.get(problem.field, problem.field)
-    return name if name in SHOWN_FIELDS else "kind"
+    return name if name in SHOWN_FIELDS else ""
 
 
 # ---------------------------------------------------------------------- what is chosen
@@ -285,19 +275,12 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
         return ()
     zone = ZoneInfo(draft.timezone)
     marked = {concern.at for concern in forecast.concerns if concern.at is not None}
-    rows = []
+    rows, today = [], now.astimezone(zone).date()
     for at in (start.instant for start in forecast.starts):
-        held = held_word(facts.hold(draft.robot_id, at), at, draft.start_window_minutes, facts.settings)
-        rows.append(StartRow(at, dated(at.astimezone(zone).date(), now.astimezone(zone).date()), formats.wall_time(at.astimezone(zone)),
-                             HAND if held else "alert" if at in marked else "", held))
+        local, held = at.astimezone(zone), held_word(facts.hold(draft.robot_id, at), at, draft.start_window_minutes, facts.settings)
+        day = formats.near_day(local.date()) if local.date() - today < SOON else dated(local.date(), today)
+        rows.append(StartRow(" · ".join(filter(None, (day, formats.wall_time(local), held))), HAND if held else "alert" if at in marked else ""))
     return tuple(rows)
-
-
-def _starts_label(forecast: Forecast | None) -> str:
-    count = len(forecast.starts) if forecast else 0
-    if count == 5:
-        return _("Next five starts")
-    return ngettext("{n} start", "{n} starts", count).format(n=count) if count else ""
 
 
 def _lasts(forecast: Forecast | None, robot: Robot | None) -> str:
@@ -315,85 +298,6 @@ def _lasts(forecast: Forecast | None, robot: Robot | None) -> str:
                     usual.runs).format(duration=formats.duration(usual.median_s), n=usual.runs, robot=robot.name)
 
 
-def dated(day: date, today: date) -> str:
-    """A day, with its year only where it is another one."""
-    return formats.wall_day(day) if day.year == today.year or day - today < timedelta(days=180) else formats.wall_day(day, year=True)
-
-
-def _warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now: datetime) -> tuple[WarningRow, ...]:
-    """One sentence for each concern; overlaps with the same schedule are one sentence."""
-    alike: dict[Hashable, list[Concern]] = {}
-    for concern in forecast.concerns if forecast else ():
-        alike.setdefault(concern.details.get("schedule_id", (concern.code, concern.at)), []).append(concern)
-    return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now)) for same in alike.values())
-
-
 def _free(forecast: Forecast | None) -> str:
     free = forecast.free_at if forecast is not None else None
     return _("Use {time}: free").format(time=formats.wall_time(free)) if free is not None else ""
-
-
-def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:
-    """The first of ``times`` alike."""
-    zone, details = ZoneInfo(draft.timezone), concern.details
-    robot = facts.robot(draft.robot_id)
-    day = dated(concern.at.astimezone(zone).date(), now.astimezone(zone).date()) if concern.at else ""
-    match concern.code:
-        case ConcernCode.OVERLAP:
-            begins, ends = (formats.wall_time(details[name].astimezone(zone)) for name in ("start", "end"))
-            return _overlap_text(concern, times).format(n=times, day=day, robot=robot.name if robot else "–", mission=details["mission"],
-                                                        start=begins, end=ends) + _likely(details.get("likely"))
-        case ConcernCode.LOW_BATTERY:
-            text = ngettext("The battery of {robot} was too low around this time {n} time in the last {days} days",
-                            "The battery of {robot} was too low around this time {n} times in the last {days} days", details["count"])
-            return text.format(robot=robot.name if robot else "–", n=details["count"], days=details["days"])
-        case ConcernCode.DAY_OFF:
-            if details.get("name"):
-                return _("{day} is not a working day: {name}. It begins later").format(day=formats.wall_day(details["day"]),
-                                                                                       name=details["name"])
-            return _("{day} is not a working day, so it begins later").format(day=formats.wall_day(details["day"]))
-        case ConcernCode.CLOSED_DAYS:
-            return _passed_over(details["days"])
-        case ConcernCode.CLOCK_CHANGE:
-            text = _("{day}: {time} comes twice that night, it starts the first time") if details["twice"] else \
-                _("{day}: there is no {time} that night, it starts at {start}")
-            begins = formats.wall_time((concern.at or now).astimezone(zone))
-            return text.format(day=day, time=formats.wall_time(details["nominal"]), start=begins)
-        case ConcernCode.MISSION_MISSING:
-            return _("{robot} does not have the mission {mission}").format(**details)
-        case ConcernCode.ROBOT_OFF:
-            return _("{robot} is switched off in Settings: nothing will be sent").format(**details)
-        case ConcernCode.PAUSED:
-            return _("Paused: no start before {time}").format(time=formats.day_or_time(details["until"], draft.timezone, now))
-        case ConcernCode.SWITCHED_OFF:
-            return _("Switched off: nothing starts")
-        case ConcernCode.NO_START:
-            return _("No start is left")
-
-
-def _passed_over(days: Sequence[tuple[date, str]]) -> str:
-    """The first of the days that are left out, by name."""
-    day, name = days[0]
-    if len(days) == 1:
-        return _("Not on {day}, not a working day: {name}").format(day=formats.wall_day(day), name=name)
-    text = ngettext("Not on {day} ({name}) nor {n} other day: not working days",
-                    "Not on {day} ({name}) nor {n} other days: not working days", len(days) - 1)
-    return text.format(day=formats.wall_day(day), name=name, n=len(days) - 1)
-
-
-def _likely(share: float | None) -> str:
-    """How likely two runs overlap, where that is not nearly certain; rounded, because it is known from twenty runs at most."""
-    if share is None or share > 0.9:
-        return ""
-    return _(" (about {percent} % of the runs)").format(percent=max(5, round(share * 20) * 5))
-
-
-def _overlap_text(concern: Concern, times: int) -> str:
-    begins = concern.details["start"]
-    if times > 1:
-        return _("{n} of these runs overlap with {mission} on {robot}: first {day}, {start}–{end}")
-    if concern.at is None or begins < concern.at:
-        return _("{day}: {mission} is still running on {robot} then, {start}–{end}")
-    if begins == concern.at:
-        return _("{day}: {mission} starts on {robot} at the same time, {start}–{end}")
-    return _("{day}: {mission} starts on {robot} before this run ends, {start}–{end}")

@@ -31,6 +31,7 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 LOOKS_BACK = 30              # days, for low batteries
 SAME_TIME = 60               # minutes around a time of day that count as the same
+OFTEN = 3                    # times that make it a habit: one low battery is chance
 STARTS = 5
 MOST_SEARCHED = 2000      # starts that are searched for it
 
@@ -38,7 +39,7 @@ MOST_SEARCHED = 2000      # starts that are searched for it
 class ConcernCode(StrEnum):
     """A possible problem of a schedule that can be saved nevertheless."""
     OVERLAP = "overlap"                  # another planned run of that robot is still under way, or begins meanwhile
-    LOW_BATTERY = "low_battery"          # its battery stayed too low around that time of day lately
+    LOW_BATTERY = "low_battery"          # its battery stayed too low around that time of day several times lately
     DAY_OFF = "day_off"                  # the first day is not a working day, so the schedule begins later
     CLOSED_DAYS = "closed_days"          # between the next starts lie days that the exception calendar closes
     CLOCK_CHANGE = "clock_change"        # the wall-clock time does not exist on that day, or comes twice
@@ -103,7 +104,7 @@ class Forecasts:
             concerns.append(Concern(ConcernCode.PAUSED, details={"until": paused_until}))
         if not starts and draft.enabled:
             concerns.append(Concern(ConcernCode.NO_START))
-        elif starts and draft.recurrence is not None and draft.respect_working_days and not calendar.is_working_day(draft.start.date()):
+        elif starts and draft.recurrence is not None and draft.respect_working_days and _begins_on_day_off(draft, now, calendar):
             concerns.append(Concern(ConcernCode.DAY_OFF, details={
                 "day": draft.start.date(), "name": calendar.day_status(draft.start.date()).name}))
         if passed_over := tuple(_closed_days(draft, starts, begins, calendar)):
@@ -139,7 +140,7 @@ class Forecasts:
         seen = [instant.astimezone(zone) for instant in
                 self._executions.low_batteries(c, draft.robot_id, self._clock.now() - timedelta(days=LOOKS_BACK))]
         apart = [abs(local.hour * 60 + local.minute - wanted) for local in seen]
-        if count := sum(min(minutes, 24 * 60 - minutes) <= SAME_TIME for minutes in apart):
+        if (count := sum(min(minutes, 24 * 60 - minutes) <= SAME_TIME for minutes in apart)) >= OFTEN:
             yield Concern(ConcernCode.LOW_BATTERY, details={"count": count, "days": LOOKS_BACK, "minimum": minimum})
 
 
@@ -147,6 +148,12 @@ def _overlap(conflict: RunConflict) -> Concern:
     return Concern(ConcernCode.OVERLAP, conflict.at, {
         "schedule_id": conflict.other.schedule.id, "mission": conflict.other.mission, "start": conflict.begins, "end": conflict.ends,
         "likely": conflict.likely})
+
+
+def _begins_on_day_off(draft: Schedule, now: datetime, calendar: WorkingCalendar) -> bool:
+    """Not of a day that has passed: what runs already doesn't begin later."""
+    day = draft.start.date()
+    return day >= now.astimezone(ZoneInfo(draft.timezone)).date() and not calendar.is_working_day(day)
 
 
 def _closed_days(draft: Schedule, starts: tuple[Occurrence, ...], after: datetime,

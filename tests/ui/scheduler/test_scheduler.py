@@ -4,17 +4,20 @@ from __future__ import annotations
 import threading
 from datetime import date, datetime, time
 
+import pytest
+
 from app.domain.models import Between, Overlap
 from app.domain.robot import MissionParameter
-from app.screens.scheduler.cards import FormCard
+from app.screens.scheduler.cards import FormCard, FormWarning, StartChip
 from app.services.live.changes import Topic
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, SearchField, StepField
 from app.widgets.pages import LowColumn
-from app.widgets.rows import NextStart, OptionRow
+from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
+from tests.ui.checks import area, parents, visible_area
 from tests.ui.planner import (
     KITS,
     WASTE,
@@ -45,8 +48,8 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
     choose(screen, ui, "Battery ≥", "40 %")
     view = ui.find(FormCard).view
     assert view.sentence == "Every Tue, Thu, Fri at 06:30, on working days only, if battery ≥\N{NO-BREAK SPACE}40\N{NO-BREAK SPACE}%"
-    assert [(start.day, start.time) for start in ui.find_all(NextStart)] == [
-        ("Tue 24 Nov", "06:30"), ("Thu 26 Nov", "06:30"), ("Fri 27 Nov", "06:30"), ("Tue 1 Dec", "06:30"), ("Thu 3 Dec", "06:30")]
+    assert [start.text for start in ui.find_all(StartChip)] == [
+        "Tue 24 · 06:30", "Thu 26 · 06:30", "Fri 27 · 06:30", "Tue 1 · 06:30", "Thu 3 · 06:30"]
     save(screen, ui)
     saved = named(container, WASTE, "Sisu")
     assert (saved.start, saved.timezone, saved.recurrence, saved.minimum_battery_percent, saved.overlap) == (
@@ -89,7 +92,7 @@ def test_monthly_on_the_first_monday(screen, container, ui):
     kind(screen, ui, "By weekday")
     choose(screen, ui, "Which", "first")
     choose(screen, ui, "Weekday", "Monday")
-    assert [start.day for start in ui.find_all(NextStart)][:2] == ["Mon 7 Dec", "Mon 4 Jan"]
+    assert [start.text for start in ui.find_all(StartChip)][:2] == ["Mon 7 · 15:00", "Mon 4 Jan · 15:00"]
     save(screen, ui)
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYDAY=1MO"
 
@@ -227,7 +230,10 @@ def test_a_name_that_is_taken_is_said_at_the_name(screen, container, ui):
     settle(screen, ui)
     ui.tap(save_button(ui))
     settle(screen, ui)
-    assert ui.find(FormCard).view.problem_at("name") == f"There is a schedule {KITS} on Aino already"
+    assert ui.texts(ui.find(FormCard)).count(f"There is a schedule {KITS} on Aino already") == 1
+    assert screen.plan.form.more                              # where it can be mended
+    said = ui.find(FormField, label="Name")
+    assert visible_area(said, parents(said)) == pytest.approx(area(said), abs=2)
     screen.plan.form.set(name="Another name")
     settle(screen, ui)
     save(screen, ui)
@@ -240,10 +246,17 @@ def test_an_overlap_with_another_run_is_warned_of_and_can_be_saved_all_the_same(
     kind(screen, ui, "Once")
     pick_time(screen, ui, "Time", "1640")
     view = ui.find(FormCard).view
-    overlap, battery = (warning.text for warning in view.warnings)
-    assert overlap.startswith(f"Fri 20 Nov: {WASTE} is still running on Veikko then, 16:30–17:")
-    assert battery == "The battery of Veikko was too low around this time 1 time in the last 30 days"
-    assert [start.icon for start in view.starts] == ["alert"]
+    warning, = view.warnings                                  # one low battery in a month is none
+    assert warning.text.startswith(f"Fri 20 Nov: {WASTE} is still running on Veikko then, 16:30–17:")
+    assert [start.kind for start in view.starts] == ["alert"]
+    line = ui.find(FormWarning)
+    ui.find(LowColumn, ui.find(FormCard).children[0]).scroll_to(line, animate=False)
+    ui.advance(.2)
+    assert ui.texts(line) == [f"Overlaps with {WASTE}"]
+    ui.tap(line)
+    assert ui.texts(line) == [warning.text]
+    ui.tap(line)
+    assert ui.texts(line) == [f"Overlaps with {WASTE}"]
     save(screen, ui)
 
 

@@ -23,7 +23,7 @@ from app.domain.models import (
 from app.screens.scheduler import form_view, view
 from app.screens.scheduler.draft import Draft, Kind
 from app.screens.scheduler.facts import SchedulerFacts, Window
-from app.screens.scheduler.form_view import Preview, WarningRow
+from app.screens.scheduler.form_view import Preview
 from app.screens.scheduler.timeline import ASSUMED_S, moved, span_text, timeline, zoomed
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.live.holds import Hold
@@ -388,7 +388,7 @@ def test_what_the_services_refuse_is_shown_at_its_field():
     refused = shown(draft(), Preview(Forecast(), InvalidInput("name", "there is a schedule {name} already", name="Kits")))
     assert (refused.wrong_field, refused.why, refused.save_off) == ("name", "There is a schedule Kits already", True)
     assert form_view.form_field(InvalidInput("recurrence", "x")) == "kind"
-    assert form_view.form_field(InvalidInput("something else", "x")) == "kind"
+    assert form_view.form_field(InvalidInput("something else", "x")) == ""
 
 
 def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
@@ -396,10 +396,9 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
                       {"mission": "Collect empties", "start": start(25, 4, 25).instant, "end": start(25, 4, 40).instant})
     forecast = Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0), (concern,))
     form = shown(draft(kind=Kind.DAILY), Preview(forecast))
-    assert form.starts_label == "Next five starts"
-    assert [(row.day, row.time, row.icon) for row in form.starts][1:3] == [
-        ("Tue 24 Nov", "06:30", ""), ("Wed 25 Nov", "06:30", "alert")]
-    assert form.warnings == (WarningRow("Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40"),)
+    assert [(row.text, row.kind) for row in form.starts][1:3] == [("Tue 24 · 06:30", ""), ("Wed 25 · 06:30", "alert")]
+    assert [(row.line, row.text) for row in form.warnings] == [
+        ("Overlaps with Collect empties", "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40")]
     assert not form.save_off
 
 
@@ -407,8 +406,9 @@ def test_the_starts_in_a_hold_are_marked():
     forecast = Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0))
     held = facts(holds=(Hold("Maintenance", start(24, 12).instant, NOW),))
     form = form_view.present(held, draft(kind=Kind.DAILY), Preview(forecast), NOW)
-    assert [(row.note, row.icon) for row in form.starts] == [
-        *2 * [("skipped", "hand-back-right-outline")], *3 * [("", "")]]
+    assert [(row.text, row.kind) for row in form.starts] == [
+        *((f"{day} · 06:30 · skipped", "hand-back-right-outline") for day in ("Mon 23", "Tue 24")),
+        *((f"{day} · 06:30", "") for day in ("Wed 25", "Thu 26", "Fri 27"))]
 
 
 def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one():
@@ -435,7 +435,9 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
      "Wed 25 Nov: 03:30 comes twice that night, it starts the first time"),
 ])
 def test_every_concern_is_one_sentence(concern, text):
-    assert shown(draft(kind=Kind.DAILY), Preview(Forecast((start(23),), None, (concern,)))).warnings == (WarningRow(text),)
+    warning, = shown(draft(kind=Kind.DAILY), Preview(Forecast((start(23),), None, (concern,)))).warnings
+    assert warning.text == text
+    assert len(warning.line or text) < 40
 
 
 def test_the_missions_offered_are_those_the_robot_can_be_asked_for():

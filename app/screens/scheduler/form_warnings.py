@@ -1,0 +1,122 @@
+"""What the form warns of: one line each, and the whole sentence for whoever taps it. Pure."""
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta
+from zoneinfo import ZoneInfo
+
+from app.i18n import _, ngettext
+from app.screens.common import formats
+from app.screens.scheduler.draft import Draft
+from app.screens.scheduler.facts import SchedulerFacts
+from app.services.catalogue.preview import Concern, ConcernCode, Forecast
+
+
+@dataclass(frozen=True)
+class WarningRow:
+    """A sentence beside the form; ``line`` says it in short, empty where the sentence is short enough. A ``quiet`` one is no warning."""
+    text: str
+    line: str = ""
+    quiet: bool = False
+
+
+def dated(day: date, today: date) -> str:
+    """A day, with its year only where it is another one."""
+    return formats.wall_day(day) if day.year == today.year or day - today < timedelta(days=180) else formats.wall_day(day, year=True)
+
+
+def warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now: datetime) -> tuple[WarningRow, ...]:
+    """One for each concern; overlaps with the same schedule are one."""
+    alike: dict[Hashable, list[Concern]] = {}
+    for concern in forecast.concerns if forecast else ():
+        alike.setdefault(concern.details.get("schedule_id", (concern.code, concern.at)), []).append(concern)
+    return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now), _line(same[0], len(same), draft)) for same in alike.values())
+
+
+def _line(concern: Concern, times: int, draft: Draft) -> str:
+    """In a few words."""
+    details = concern.details
+    match concern.code:
+        case ConcernCode.OVERLAP:
+            return ngettext("Overlaps with {mission}", "Overlaps with {mission}, {n} times", times).format(n=times, mission=details["mission"])
+        case ConcernCode.LOW_BATTERY:
+            return ngettext("Battery too low {n} time lately", "Battery too low {n} times lately", details["count"]).format(n=details["count"])
+        case ConcernCode.DAY_OFF:
+            return _("Begins after {day}").format(day=formats.wall_day(details["day"]))
+        case ConcernCode.CLOSED_DAYS:
+            return ngettext("{n} day is left out", "{n} days are left out", len(details["days"])).format(n=len(details["days"]))
+        case ConcernCode.CLOCK_CHANGE:
+            return _("{day}: the clocks change").format(day=formats.day(concern.at, draft.timezone))
+        case ConcernCode.MISSION_MISSING:
+            return _("{robot} does not have it").format(**details)
+        case ConcernCode.ROBOT_OFF:
+            return _("{robot} is switched off").format(**details)
+        case _:
+            return ""
+
+
+def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:
+    """The first of ``times`` alike."""
+    zone, details = ZoneInfo(draft.timezone), concern.details
+    robot = facts.robot(draft.robot_id)
+    day = dated(concern.at.astimezone(zone).date(), now.astimezone(zone).date()) if concern.at else ""
+    match concern.code:
+        case ConcernCode.OVERLAP:
+            begins, ends = (formats.wall_time(details[name].astimezone(zone)) for name in ("start", "end"))
+            return _overlap_text(concern, times).format(n=times, day=day, robot=robot.name if robot else "–", mission=details["mission"],
+                                                        start=begins, end=ends) + _likely(details.get("likely"))
+        case ConcernCode.LOW_BATTERY:
+            text = ngettext("The battery of {robot} was too low around this time {n} time in the last {days} days",
+                            "The battery of {robot} was too low around this time {n} times in the last {days} days", details["count"])
+            return text.format(robot=robot.name if robot else "–", n=details["count"], days=details["days"])
+        case ConcernCode.DAY_OFF:
+            if details.get("name"):
+                return _("{day} is not a working day: {name}. It begins later").format(day=formats.wall_day(details["day"]),
+                                                                                       name=details["name"])
+            return _("{day} is not a working day, so it begins later").format(day=formats.wall_day(details["day"]))
+        case ConcernCode.CLOSED_DAYS:
+            return _passed_over(details["days"])
+        case ConcernCode.CLOCK_CHANGE:
+            text = _("{day}: {time} comes twice that night, it starts the first time") if details["twice"] else \
+                _("{day}: there is no {time} that night, it starts at {start}")
+            begins = formats.wall_time((concern.at or now).astimezone(zone))
+            return text.format(day=day, time=formats.wall_time(details["nominal"]), start=begins)
+        case ConcernCode.MISSION_MISSING:
+            return _("{robot} does not have the mission {mission}").format(**details)
+        case ConcernCode.ROBOT_OFF:
+            return _("{robot} is switched off in Settings: nothing will be sent").format(**details)
+        case ConcernCode.PAUSED:
+            return _("Paused: no start before {time}").format(time=formats.day_or_time(details["until"], draft.timezone, now))
+        case ConcernCode.SWITCHED_OFF:
+            return _("Switched off: nothing starts")
+        case ConcernCode.NO_START:
+            return _("No start is left")
+
+
+def _passed_over(days: Sequence[tuple[date, str]]) -> str:
+    """The first of the days that are left out, by name."""
+    day, name = days[0]
+    if len(days) == 1:
+        return _("Not on {day}, not a working day: {name}").format(day=formats.wall_day(day), name=name)
+    text = ngettext("Not on {day} ({name}) nor {n} other day: not working days",
+                    "Not on {day} ({name}) nor {n} other days: not working days", len(days) - 1)
+    return text.format(day=formats.wall_day(day), name=name, n=len(days) - 1)
+
+
+def _likely(share: float | None) -> str:
+    """How likely two runs overlap, where that is not nearly certain; rounded, because it is known from twenty runs at most."""
+    if share is None or share > 0.9:
+        return ""
+    return _(" (about {percent} % of the runs)").format(percent=max(5, round(share * 20) * 5))
+
+
+def _overlap_text(concern: Concern, times: int) -> str:
+    begins = concern.details["start"]
+    if times > 1:
+        return _("{n} of these runs overlap with {mission} on {robot}: first {day}, {start}–{end}")
+    if concern.at is None or begins < concern.at:
+        return _("{day}: {mission} is still running on {robot} then, {start}–{end}")
+    if begins == concern.at:
+        return _("{day}: {mission} starts on {robot} at the same time, {start}–{end}")
+    return _("{day}: {mission} starts on {robot} before this run ends, {start}–{end}")
