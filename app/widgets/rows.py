@@ -4,7 +4,7 @@
 PlanRow and DoneRow none, ScheduleRow "switch" (with the wanted state), "edit", "menu" (with the button to hang the menu on), LogRow
 "open", SectionRow "choose", OptionRow "choose".
 """
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.lists import RecycledRow, Row

@@ -1,6 +1,8 @@
 """The parts of the Scheduler as kv/scheduler/screen.kv lays them out."""
 from __future__ import annotations
 
+from typing import Any
+
 from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -55,28 +57,27 @@ class SchedulesCard(SectionCard):
 
 
 class FormCard(SectionCard):
-    """The form; ``view`` is what it shows, ``vm`` the FormModel that its fields call. What is wrong is said at its field, which is brought in
-    sight."""
+    """The form; ``view`` is what it shows, ``vm`` the FormModel that its fields call. A field with a new problem comes in sight."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)
     saving = BooleanProperty(False)
     parameters = ListProperty()
     problems = ObjectProperty({})
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         self._wrong_field = ""
         self._reveal = Clock.create_trigger(self._bring_in_sight, .05)      # when the field is there and says so
         super().__init__(**kwargs)
         self.fbind("view", self._see_problem)
 
-    def _see_problem(self, *_):
+    def _see_problem(self, *_: object) -> None:
         if self.view.wrong_field not in ("", self._wrong_field):
             self._reveal()
         self._wrong_field = self.view.wrong_field
 
-    def _bring_in_sight(self, _dt):
+    def _bring_in_sight(self, _dt: float) -> None:
         said = next((widget for widget in self.ids.fields.walk(restrict=True) if getattr(widget, "faulty", False) and widget.height), None)
-        if said is not None:
+        if said is not None and self.ids.fields.content_height > self.ids.fields.height:
             self.ids.fields.scroll_to(said, animate=False)
 
 
@@ -97,10 +98,10 @@ class FormWarning(Row, Tap):
     quiet = BooleanProperty(False)
     opened = BooleanProperty(False)
 
-    def on_text(self, *_):
+    def on_text(self, *_: object) -> None:
         self.opened = False
 
-    def on_release(self):
+    def on_release(self) -> None:
         self.opened = not self.opened
 
 

@@ -279,7 +279,8 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
     for at in (start.instant for start in forecast.starts):
         local, held = at.astimezone(zone), held_word(facts.hold(draft.robot_id, at), at, draft.start_window_minutes, facts.settings)
         day = formats.near_day(local.date()) if local.date() - today < SOON else dated(local.date(), today)
-        rows.append(StartRow(" · ".join(filter(None, (day, formats.wall_time(local), held))), HAND if held else "alert" if at in marked else ""))
+        kind = HAND if held else "alert" if at in marked else ""
+        rows.append(StartRow(" · ".join(filter(None, (day, formats.wall_time(local), held))), kind))
     return tuple(rows)
 
 

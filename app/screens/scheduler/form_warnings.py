@@ -31,17 +31,17 @@ def warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now
     alike: dict[Hashable, list[Concern]] = {}
     for concern in forecast.concerns if forecast else ():
         alike.setdefault(concern.details.get("schedule_id", (concern.code, concern.at)), []).append(concern)
-    return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now), _line(same[0], len(same), draft)) for same in alike.values())
+    return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now), _line(draft, same[0], len(same))) for same in alike.values())
 
 
-def _line(concern: Concern, times: int, draft: Draft) -> str:
+def _line(draft: Draft, concern: Concern, times: int) -> str:
     """In a few words."""
     details = concern.details
     match concern.code:
         case ConcernCode.OVERLAP:
-            return ngettext("Overlaps with {mission}", "Overlaps with {mission}, {n} times", times).format(n=times, mission=details["mission"])
+            return ngettext("{n} overlap: {mission}", "{n} overlaps: {mission}", times).format(n=times, mission=details["mission"])
         case ConcernCode.LOW_BATTERY:
-            return ngettext("Battery too low {n} time lately", "Battery too low {n} times lately", details["count"]).format(n=details["count"])
+            return _("Battery too low {n} times lately").format(n=details["count"])
         case ConcernCode.DAY_OFF:
             return _("Begins after {day}").format(day=formats.wall_day(details["day"]))
         case ConcernCode.CLOSED_DAYS:
@@ -67,9 +67,8 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
             return _overlap_text(concern, times).format(n=times, day=day, robot=robot.name if robot else "–", mission=details["mission"],
                                                         start=begins, end=ends) + _likely(details.get("likely"))
         case ConcernCode.LOW_BATTERY:
-            text = ngettext("The battery of {robot} was too low around this time {n} time in the last {days} days",
-                            "The battery of {robot} was too low around this time {n} times in the last {days} days", details["count"])
-            return text.format(robot=robot.name if robot else "–", n=details["count"], days=details["days"])
+            return _("The battery of {robot} was too low around this time {n} times in the last {days} days").format(
+                robot=robot.name if robot else "–", n=details["count"], days=details["days"])
         case ConcernCode.DAY_OFF:
             if details.get("name"):
                 return _("{day} is not a working day: {name}. It begins later").format(day=formats.wall_day(details["day"]),

@@ -17,7 +17,7 @@ from app.domain.models import Connection, InvalidInput, Robot
 from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.credentials import Token
-from app.mir.errors import AnotherRobot, SerialNumberHidden, Unauthorized
+from app.mir.errors import AnotherRobot, SerialNumberHidden
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import (
@@ -101,6 +101,8 @@ class RobotDialog(FormDialog):
         self._saved_endpoint = form.endpoint if self._as_saved else None
         super().__init__(vm=form, **kwargs)
         form.fbind("outcome", self._reveal, "outcome")
+        for name in ("outcome", "name_problem"):
+            form.fbind(name, self._name_save)
         for name in FIELDS:
             form.fbind(name, self._edited, name)
             form.fbind(f"{name}_problem", self._reveal, f"{name}_field")
@@ -111,10 +113,14 @@ class RobotDialog(FormDialog):
         """Delete was pressed."""
 
     def _reveal(self, what: str, _form: RobotForm, said: str | NoticeView) -> None:
-        """Bring in sight, where the window is low, what was said last; of a password that was refused the outcome says it."""
-        text = said if isinstance(said, str) else said.text
-        if text and not (what == "password_field" and self.vm.outcome.text):
+        """Bring in sight, where the window is low, what was said last."""
+        if said if isinstance(said, str) else said.text:
             Clock.schedule_once(lambda _dt: self.ids.page.scroll_to(self.ids[what]), 0)
+
+    def _name_save(self, *_args: Any) -> None:
+        """A failed test can be passed over; a name that is taken can't."""
+        is_failed = self._tested is not None and self._found is None
+        self.vm.save_word = _("Save anyway") if is_failed and not self.vm.name_problem else _("Save robot")
 
     def _widened(self, *_args: Any) -> None:
         self.wide = self.width >= self.panel_width * .85
@@ -130,7 +136,6 @@ class RobotDialog(FormDialog):
         if self._tested is not None:
             self._tested, self._found = None, None
             self.vm.outcome = NoticeView()
-            self.vm.save_word = _("Save robot")
         if name == "address":
             self.vm.fingerprint_problem, self._new_serial, self._by_address = "", None, False
 
@@ -153,12 +158,17 @@ class RobotDialog(FormDialog):
             return
         if not form.name.strip():
             form.name_problem = _("Give the robot a name")
+        elif self._is_taken(form.name.strip()):
+            self._show_problem(InvalidInput("name", "there is a robot {name} already", name=form.name.strip()))
         elif not self._is_no_other():
             return
         elif not form.enabled or form.connection == self._tested or (form.connection == self._as_saved and not self._needs_decision()):
             self._if_it_may_be_open(self._save)
         elif self._has_password():
             self._if_it_may_be_open(self._test_and_save)
+
+    def _is_taken(self, name: str) -> bool:
+        return any(robot.name == name and (self._robot is None or robot.id != self._robot.id) for robot in self._context.facts.robots)
 
     def _needs_decision(self) -> bool:
         """Whether what answers is refused until somebody has decided about it: saving tests, and asks."""
@@ -202,8 +212,8 @@ class RobotDialog(FormDialog):
     def _ask(self, then: Callable[[], object]) -> None:
         form, robot, password, by_address = self.vm, self._entered(), self.vm.password or None, self._by_address
         asked = form.connection
-        form.testing = True
-        form.outcome, form.save_word = asking_robot(), _("Save robot")
+        form.testing, self._tested = True, None
+        form.outcome = asking_robot()
         self._context.run(
             lambda: self._context.services.operator.test_connection(robot, password, by_address=by_address),
             lambda identity: self._passed(asked, identity, then), lambda problem: self._failed(asked, problem))
@@ -248,9 +258,6 @@ class RobotDialog(FormDialog):
         else:
             self._tested, self._found = asked, None
             form.outcome = went_wrong(problem)
-            if isinstance(problem, Unauthorized):
-                form.password_problem = _("Check user name and password")
-            form.save_word = _("Save anyway")
             if isinstance(problem, AnotherRobot) and self._robot is not None:
                 self._ask_about_robot(self._robot, problem)
             elif isinstance(problem, SerialNumberHidden) and self._robot is not None:
@@ -296,7 +303,7 @@ class RobotDialog(FormDialog):
     def _test_again(self) -> None:
         """With the password of what was accepted; the stored one belongs to what was there before."""
         form = self.vm
-        self._tested, form.outcome, form.save_word = None, NoticeView(), _("Save robot")
+        self._tested, form.outcome = None, NoticeView()
         if self._robot is not None and not form.password:
             form.password_problem = _("Enter the password of {user}").format(user=form.username.strip())
         else:

@@ -252,11 +252,11 @@ def test_an_overlap_with_another_run_is_warned_of_and_can_be_saved_all_the_same(
     line = ui.find(FormWarning)
     ui.find(LowColumn, ui.find(FormCard).children[0]).scroll_to(line, animate=False)
     ui.advance(.2)
-    assert ui.texts(line) == [f"Overlaps with {WASTE}"]
+    assert ui.texts(line) == [f"1 overlap: {WASTE}"]
     ui.tap(line)
     assert ui.texts(line) == [warning.text]
     ui.tap(line)
-    assert ui.texts(line) == [f"Overlaps with {WASTE}"]
+    assert ui.texts(line) == [f"1 overlap: {WASTE}"]
     save(screen, ui)
 
 

@@ -35,7 +35,21 @@ def test_a_second_press_tests_again_as_it_is(ui, refused):
     press(ui, "Test connection", refused)
     ui.wait(lambda: not refused.vm.testing)
     assert refused.vm.outcome.tone == "fault"
-    assert says(ui, "Check user name and password")
+    assert says(ui, "doesn't accept the user name and password")
+    assert (refused.vm.username_problem, refused.vm.password_problem) == ("", "")       # one refusal is said once
+
+
+def test_a_name_that_is_taken_is_said_before_anything_is_asked_and_cannot_be_passed_over(site, app, ui, refused):
+    site.add_robots()
+    ui.wait(lambda: page(app).context.facts.robots)
+    assert refused.vm.save_word == "Save anyway"
+    press(ui, "Save anyway", refused)
+    assert refused.ids.name_field.problem == "There is a robot Aino already"
+    assert refused.vm.save_word == "Save robot"
+    press(ui, "Save robot", refused)
+    assert (refused.vm.testing, refused.vm.saving) == (False, False)
+    enter(ui, refused.ids.name_field, "Other")
+    assert (refused.ids.name_field.problem, refused.vm.save_word) == ("", "Save anyway")
 
 
 def aino_at_veikkos_address(site, ui) -> RobotDialog:

@@ -398,7 +398,7 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     form = shown(draft(kind=Kind.DAILY), Preview(forecast))
     assert [(row.text, row.kind) for row in form.starts][1:3] == [("Tue 24 · 06:30", ""), ("Wed 25 · 06:30", "alert")]
     assert [(row.line, row.text) for row in form.warnings] == [
-        ("Overlaps with Collect empties", "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40")]
+        ("1 overlap: Collect empties", "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40")]
     assert not form.save_off
 
 
