@@ -156,6 +156,11 @@ class ExecutionRepository:
         c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND attempts = 0
                      AND reason_code IN ('schedule_changed', 'robot_removed')""", (schedule_id, to_text(since)))
 
+    def drop_skipped(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> None:
+        """A person takes back that a start is skipped: nothing was sent of it, and its row makes room."""
+        c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at = ? AND state = 'skipped' AND reason_code = 'hold'
+                     AND attempts = 0""", (schedule_id, to_text(planned_at)))
+
     def drop_unsent_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
         """The clock has been set back: rows that say missed or skipped for instants that are planned again, with nothing ever sent, but not
         what a person has skipped."""

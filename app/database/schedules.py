@@ -74,6 +74,10 @@ class ScheduleRepository:
     def skip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
         c.execute("INSERT OR IGNORE INTO skips VALUES (?, ?)", (schedule_id, to_text(instant)))
 
+    def take_again(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
+        """A start is not left out after all."""
+        c.execute("DELETE FROM skips WHERE schedule_id = ? AND planned_at = ?", (schedule_id, to_text(instant)))
+
     def skipped(self, c: sqlite3.Connection, schedule_id: int) -> set[datetime]:
         return {instant for _id, instant in self.skips(c, [schedule_id])}
 

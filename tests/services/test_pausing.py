@@ -134,3 +134,34 @@ def test_nothing_runs_within_a_pause_and_every_start_has_one_row(tmp_path_factor
         stood = row.planned_at < ends
         assert (row.state is State.SKIPPED and row.reason.code is ReasonCode.HOLD and "paused_until" in row.reason.details) == stood
     plant.container.close()
+
+
+# ---------------------------------------------------------------------- a skip is undone
+def test_a_skip_that_is_undone_runs_and_leaves_no_row(plant):
+    at = plant.skipping.skip_next(plant.daily.id)
+    plant.skipping.take_again(plant.daily.id, at)
+    assert (plant.rows(), plant.stored().next_at) == ([], at)
+    plant.go_to(at + timedelta(seconds=1))
+    assert [row.state for row in plant.rows()] == [State.WAITING]
+
+
+def test_of_two_skips_only_one_is_undone(plant):
+    first, second = (plant.skipping.skip_next(plant.daily.id) for _ in range(2))
+    plant.skipping.take_again(plant.daily.id, second)
+    assert plant.stored().next_at == second
+    assert [row.planned_at for row in plant.rows()] == [first]
+
+
+def test_a_skip_whose_time_has_passed_stays(plant):
+    at = plant.skipping.skip_next(plant.daily.id)
+    plant.go_to(at + timedelta(minutes=1))
+    with pytest.raises(InvalidInput, match="passed"):
+        plant.skipping.take_again(plant.daily.id, at)
+    assert [row.state for row in plant.rows()] == [State.SKIPPED]
+
+
+def test_undoing_a_skip_leaves_a_schedule_off_that_was_switched_off_meanwhile(plant):
+    at = plant.skipping.skip_next(plant.daily.id)
+    plant.container.catalogue.set_schedule_enabled(plant.daily.id, False)
+    plant.skipping.take_again(plant.daily.id, at)
+    assert plant.stored().next_at is None

@@ -269,6 +269,7 @@ class SchedulerViewModel(ViewModel):
             return
         paused = schedule.is_paused(self._services.clock.now())
         items = [
+            MenuItem("edit", _("Edit"), "pencil-outline"),
             MenuItem("run", _("Run now"), "play"),
             MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
             MenuItem("resume", _("Resume now"), "play-circle-outline") if paused else
@@ -277,7 +278,7 @@ class SchedulerViewModel(ViewModel):
             MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
         ]
         calls: dict[str, Callable[[Schedule], object]] = {
-            "run": self.run_now, "skip": self.skip_next, "pause": self.pause, "resume": self.resume,
+            "edit": self.form.edit, "run": self.run_now, "skip": self.skip_next, "pause": self.pause, "resume": self.resume,
             "duplicate": self.form.duplicate, "delete": self.delete}
         self._shell.dialogs.menu(anchor, items, lambda key: calls[key](schedule))
 
@@ -313,8 +314,9 @@ class SchedulerViewModel(ViewModel):
                   self._started.follow)
 
     def skip_next(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda _at: self._say(
-            _("The next start of {name} is skipped").format(name=schedule.name), "skip-next"))
+        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda at: self._shell.snackbars.undo(
+            _("The next start of {name} is skipped").format(name=schedule.name), _("Undo"),
+            lambda: self._act(schedule.id, lambda: self._services.pausing.take_again(schedule.id, at), lambda _none: None)))
 
     def pause(self, schedule: Schedule) -> None:
         """Ask until which day its starts are skipped."""

@@ -20,6 +20,7 @@ from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
 from app.services.live.changes import Changes, Topic
+from app.services.planning.first_due import first_due
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import working_calendar
 
@@ -35,6 +36,18 @@ class Pausing:
     def skip_next(self, schedule_id: int) -> datetime:
         """Returns the instant (UTC) that was skipped. Raises InvalidInput when no start is left."""
         return self._write(lambda c: self._skip(c, schedule_id))
+
+    def take_again(self, schedule_id: int, instant: datetime) -> None:
+        """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed."""
+        def work(c: sqlite3.Connection) -> None:
+            now, schedule, settings = self._clock.now(), self._the_schedule(c, schedule_id), self._settings.load(c)
+            if instant <= now:
+                raise InvalidInput("schedule", "the time of this start has passed")
+            self._schedules.take_again(c, schedule_id, instant)
+            self._executions.drop_skipped(c, schedule_id, instant)
+            skipped = self._schedules.skipped(c, schedule_id)
+            self._schedules.advance(c, schedule_id, first_due(schedule, settings, now, working_calendar(c, settings), skipped))
+        self._write(work)
 
     def pause(self, schedule_id: int, until: datetime) -> Schedule:
         """Skip every start before ``until`` (aware), also what waits of the schedule. Raises InvalidInput for a time that has passed."""

@@ -84,6 +84,16 @@ def test_skip_next_leaves_one_start_out_with_its_row(screen, container, ui):
     last = container.history.last_of_schedule(schedule.id)
     assert (last.state, last.reason.code, last.planned_at) == (State.SKIPPED, ReasonCode.HOLD, schedule.next_at)
     assert container.repositories.schedules.get(container.db.read(), schedule.id).next_at > schedule.next_at
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert container.history.last_of_schedule(schedule.id).planned_at < schedule.next_at
+    assert container.repositories.schedules.get(container.db.read(), schedule.id).next_at == schedule.next_at
+
+
+def test_the_menu_opens_a_schedule_for_editing(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    menu(screen, ui, schedule, "Edit")
+    assert screen.plan.form.editing == schedule.id
 
 
 def test_run_now_starts_it_whatever_its_time_is(screen, container, ui):
