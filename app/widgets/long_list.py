@@ -129,10 +129,13 @@ class LongList(LowPage):
     def _changed(self, *_):
         self.standing.note(self._known, known := self.keys_of(self.data), self.rows)
         self._known = known
-        self._keys = [row.key for row in self.data]
+        before, self._keys = self._keys, [row.key for row in self.data]
         self._places = {key: n for n, key in enumerate(self._keys)}
         if len(self._places) != len(self._keys):
             raise ValueError("two rows with one key")
+        if self._anchor is not None and self._anchor[0] in set(before) - set(self._keys):      # the first one in sight has gone
+            after = before[before.index(self._anchor[0]):]
+            self._anchor = next(((key, 0.) for key in after if key in self._places), None)
         for key, seat in self._live.items():
             if key in self._places:
                 seat.view.take(self.data[self._places[key]])

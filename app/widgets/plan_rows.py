@@ -1,5 +1,5 @@
 """Rows of long lists about the plan: a start in the next days, a schedule."""
-from kivy.properties import StringProperty
+from kivy.properties import BooleanProperty, StringProperty
 
 from app.widgets.lists import RecycledRow
 from app.widgets.rows import ScheduleRow
@@ -7,7 +7,11 @@ from app.widgets.surfaces import Tap
 
 
 class DayLine(RecycledRow, Tap):
-    """A heading of a day (``heading``), or a start on it: time, mission, robot, how soon. A start tapped fires "open"."""
+    """A heading of a day (``heading``), or a start on it: time, mission, robot, how soon; where there is room for ``columns`` until about
+    when instead, and what it needs. A start tapped fires "open"."""
+    columns = BooleanProperty(False)
+    until = StringProperty()
+    condition = StringProperty()
     heading = StringProperty()
     time = StringProperty()
     mission = StringProperty()

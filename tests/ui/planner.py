@@ -13,6 +13,7 @@ from app.container import Container
 from app.domain.models import Schedule
 from app.screens.scheduler.cards import FormCard
 from app.screens.scheduler.facts import HOURS
+from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, MenuRow
 from app.widgets.fields import PickField, SearchField
@@ -42,6 +43,7 @@ def show_anew(app, ui) -> None:
     app.shell.snackbars.clear()
     app.shell.go("scheduler")
     app.plan.choose_mode("hours")
+    app.plan.listing = Listing()
     app.plan.form.begin()
     app.plan.to_now()
     while app.plan.timeline.hours != HOURS:

@@ -80,3 +80,13 @@ def test_while_it_flies_on_too(ui, kind, left, pull):
     ui.advance(2)
     seen = in_sight(ui, shown)
     assert len(seen) >= min(left, 4), seen
+
+
+def test_when_the_first_row_in_sight_goes_the_others_stay(ui):
+    shown = ui.show(LongList(viewclass="OptionRow", data=lines(40)), (400, 300))
+    ui.advance(.3)
+    shown.show(10)
+    ui.advance(.5)
+    shown.data = [line for line in lines(40) if line.key != 10]
+    ui.advance(.5)
+    assert shown.whole_rows[0].key == 11

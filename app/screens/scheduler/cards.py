@@ -51,15 +51,17 @@ class SchedulerEmpty(EmptyState):
 
 
 class SchedulesCard(SectionCard):
-    """The list of schedules."""
+    """The list of schedules; with many of them it can be searched (``tools``), sorted, and narrowed to one robot."""
     rows = ListProperty()
     note = StringProperty()
+    tools = BooleanProperty(False)
 
 
 class FormCard(SectionCard):
     """The form; ``view`` is what it shows, ``vm`` the FormModel that its fields call. A field with a new problem comes in sight."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)
+    stacked = BooleanProperty(False)     # the preview below the fields
     saving = BooleanProperty(False)
     parameters = ListProperty()
     problems = ObjectProperty({})

@@ -36,6 +36,7 @@ from app.widgets import load_kv
 REFRESH_SECONDS = 60.0       # after which the plan is read again although nothing has been published
 EXPORT_SECONDS = 12.0        # that the path of an export stays on screen
 NOW_LINE_SECONDS = 5.0       # between two positions of the now-line
+TOOLS_FROM = 5               # schedules, from which on their list can be searched
 MANY = 200                   # schedules, from which on their texts are not rebuilt every second
 PAGE = 0.5                   # of what the timeline shows, that a press moves it by
 
@@ -52,9 +53,12 @@ class SchedulerViewModel(ViewModel):
     days = ListProperty()
     schedules = ListProperty()
     schedules_note = StringProperty()
+    listing = ObjectProperty(view.Listing(), rebind=True)        # which schedules, and in which order
+    many_schedules = BooleanProperty(False)
     has_robots = BooleanProperty(True)
     held = BooleanProperty(False)        # nothing is sent to any robot
     narrow = BooleanProperty(False)
+    beside = BooleanProperty(False)      # the form has room beside the list of days
     exporting = BooleanProperty(False)
 
     def __init__(self, services: SchedulerServices, shell: Shell) -> None:
@@ -68,6 +72,7 @@ class SchedulerViewModel(ViewModel):
         self._wanted: int | None = None                       # a schedule to open as soon as it is known
         self._busy: set[int] = set()                          # ids of schedules that something is being done to
         self.form.fbind("view", lambda *_args: self._show_schedules())
+        self.fbind("listing", lambda *_args: self._show_schedules())
         self.fbind("narrow", self._refresher.request)
         self.fbind("touched", self._touch_changed)
 
@@ -127,7 +132,6 @@ class SchedulerViewModel(ViewModel):
         elif self.mode == "days":
             self.days = shown
         self._show_schedules()
-        self.schedules_note = view.schedules_note(self._facts)
 
     # ------------------------------------------------------------------ showing
     def _tick(self) -> None:
@@ -142,7 +146,22 @@ class SchedulerViewModel(ViewModel):
                                     now_label=formats.wall_time(now.astimezone(self._facts.zone)))
 
     def _show_schedules(self) -> None:
-        self.schedules = view.schedule_rows(self._facts, self._services.clock.now(), self.form.editing)
+        self.many_schedules = len(self._facts.schedules) >= TOOLS_FROM
+        listing = self.listing if self.many_schedules else view.Listing()
+        self.schedules = view.schedule_rows(self._facts, self._services.clock.now(), self.form.editing, listing)
+        self.schedules_note = view.schedules_note(self._facts, listing.robot_id)
+
+    def search(self, query: str) -> None:
+        self.listing = replace(self.listing, query=query)
+
+    def choose_listed_robot(self) -> None:
+        self._shell.dialogs.choose(_("Schedules of"), view.robot_options(self._facts), lambda robot_id: setattr(
+            self, "listing", replace(self.listing, robot_id=robot_id or None)), selected=self.listing.robot_id or 0)
+
+    def choose_order(self, anchor: Widget) -> None:
+        items = [MenuItem(False, _("By next start"), "sort-clock-ascending-outline"),
+                 MenuItem(True, _("By name"), "sort-alphabetical-ascending")]
+        self._shell.dialogs.menu(anchor, items, lambda by_name: setattr(self, "listing", replace(self.listing, by_name=by_name)))
 
     def choose_mode(self, mode: str) -> None:
         self.mode = mode
@@ -243,7 +262,8 @@ class SchedulerViewModel(ViewModel):
         self._shell.dialogs.menu(place, card.items, lambda key: calls[key](), card.title, card.text)
 
     def open_day(self, key: tuple[str, int, Any]) -> None:
-        self.choose_mode("hours")
+        if not self.beside:
+            self.choose_mode("hours")
         self.edit(key[1])
 
     def row_action(self, schedule_id: int, action: str, *values: Any) -> None:
@@ -367,18 +387,22 @@ class SchedulerViewModel(ViewModel):
 
 
 class SchedulerScreen(ScreenBase):
-    """Upcoming across the top, below it the form and the schedules; the list of days takes the whole screen."""
+    """Upcoming across the top, below it the form and the schedules; the list of days has the form beside it, or where that has no ``room``
+    the whole screen."""
     Services = SchedulerServices
+    room = BooleanProperty(False)
     lower_height = NumericProperty(0)    # least, of the form and the schedules
 
     def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("widgets/flow", "widgets/slots", "scheduler/screen", "scheduler/form", "scheduler/hold")
         super().__init__(vm=SchedulerViewModel(services, shell), **kwargs)
         self._page, self._lower = self.ids.page.__self__, self.ids.lower.__self__
+        self._schedules = self.ids.schedules.__self__
         self._empty = SchedulerEmpty()
         self._empty.bind(on_release=lambda _empty: self.vm.add_robot())
         for name in ("mode", "has_robots"):
             self.vm.fbind(name, self._choose_parts)
+        self.fbind("room", self._choose_parts)
         self.fbind("portrait", self.vm.setter("narrow"))
         self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form))
         self._choose_parts()
@@ -393,6 +417,8 @@ class SchedulerScreen(ScreenBase):
         if wanted not in self.children:
             self.clear_widgets()
             self.add_widget(wanted)
-        column, lower = self.ids.column, self._lower
-        if (self.vm.mode == "hours") != (lower.parent is not None):
-            column.remove_widget(lower) if lower.parent is not None else column.add_widget(lower)
+        in_hours = self.vm.mode == "hours"
+        self.vm.beside = self.room and not in_hours
+        for box, part, is_shown in ((self._lower, self._schedules, in_hours), (self.ids.column, self._lower, in_hours or self.room)):
+            if is_shown != (part.parent is not None):
+                box.add_widget(part) if is_shown else box.remove_widget(part)

@@ -33,6 +33,16 @@ class DayRow:
     mission: str = ""
     robot: str = ""
     note: str = ""
+    until: str = ""                      # about, as far as is known
+    condition: str = ""                  # what keeps it, else what it needs
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Which schedules are listed, and how: words that are searched for, one robot or all (None), by name or by next start."""
+    query: str = ""
+    robot_id: int | None = None
+    by_name: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,13 +67,19 @@ def rule_line(schedule: Schedule) -> str:
 
 def rule_sentence(schedule: Schedule, mission: Mission | None, settings: Settings, calendar: WorkingCalendar | None = None) -> str:
     """When it starts and under which conditions."""
-    minimum, when = rules.minimum_battery(schedule, mission, settings), _when(schedule)
+    condition, when = battery_condition(schedule, mission, settings), _when(schedule)
     if calendar is not None and calendar.has_exceptions and schedule.respect_working_days and schedule.recurrence is not None:
         when = _("{rule}, not on holidays or other days off").format(rule=rule_line(schedule))
+    return f"{when}, {condition}" if condition else when
+
+
+def battery_condition(schedule: Schedule, mission: Mission | None, settings: Settings) -> str:
+    """Empty: it starts at any charge."""
+    minimum = rules.minimum_battery(schedule, mission, settings)
     if minimum is None:
-        return when
+        return ""
     condition = _("if battery ≥ {percent}").format(percent=formats.percent(minimum))
-    return f"{when}, {condition.replace('≥ ', f'≥{NO_BREAK}').replace(' %', f'{NO_BREAK}%')}"
+    return condition.replace("≥ ", f"≥{NO_BREAK}").replace(" %", f"{NO_BREAK}%")
 
 
 def _when(schedule: Schedule) -> str:
@@ -108,26 +124,44 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
     for _id, group in groupby(by_schedule, key=lambda run: run.schedule.id):
         same = list(group)
         first = same[0]
-        names = first.mission.name, first.robot.name
+        names, needs = (first.mission.name, first.robot.name), battery_condition(first.schedule, first.mission, facts.settings)
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
             note = ngettext("{n} start until {time}", "{n} starts until {time}", len(same)).format(n=len(same), time=ends)
             if held := sum(facts.hold(run.robot.id, run.at) is not None for run in same):
                 note = f"{note} · " + _("{n} held").format(n=held)
-            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note)
+            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, _until(same[-1], zone), note)
             continue
         for run in same:
-            note = _held(facts, run.schedule, run.at, now) or formats.ahead((run.at - now).total_seconds())
-            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", formats.wall_time(run.at.astimezone(zone)), *names, note)
+            held_note = _held(facts, run.schedule, run.at, now)
+            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", formats.wall_time(run.at.astimezone(zone)), *names,
+                                 held_note or formats.ahead((run.at - now).total_seconds()), _until(run, zone), held_note or needs)
+
+
+def _until(run: PlannedRun, zone: ZoneInfo) -> str:
+    """When it is over as a rule."""
+    if run.usual_s is None:
+        return ""
+    return _("until about {time}").format(time=formats.wall_time((run.at + timedelta(seconds=run.usual_s)).astimezone(zone)))
 
 
 # ---------------------------------------------------------------------- the schedules
-def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = None) -> list[ScheduleItem]:
-    """In the order of their next starts; those that are off or over come last, by name."""
-    never = datetime.max.replace(tzinfo=UTC)
-    in_order = sorted(facts.schedules, key=lambda s: (not s.enabled, max(s.next_at, s.paused_until or s.next_at) if s.next_at else never,
-                                                      s.name.casefold()))
-    return [_schedule_row(facts, schedule, now, schedule.id == selected) for schedule in in_order]
+def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = None, listing: Listing = Listing()) -> list[ScheduleItem]:
+    """In the order of their next starts, where those that are off or over come last; or by name."""
+    never, words = datetime.max.replace(tzinfo=UTC), listing.query.casefold().split()
+
+    def place(schedule: Schedule) -> tuple[object, ...]:
+        next_at = max(schedule.next_at, schedule.paused_until or schedule.next_at) if schedule.next_at else never
+        return (*(() if listing.by_name else (not schedule.enabled, next_at)), schedule.name.casefold())
+    listed = (schedule for schedule in facts.schedules if listing.robot_id in (None, schedule.robot_id))
+    rows = (_schedule_row(facts, schedule, now, schedule.id == selected) for schedule in sorted(listed, key=place))
+    names = {schedule.id: schedule.name for schedule in facts.schedules} if words else {}
+    return [row for row in rows if all(word in f"{names[row.key]} {row.mission} {row.rule} {row.next}".casefold() for word in words)]
+
+
+def robot_options(facts: SchedulerFacts) -> list[Option]:
+    """Whose schedules are listed; 0: all."""
+    return [Option(0, _("All robots"), "robot-outline"), *(Option(robot.id, robot.name, "robot-outline") for robot in facts.robots)]
 
 
 def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> ScheduleItem:
@@ -181,7 +215,10 @@ def export_result(done: PlanExport, zone: str) -> str:
                     done.count).format(n=done.count, path=done.path)
 
 
-def schedules_note(facts: SchedulerFacts) -> str:
-    """How many are on."""
-    return _("{on} of {all} on").format(on=sum(schedule.enabled for schedule in facts.schedules), all=len(facts.schedules)) \
-        if facts.schedules else ""
+def schedules_note(facts: SchedulerFacts, robot_id: int | None = None) -> str:
+    """How many are on, of all or of one robot."""
+    listed, robot = [schedule for schedule in facts.schedules if robot_id in (None, schedule.robot_id)], facts.robot(robot_id)
+    if not facts.schedules:
+        return ""
+    note = _("{on} of {all} on").format(on=sum(schedule.enabled for schedule in listed), all=len(listed))
+    return f"{robot.name} · {note}" if robot else note

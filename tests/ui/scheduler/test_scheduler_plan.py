@@ -9,12 +9,13 @@ from kivy.tests.common import UnitTestTouch
 
 from app.domain.models import ReasonCode, Robot, State
 from app.screens.common.shell import pick
-from app.screens.scheduler.cards import FormCard, HoursPart, TimeControls
-from app.screens.scheduler.form_view import WarningRow
+from app.screens.scheduler.cards import FormCard, HoursPart, SchedulesCard, TimeControls
+from app.screens.scheduler.form_warnings import WarningRow
 from app.screens.scheduler.screen import SchedulerScreen
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.dialogs import Menu, MenuRow
+from app.widgets.fields import SearchField
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
@@ -173,10 +174,58 @@ def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
     kind(screen, ui, "List")
     lines = ui.find_all(DayLine)
     assert lines[0].heading == "Today, Fri 20 Nov"
-    assert not ui.find_all(FormCard)
-    ui.tap(next(line for line in lines if line.mission == "Night stock count"))
+    count = next(line for line in lines if line.mission == "Night stock count")
+    condition = "if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
+    assert ui.texts(count) == ["19:00", "Night stock count", "Aino", "until about 21:54", condition]
+    ui.tap(count)
     settle(screen, ui)
     assert ui.find(FormCard).view.mission == "Night stock count"
+    assert screen.plan.mode == "days"                         # the form has room beside the list
+    assert checks.problems(screen.shell.navigator.screen("scheduler")) == []
+
+
+def test_without_room_beside_the_list_it_takes_the_screen_and_a_tap_leads_to_the_form(low, screen, ui):
+    settle(screen, ui)
+    kind(screen, ui, "List")
+    assert not ui.find_all(FormCard)
+    start = next(line for line in ui.find_all(DayLine) if line.mission)
+    ui.tap(start)
+    settle(screen, ui)
+    assert low.vm.mode == "hours"
+    assert ui.find(FormCard).view.mission == start.mission
+
+
+def listed(ui) -> list[str]:
+    return [line.mission for line in sorted(ui.find_all(ScheduleLine), key=lambda line: -line.to_window(0, line.y)[1])]
+
+
+def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, container, ui):
+    assert listed(ui)[0] == KITS
+    ui.tap(ui.find(IconButton, icon="sort-clock-ascending-outline"))
+    ui.advance(.3)
+    take(screen, ui, "By name")
+    assert [data.mission for data in screen.plan.schedules] == sorted(habit.mission for habit in month.HABITS)
+    ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="robot-outline"))
+    ui.advance(.3)
+    ui.tap(ui.find(OptionRow, text="Veikko"))
+    settle(screen, ui)
+    assert listed(ui) == ["Collect empties", "Floor wash, hall A", WASTE]
+    assert "Veikko · 2 of 3 on" in ui.texts(ui.find(SchedulesCard))
+    ui.type(ui.find(SearchField, ui.find(SchedulesCard)), "first mon")      # of the rule
+    ui.advance(.2)
+    assert listed(ui) == ["Floor wash, hall A"]
+    screen.shell.go("logs")
+    screen.shell.go("scheduler")
+    settle(screen, ui)
+    assert listed(ui) == ["Floor wash, hall A"]               # kept while the app runs
+
+
+def test_a_row_is_72_dp_high_and_a_list_of_few_has_no_tools(screen, container, ui):
+    assert {line.height for line in ui.find_all(ScheduleLine)} == {72}
+    for schedule in schedules(container)[:4]:
+        container.catalogue.remove_schedule(schedule.id)
+    settle(screen, ui)
+    assert not ui.find_all(IconButton, root=ui.find(SchedulesCard), icon="robot-outline")
 
 
 def test_what_changes_elsewhere_shows_at_once(screen, container, ui):
