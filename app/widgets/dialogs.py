@@ -143,8 +143,11 @@ class DialogActions(OnlySeen, MDDialogButtonContainer):
 class Dialog(Overlay):
     """Title, content, buttons. As high as ``body_height`` needs, at most as the window, or as what the on-screen keyboard leaves of it.
 
-    Where that is too little, the buttons are ``tucked`` under the keyboard, so that the content can be scrolled to any field.
+    Where that is too little it is ``squeezed``: without its title, so that the field and the buttons are seen; only where not even that is
+    enough, with gloves in the lowest windows, the buttons are ``tucked`` under the keyboard.
     """
+    squeezed = BooleanProperty(False)
+    head_height = NumericProperty(0)         # px, of the title
     room = NumericProperty(0)                # px of the window above the keyboard
     tucked = NumericProperty(0)              # px under it
     title = StringProperty()

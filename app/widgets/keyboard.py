@@ -17,13 +17,14 @@ from app.widgets.dock import dock
 from app.widgets.fields import FieldBase
 from app.widgets.surfaces import Surface, Tap
 
-SHIFT, BACKSPACE, DONE, SIGNS, LETTERS, SPACE = "shift", "backspace", "done", "signs", "letters", "space"
+SHIFT, BACKSPACE, DONE, SIGNS, MORE, LETTERS, SPACE = "shift", "backspace", "done", "signs", "more", "letters", "space"
 ICONS = {SHIFT: "apple-keyboard-shift", BACKSPACE: "backspace-outline", DONE: "check", SPACE: "keyboard-space"}
-WORDS = {SIGNS: "123", LETTERS: "abc"}
-WIDE = {SPACE: 5., DONE: 2., SIGNS: 1.5, LETTERS: 1.5}       # in widths of a letter's key
+WORDS = {SIGNS: "123", MORE: "#$~", LETTERS: "abc"}
+WIDE = {SPACE: 5., DONE: 2., LETTERS: 1.5}       # in widths of a letter's key
 PAGES = {
     "letters": ([*"qwertyuiopå"], [*"asdfghjklöä"], [SHIFT, *"zxcvbnm.-", BACKSPACE], [SIGNS, "@", SPACE, "/", DONE]),
-    "signs": ([*"1234567890+"], [*"-/:;()€&@\"'"], [*"\\.,?!_=#%*", BACKSPACE], [LETTERS, "[", SPACE, "]", DONE]),
+    "signs": ([*"1234567890+"], [*"-/:;()€&@\"'"], [MORE, *".,?!_=#%*", BACKSPACE], [LETTERS, "[", SPACE, "]", DONE]),
+    "more": ([*"$^~|\\<>{}[]"], [*"`*+-/=_#%&@"], [SIGNS, *".,?!§£°µ·", BACKSPACE], [LETTERS, "(", SPACE, ")", DONE]),
     "numbers": ([*"123", BACKSPACE], [*"456", "-"], [*"789", "."], ["0", DONE]),
 }
 PAD_WIDTH = 480                          # dp, of the number pad
@@ -40,12 +41,12 @@ class BoardKey(Tap):
 
 
 class BoardRow(BoxLayout):
-    """The keys of one row, at least 64 dp high."""
+    """The keys of one row; 64 dp high with gloves and in high windows."""
 
 
 class DockedKeyboard(Surface):
     """At the bottom of the window while a field has the focus and ``wanted()`` is true. The field stays visible: dialogs get by with the
-    room above, pages scroll, and the screen moves up."""
+    room above, pages scroll, and the screen moves up. It goes when a real keyboard types, until a finger touches a field."""
     page = StringProperty()
 
     def __init__(self, wanted, **kwargs):
@@ -53,6 +54,7 @@ class DockedKeyboard(Surface):
         self._wanted = wanted
         self._pages = {}
         self._is_upper = False
+        self._is_real = False                # a real keyboard types
         self._entered = None                 # the field that it was last shown for
         self._lifted = None                  # (widget, its y before it was moved up)
         self._follow = Clock.create_trigger(self._place, .05)          # another field may get the focus
@@ -65,18 +67,29 @@ class DockedKeyboard(Surface):
     # ------------------------------------------------------------------ life
     def start(self) -> None:
         dock.bind(field=self._follow)
-        Window.bind(size=self._follow)
+        Window.bind(size=self._follow, on_key_down=self._real_key, on_touch_down=self._finger)
 
     def stop(self) -> None:
         dock.unbind(field=self._follow)
-        Window.unbind(size=self._follow)
+        Window.unbind(size=self._follow, on_key_down=self._real_key, on_touch_down=self._finger)
         self._follow.cancel()
         self._hide()
 
+    def _real_key(self, *_):
+        self._is_real = True
+        self._hide()
+
+    def _finger(self, _window, touch):
+        self._is_real = False
+        if dock.field is not None and self.parent is None and dock.field.collide_point(*dock.field.to_widget(*touch.pos)):
+            self._follow()
+
     def _place(self, *_):
         field = dock.field
-        if field is None or not self._wanted():
+        if field is None or self._is_real or not self._wanted():
             self._hide()
+            if field is not None:
+                self._reveal()
             return
         if field is not self._entered and field.input_type == "number":
             field.cursor = field.get_cursor_from_index(len(field.text))      # numbers are edited from the end
@@ -118,6 +131,8 @@ class DockedKeyboard(Surface):
     def _scroll_to_field(self, _dt) -> None:
         """With its label and help where these fit."""
         field = dock.field
+        if field is None:
+            return
         shown = next((parent for parent in self._around(field) if isinstance(parent, FieldBase)), field)
         for view in self._around(field):
             if isinstance(view, ScrollView):
@@ -128,6 +143,8 @@ class DockedKeyboard(Surface):
         """Move up the screen of the field, so far that the field is above the keyboard; dialogs do that themselves."""
         self._put_down()
         field = dock.field
+        if field is None or self.parent is None:
+            return
         *_inner, top = self._around(field) or [field]
         up = self.height + dp(CLEARANCE) - field.to_window(field.x, field.y)[1]
         if up > 0 and not isinstance(top, Dialog):
@@ -198,7 +215,7 @@ class DockedKeyboard(Surface):
             return
         if name == SHIFT:
             self._set_case(not self._is_upper)
-        elif name in (SIGNS, LETTERS):
+        elif name in (SIGNS, MORE, LETTERS):
             self._show_page(name)
         elif name == DONE:
             field.dispatch("on_text_validate")

@@ -1,10 +1,12 @@
 """The keyboard on the screen without an app: its keys, and the field above it."""
 from __future__ import annotations
 
+import string
+
 import pytest
 
 from app.widgets.fields import FieldInput, FormField
-from app.widgets.keyboard import BoardKey, DockedKeyboard
+from app.widgets.keyboard import PAGES, BoardKey, DockedKeyboard
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.integrator import keyboard, tap_keys
@@ -43,7 +45,45 @@ def test_the_field_is_lifted_above_it_and_all_is_put_down_again(ui):
         keys.stop()
 
 
-@pytest.mark.parametrize("page", ["letters", "signs", "numbers"])
+def test_all_of_ascii_can_be_typed_on_it():
+    typed = {key for page in ("letters", "signs", "more") for row in PAGES[page] for key in row if len(key) == 1}
+    upper = {key.upper() for row in PAGES["letters"] for key in row if len(key) == 1}
+    assert set(string.printable) - set(string.whitespace) <= typed | upper
+    ways = {key for row in PAGES["letters"] for key in row} & set(PAGES), {key for row in PAGES["signs"] for key in row} & set(PAGES)
+    assert ways == ({"signs"}, {"more", "letters"})
+
+
+def test_a_rare_sign_is_two_keys_away(ui):
+    field = ui.show(FormField(label="Password"), (400, 90))
+    keys = DockedKeyboard(lambda: True)
+    keys.start()
+    try:
+        ui.tap(ui.find(FieldInput, field))
+        tap_keys(ui, "signs", "more", *"$^~|<>{}`", "signs", "1", "letters", "x")
+        assert field.text == "$^~|<>{}`1x"
+    finally:
+        keys.stop()
+
+
+def test_it_goes_when_a_real_keyboard_types_and_comes_back_for_a_finger(ui):
+    field = ui.show(FormField(label="Name"), (400, 90))
+    keys = DockedKeyboard(lambda: True)
+    keys.start()
+    try:
+        ui.tap(ui.find(FieldInput, field))
+        assert keyboard(ui)
+        ui.key(ord("a"), "a")
+        assert ui.find_all(DockedKeyboard) == []
+        assert field.focus
+        ui.advance(1)
+        assert ui.find_all(DockedKeyboard) == []
+        ui.tap(ui.find(FieldInput, field))
+        assert keyboard(ui)
+    finally:
+        keys.stop()
+
+
+@pytest.mark.parametrize("page", ["letters", "signs", "more", "numbers"])
 @pytest.mark.parametrize("width", [800, 1280])
 def test_every_key_is_for_gloves_in_both_orientations(ui, gloves, page, width):
     keys = DockedKeyboard(lambda: True)

@@ -8,6 +8,7 @@ from kivy.core.window import Window
 
 from app.screens.common.options import Option
 from app.screens.common.overlays import Dialogs
+from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.keyboard import DockedKeyboard
@@ -48,6 +49,13 @@ def assert_in_sight(keys: DockedKeyboard, field: FieldInput) -> None:
     assert whole[3] <= Window.height
 
 
+def assert_free(keys: DockedKeyboard, dialog: Dialog) -> None:
+    """Its buttons are above the keyboard."""
+    buttons = [button for button in dialog.ids.button_container.walk(restrict=True) if isinstance(button, CommandButton) and button.is_seen]
+    assert buttons
+    assert min(button.to_window(*button.pos)[1] for button in buttons) >= keys.top
+
+
 def fields_of(ui, dialog: Dialog) -> list[FieldInput]:
     return [field for field in ui.find_all(FieldInput, dialog) if not field.disabled and field.width > 1]
 
@@ -75,6 +83,7 @@ def test_every_field_of_the_apps_dialogs_is_above_the_keyboard(ui, walk, name):
                 field.focus = True
                 ui.advance(.4)
                 assert_in_sight(keys, field)
+                assert_free(keys, walk._studio.dialogs.top)
             field.focus = False
             ui.advance(.4)
     finally:
@@ -100,7 +109,7 @@ def test_the_focused_field_is_above_the_keyboard(ui, keys, make):
     assert dialog.center_y == pytest.approx(Window.height / 2, abs=1)
 
 
-def test_tab_leads_through_a_form_in_sight(ui, keys):
+def test_tab_of_a_real_keyboard_leads_through_a_form_in_sight(ui, keys):
     dialog = Dialogs(animate=False).open(long_form())
     ui.advance(.3)
     first, *_others = fields = fields_of(ui, dialog)
@@ -110,7 +119,8 @@ def test_tab_leads_through_a_form_in_sight(ui, keys):
         ui.key(TAB)
         ui.advance(.4)
         assert field.focus
-        assert_in_sight(keys, field)
+        assert checks.visible_area(field, checks.parents(field)) == pytest.approx(checks.area(field), abs=2)
+    assert not ui.find_all(DockedKeyboard)
 
 
 def test_a_form_can_be_scrolled_to_its_last_field_while_the_keyboard_is_there(ui, keys):
