@@ -223,8 +223,12 @@ class ChoiceDialog(Dialog):
     """Choose one of many, or with ``multiple`` tick several and confirm. Long lists get a search field.
 
     ``options`` have ``key``, ``text``, ``note`` and ``icon``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
-    with ``multiple`` ``on_choose_many(keys)`` in the options' order.
+    with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and ``none_word`` a button ticks all that the search
+    shows, or none of them.
     """
+    all_word = StringProperty()
+    none_word = StringProperty()
+    all_shown = BooleanProperty(False)   # all that are shown are ticked
     options = ListProperty()
     selected = ListProperty()
     multiple = BooleanProperty(False)
@@ -261,6 +265,7 @@ class ChoiceDialog(Dialog):
         self.shown = [
             Choice(option.key, option.text, option.icon, option.note, option.key in self.selected, self.multiple) for option in self.options
             if all(word in f"{option.text} {option.note}".casefold() for word in words)]
+        self.all_shown = all(choice.selected for choice in self.shown)
 
     def chosen(self, key) -> None:
         """An option was tapped."""
@@ -270,6 +275,11 @@ class ChoiceDialog(Dialog):
         self.selected = [key]
         self.dispatch("on_choose", key)
         self.dismiss()
+
+    def choose_all(self) -> None:
+        """Tick all that are shown, or none of them where all are."""
+        shown = [choice.key for choice in self.shown]
+        self.selected = [key for key in self.selected if key not in shown] + ([] if self.all_shown else shown)
 
     def confirmed(self) -> None:
         self.dispatch("on_choose_many", [option.key for option in self.options if option.key in self.selected])

@@ -17,8 +17,9 @@ KINDS = {"text": ("text", None), "int": ("number", "int"), "decimal": ("number",
 
 
 class FieldInput(MDTextField):
-    """The line of a field; ``max_length`` > 0 limits the number of characters. ``error`` stays as it is set."""
+    """The line of a field; ``max_length`` > 0 limits the characters, ``is_cut``: more were entered. ``error`` stays as it is set."""
     max_length = NumericProperty(0)
+    is_cut = BooleanProperty(False)
     leading = NumericProperty(0)             # px for an icon before the text
     trailing = NumericProperty(0)            # px for a button after it
 
@@ -40,13 +41,18 @@ class FieldInput(MDTextField):
     def _show_cursor(self, _dt):
         TextInput._adjust_viewport.__wrapped__(self, *self.cursor)
 
+    def on_text(self, *_):
+        if len(self.text) < self.max_length:
+            self.is_cut = False
+
     def on_focus(self, _field, focused):
         (dock.entered if focused else dock.left)(self)
 
     def insert_text(self, substring, from_undo=False):
         if self.max_length and not from_undo:
-            room = int(self.max_length) - len(self.text) + len(self.selection_text)
-            substring = substring[:max(0, room)]
+            room = max(0, int(self.max_length) - len(self.text) + len(self.selection_text))
+            self.is_cut = len(substring) > room
+            substring = substring[:room]
         return super().insert_text(substring, from_undo)
 
 
@@ -228,6 +234,7 @@ class StepField(FieldBase):
         if number != self.value:
             self.value = number
             self.dispatch("on_commit", number)
+        self._show()                         # "007" is taken as 7
 
     def nudge(self, direction: int):
         """One step up (1) or down (-1), within the range; from an empty field to the minimum or maximum."""

@@ -123,6 +123,19 @@ def test_a_password_is_hidden_until_the_eye_is_pressed(ui):
     assert field.text == "secret"
 
 
+def test_a_text_that_is_cut_is_told_until_it_is_shorter(ui):
+    field = ui.show(FormField(label="Name", help="Of the robot", max_length=5), (400, 120))
+    ui.type(field, "Aino")
+    assert ui.texts(field) == ["Name", "Of the robot"]
+    ui.find(FieldInput).insert_text(" 2 at the press")                 # pasted
+    ui.advance(.1)
+    assert field.text == "Aino "
+    assert ui.texts(field)[-1] == "5 characters at most: the rest was cut"
+    ui.find(FieldInput).do_backspace()
+    ui.advance(.1)
+    assert ui.texts(field)[-1] == "Of the robot"
+
+
 def test_a_number_field_takes_digits_and_max_length_holds(ui):
     field = ui.show(FormField(kind="int", max_length=3), (400, 120))
     ui.type(field, "1a2-345")
@@ -150,6 +163,14 @@ def test_a_pick_field_opens_something(ui):
 
 def step_field(ui, **kwargs) -> StepField:
     return ui.show(StepField(**kwargs), (360, 140))
+
+
+@pytest.mark.parametrize("value", [7, 8])
+def test_a_typed_number_is_shown_as_it_was_taken(ui, value):
+    field = step_field(ui, value=value)
+    field.text = "007"
+    field.commit()
+    assert (field.value, field.text) == (7, "7")
 
 
 def test_steps_go_to_multiples_and_stop_at_the_ends(ui):

@@ -153,8 +153,9 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
     if is_over(alarm):
         parts.append(_("Over since {time}").format(time=formats.day_and_time(alarm.cleared_at, zone, now)))
     if alarm.count > 1:
-        last = formats.day_and_time(alarm.last_at, zone, now)
-        parts.append(ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count).format(n=alarm.count, time=last))
+        times = ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count) if alarm.last_at else \
+            ngettext("{n} time", "{n} times", alarm.count)
+        parts.append(times.format(n=alarm.count, time=formats.day_and_time(alarm.last_at, zone, now)))
     if not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
         parts.append(_advice(alarm))
     return " · ".join(parts)

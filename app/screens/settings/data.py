@@ -41,7 +41,7 @@ class DataPage(SettingsPage):
         vm, facts, can_restore = self.vm, self.context.facts, self.context.shell.restore is not None
         vm.backups = backups_phrase(facts, self.context.now())
         vm.can_restore = can_restore and bool(facts.backups)
-        vm.restore_hint = "" if can_restore else _("To restore one, close the app and enter: python main.py --restore-backup FILE")
+        vm.restore_hint = "" if can_restore else _("Whoever looks after this tablet can restore one")
 
     def reached(self, **intent: Any) -> None:
         vm = self.vm

@@ -36,7 +36,6 @@ class MissionRow(RecycledRow, SectionCard):
     """A mission: star, name and use, warning. Actions: "favourite" (with the wanted state), "edit", "remove"."""
     name = StringProperty()
     note = StringProperty()
-    guid = StringProperty()
     warning = StringProperty()
     favourite = BooleanProperty(False)
 
@@ -137,7 +136,7 @@ class MissionsPage(SettingsPage):
             return
         self.context.shell.dialogs.choose_many(
             _("Missions of {robot}").format(robot=robot.name), offer_options(offered), _("Add chosen"),
-            lambda guids: self._add_chosen([offer for offer in offered if offer.guid in guids]))
+            lambda guids: self._add_chosen([offer for offer in offered if offer.guid in guids]), can_all=True)
 
     def _add_chosen(self, chosen: Sequence[Offer]) -> None:
         if not chosen:
@@ -168,6 +167,8 @@ class MissionForm(EventDispatcher):
     robot_problem = StringProperty()
     outcome = ObjectProperty(NoticeView())
     saving = BooleanProperty(False)
+    is_new = BooleanProperty(True)
+    details = BooleanProperty(True)      # the GUID is shown
 
 
 class MissionDialog(FormDialog):
@@ -180,6 +181,7 @@ class MissionDialog(FormDialog):
         if mission is not None:
             form.name, form.guid, form.robot_id = mission.name, mission.guid, mission.robot_id or 0
             form.usual_minutes, form.low_battery = str(mission.usual_minutes or ""), mission.on_low_battery
+            form.is_new = form.details = False
         form.low_battery_note = (_("It charges the robot, so it starts at any charge") if mission is not None and mission.charges else
                                  _("Under the minimum battery too; missions that charge the robot do so by themselves"))
         super().__init__(vm=form, **kwargs)
@@ -225,5 +227,6 @@ class MissionDialog(FormDialog):
         field = problem.field if isinstance(problem, InvalidInput) else ""
         if field in ("name", "guid", "robot", "usual_minutes"):
             setattr(form, f"{field}_problem", sentence_of(problem))
+            form.details = form.details or field == "guid"
         else:
             form.outcome = went_wrong(problem)

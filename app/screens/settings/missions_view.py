@@ -18,7 +18,6 @@ class MissionView:
     """Values of MissionRow."""
     key: int
     name: str
-    guid: str
     note: str
     favourite: bool
     warning: str
@@ -55,7 +54,7 @@ def _view(facts: SettingsFacts, mission: Mission, owner: Robot | None) -> Missio
     if mission.usual_minutes is not None:
         use = _("{use} · usual duration: {duration}").format(use=use, duration=formats.duration(mission.usual_minutes * 60))
     note = _("Only on {robot} · {use}").format(robot=owner.name, use=use) if owner else use
-    return MissionView(mission.id, mission.name, mission.guid, note, mission.favourite, missing_sentence(facts, mission))
+    return MissionView(mission.id, mission.name, note, mission.favourite, missing_sentence(facts, mission))
 
 
 def usage(facts: SettingsFacts, mission: Mission) -> str:
@@ -121,11 +120,12 @@ def robot_removal_sentence(facts: SettingsFacts, robot: Robot) -> str:
 @dataclass(frozen=True)
 class Offer:
     """A mission that a robot has, as it would be saved. ``robot_id`` is set when another mission for all robots has this name; ``known``:
-    it is saved already."""
+    it is saved already; ``is_cut``: the robot has a longer name for it."""
     name: str
     guid: str
     robot_id: int | None = None
     known: bool = False
+    is_cut: bool = False
 
 
 def offers(found: Sequence[MissionInfo], missions: Sequence[Mission], robot_id: int) -> list[Offer]:
@@ -141,7 +141,7 @@ def offers(found: Sequence[MissionInfo], missions: Sequence[Mission], robot_id: 
             result.append(Offer(info.name, info.guid, known=True))
             continue
         name = _free_name(info.name if names.cleaned(info.name) else info.guid, taken)
-        result.append(Offer(name, info.guid, robot_id if name in for_all else None))
+        result.append(Offer(name, info.guid, robot_id if name in for_all else None, is_cut=len(info.name.strip()) > names.LONGEST))
         taken.add(name)
         for_all.add(name)
     return result
@@ -158,8 +158,9 @@ def _free_name(wanted: str, taken: set[str]) -> str:
 
 def offer_options(offered: Sequence[Offer]) -> list[Option]:
     """Options of the checklist, the new ones only."""
-    return [Option(offer.guid, offer.name, "flag-outline",
-                   _("The name is already in use: this one will be for this robot only") if offer.robot_id else "")
+    return [Option(offer.guid, offer.name, "flag-outline", " · ".join(filter(None, (
+                _("The name is already in use: this one will be for this robot only") if offer.robot_id else "",
+                _("Name cut at {n} characters").format(n=names.LONGEST) if offer.is_cut else ""))))
             for offer in offered if not offer.known]
 
 

@@ -6,7 +6,7 @@ from datetime import datetime
 from app.domain.models import Mission, Schedule
 from app.screens.settings.missions import MissionDialog, MissionRow
 from app.screens.settings.robots import RobotPanel
-from app.widgets.buttons import CommandButton, IconButton, Toggle
+from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
@@ -58,6 +58,43 @@ def test_a_robot_that_is_gone_while_its_missions_are_asked_for(site, app, ui):
     ui.tap(ui.find(OptionRow, text="Aino"))
     ui.wait(lambda: ui.find_all(Notice, tone="fault"))
     assert not ui.find(CommandButton, text="Fetch from robot").busy
+
+
+def test_all_missions_of_a_list_are_ticked_at_once(site, app, ui):
+    site.add_robots()
+    go(ui, "missions")
+    dialog = fetch(ui, "Aino")
+    search = ui.find(SearchField, dialog)
+    search.text = "collect"
+    ui.advance(.2)
+    press(ui, "Select all", dialog)
+    ui.advance(.2)
+    press(ui, "Select none", dialog)                          # of those that the search shows
+    ui.advance(.2)
+    assert dialog.selected == []
+    search.text = ""
+    ui.advance(.2)
+    press(ui, "Select all", dialog)
+    press(ui, "Add chosen", dialog)
+    offered = [option.text for option in dialog.options]
+    ui.wait(lambda: len(missions(site)) == len(offered) > 3)
+    assert {mission.name for mission in missions(site)} == set(offered)
+
+
+def test_the_guid_of_a_mission_is_behind_details(site, app, ui):
+    site.add_missions("Deliver")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    assert GUIDS["Deliver"] not in ui.texts()
+    ui.tap(ui.find(MissionRow))
+    ui.wait(lambda: ui.find_all(MissionDialog))
+    ui.advance(.5)
+    dialog = ui.find(MissionDialog)
+    assert "GUID" not in ui.texts(dialog)
+    ui.tap(ui.find(MenuChip, dialog, text="Details"))
+    ui.advance(.3)
+    assert "GUID" in ui.texts(dialog)
+    assert dialog.ids.guid_field.text == GUIDS["Deliver"]
 
 
 def test_a_mission_by_hand_with_its_bad_input_at_the_field(site, app, ui):

@@ -67,6 +67,7 @@ def test_a_shelved_one_says_until_when():
 def test_repeats_are_counted_and_the_last_one_has_its_time():
     again = alarm("unreachable", raised_at=ago(hours=2), last_at=ago(minutes=36), count=4)
     assert note(again) == "Since 12:38 · 4 times, last 14:02 · is it switched on, and on this network?"
+    assert note(replace(again, last_at=None)).startswith("Since 12:38 · 4 times · ")          # of a version that did not note it
 
 
 def test_a_silent_robot_comes_with_what_was_tried_and_what_to_check():

@@ -205,6 +205,11 @@ def test_deleting_says_what_goes_with_it():
 
 
 # ---------------------------------------------------------------------- taking over from a robot
+def test_a_name_of_the_robot_that_is_cut_is_told():
+    short, long = missions_view.offer_options(offers(("A", "guid-1"), ("L" * 81, "guid-2")))
+    assert (short.note, long.text, long.note) == ("", "L" * 80, "Name cut at 80 characters")
+
+
 def offers(*found, missions=(CHARGE, COILS, DELIVER), robot_id=1):
     return missions_view.offers([MissionInfo(guid, name) for name, guid in found], missions, robot_id)
 
