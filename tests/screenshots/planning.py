@@ -262,7 +262,7 @@ def mission(studio: Any) -> Any:
 @picture("scheduler-battery", sizes=(LANDSCAPE,))
 def battery(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
-    stand.vm.form.choose("minimum_battery_percent")
+    stand.vm.form.choose_battery()
     return studio.dialogs.top
 
 

@@ -17,6 +17,7 @@ from app.i18n import _
 from app.screens.common.parameters_view import Problems, fields_of, problems_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view
+from app.screens.scheduler.battery import BatteryDialog
 from app.screens.scheduler.draft import Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_view import FormView, Preview
@@ -156,6 +157,10 @@ class FormModel(EventDispatcher):
         self._shell.dialogs.choose_many(_("Also at"), form_view.also_options(self._draft), _("Set"),
                                         lambda hours: self.set(more_hours=tuple(hours)), selected=self._draft.more_hours)
 
+    def choose_battery(self) -> None:
+        self._shell.dialogs.open(BatteryDialog(self._draft.minimum_battery_percent, self._facts.settings.minimum_battery_percent,
+                                               lambda percent: self.set(minimum_battery_percent=percent)))
+
     def choose(self, field: str) -> None:
         """Pick the value of a field of the draft."""
         draft, facts = self._draft, self._facts
@@ -166,8 +171,6 @@ class FormModel(EventDispatcher):
             "nth": (_("Which one of the month"), form_view.nth_options()),
             "month_weekday": (_("Weekday"), form_view.weekday_options()),
             "month_day": (_("Day of the month"), form_view.month_day_options()),
-            "minimum_battery_percent": (_("Start only if the battery is at least"),
-                                        form_view.battery_options(facts, draft.minimum_battery_percent)),
             "start_window_minutes": (_("How late it may start"), form_view.window_options(facts, draft.start_window_minutes)),
             "overlap": (_("When the previous run is still open"), form_view.overlap_options()),
         }[field]

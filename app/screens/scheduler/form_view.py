@@ -28,7 +28,6 @@ FIELDS = {
 UNDER_MORE = ("last_day", "name")
 SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "battery", "window", "overlap", *UNDER_MORE)
 INHERIT = "inherit"          # key of the option that Settings decide
-BATTERIES = tuple(range(5, 100, 5))
 SOON = timedelta(days=28)    # in which a weekday and its number say which day is meant
 WINDOWS = (5, 10, 15, 20, 30, 45, 60, 90, 120, 180, 240, 480, 720, 1440)
 
@@ -237,13 +236,6 @@ def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Option]
 def robot_options(facts: SchedulerFacts) -> list[Option]:
     notes = (" · ".join(filter(None, (robot.model, "" if robot.enabled else off_word(robot)))) for robot in facts.robots)
     return [Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True)]
-
-
-def battery_options(facts: SchedulerFacts, present: float | None) -> list[Option]:
-    values = sorted({*BATTERIES, *({present} if present else ())})
-    return [Option(INHERIT, _("As in Settings"), note=battery_text(facts.settings.minimum_battery_percent)),
-            Option(0.0, _("No minimum"), note=_("starts at any charge")),
-            *(Option(float(value), formats.percent(value)) for value in values)]
 
 
 def window_options(facts: SchedulerFacts, present: int | None) -> list[Option]:

@@ -8,6 +8,7 @@ import pytest
 
 from app.domain.models import Between, Overlap
 from app.domain.robot import MissionParameter
+from app.screens.scheduler.battery import BatteryDialog
 from app.screens.scheduler.cards import FormCard, FormWarning, StartChip
 from app.services.live.changes import Topic
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
@@ -36,6 +37,19 @@ from tests.ui.planner import (
 )
 
 
+def battery(screen, ui, chip: str = "", typed: str = "") -> None:
+    """The minimum is chosen from the chips, or entered."""
+    ui.tap(field(ui, "Battery ≥"))
+    ui.advance(.3)
+    dialog = ui.find(BatteryDialog)
+    if chip:
+        ui.tap(ui.find(ChoiceChip, dialog, text=chip))
+    else:
+        ui.find(StepField, dialog).text = typed
+        ui.find(StepField, dialog).commit()
+    press(screen, ui, "Set")
+
+
 # ---------------------------------------------------------------------- planning
 def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, container, ui):
     choose(screen, ui, "Mission", WASTE)
@@ -45,7 +59,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
     pick_time(screen, ui, "Time", "0630")
     for day in ("Mo", "We"):                                  # off; the working days were chosen
         ui.tap(ui.find(Segment, text=day))
-    choose(screen, ui, "Battery ≥", "40 %")
+    battery(screen, ui, typed="40")
     view = ui.find(FormCard).view
     assert view.sentence == "Every Tue, Thu, Fri at 06:30, on working days only, if battery ≥\N{NO-BREAK SPACE}40\N{NO-BREAK SPACE}%"
     assert [start.text for start in ui.find_all(StartChip)] == [
@@ -178,8 +192,12 @@ def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container,
     choose(screen, ui, "Mission", KITS)
     pick_time(screen, ui, "Time", "2015")
     choose(screen, ui, "Late up to", "30 min")
-    choose(screen, ui, "Battery ≥", "No minimum")
-    choose(screen, ui, "Battery ≥", "As in Settings")
+    battery(screen, ui, chip="No minimum")
+    assert field(ui, "Battery ≥").value == "No minimum"
+    battery(screen, ui, chip="20 %")
+    assert field(ui, "Battery ≥").value == "20 %"
+    battery(screen, ui, chip="As in Settings: 30 %")
+    assert field(ui, "Battery ≥").value == "30 %"
     choose(screen, ui, "If running", "Queue it")
     save(screen, ui)
     saved = next(schedule for schedule in schedules(container) if schedule.start == datetime(2026, 11, 20, 20, 15))

@@ -450,8 +450,7 @@ def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
 
 
 def test_pickers_offer_the_setting_first_and_keep_odd_values():
-    batteries = form_view.battery_options(facts(), 37.0)
-    assert (batteries[0].key, batteries[0].note, batteries[1].key) == (form_view.INHERIT, "30 %", 0.0)
-    assert 37.0 in [row.key for row in batteries]
-    assert form_view.window_options(facts(), None)[0].note == "15 min"
+    windows = form_view.window_options(facts(), 37)
+    assert (windows[0].key, windows[0].note, windows[1].key) == (form_view.INHERIT, "15 min", 0)
+    assert 37 in [row.key for row in windows]
     assert [row.key for row in form_view.also_options(draft())] == [hour for hour in range(24) if hour != 6]
