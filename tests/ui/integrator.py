@@ -11,12 +11,16 @@ from kivy.core.window import Window
 from app.database.backups import BACKUPS
 from app.domain.models import Mission, Robot, Schedule, Settings
 from app.i18n import SOURCE_LANGUAGE, translator
+from app.screens.settings.files import FileRow
 from app.screens.settings.page import SettingsPage
 from app.screens.settings.robot_dialog import RobotDialog
-from app.widgets.buttons import CommandButton
+from app.services.files import places
+from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import Overlay
+from app.widgets.fields import FormField
 from app.widgets.frame import AlarmBanner, NavItem
 from app.widgets.keyboard import BoardKey, DockedKeyboard
+from app.widgets.lists import ScrollPage
 from app.widgets.rows import SectionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
@@ -32,6 +36,7 @@ def tablet(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plant]:
     documents = directory / "Documents"
     documents.mkdir()
     monkeypatch.setattr("platformdirs.user_documents_path", lambda: documents)
+    monkeypatch.setattr(places, "MOUNTS", directory / "mounts")        # no stick and no share
     with plant(directory / "data", robots=2) as site:
         site.documents = documents
         yield site
@@ -109,6 +114,21 @@ def enter(ui: Driver, field, text: str) -> None:
     """Type ``text`` in place of what is in the field."""
     field.text = ""
     ui.type(field, text)
+
+
+def reveal(ui: Driver, widget) -> None:
+    """Scroll the page until it can be seen."""
+    scroll = next(parent for parent in widget.walk_reverse() if isinstance(parent, ScrollPage))
+    scroll.scroll_to(widget, animate=False)
+    ui.advance(.3)
+
+
+def enter_path(ui: Driver, row: FileRow, path: str) -> None:
+    """Type a path where places are offered."""
+    if not row.model.typed:
+        ui.tap(ui.find(ChoiceChip, row, text="Another place"))
+        ui.advance(.2)
+    enter(ui, ui.find(FormField, root=row), path)
 
 
 def fill_in(ui: Driver, **values: str) -> RobotDialog:

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import date
-from pathlib import Path
 from typing import Any
 
 from kivy.event import EventDispatcher
@@ -14,7 +13,8 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
-from app.screens.settings.page import FileModel, PageContext
+from app.screens.settings.files import FileModel
+from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
 from app.services.files.calendar_import import Imported
 from app.services.planning import public_holidays
@@ -48,7 +48,7 @@ class CalendarPart(EventDispatcher):
     outcome = ObjectProperty(NoticeView())
 
     def __init__(self, context: PageContext) -> None:
-        super().__init__(file=FileModel())
+        super().__init__(file=FileModel(".ics"))
         self._context, self._services = context, context.services
         self._chosen_month: tuple[int, int] | None = None        # year and month; None: today's
 
@@ -68,13 +68,9 @@ class CalendarPart(EventDispatcher):
         self.country, self.region, self.has_regions = view.country_phrase(facts), view.region_phrase(facts), facts.has_regions
 
     def reached(self) -> None:
-        self.country_problem = self.file.problem = ""
+        self.country_problem = ""
         self.outcome = NoticeView()
-        self._context.run(self._services.calendar_files.newest_calendar, self._suggest, key="settings calendars")
-
-    def _suggest(self, newest: Path | None) -> None:
-        if not self.file.path:
-            self.file.path = str(newest or self._services.calendar_files.directory / "calendar.ics")
+        self.file.reached(self._context, self._services.calendar_files)
 
     def turn(self, months: int) -> None:
         self._chosen_month = view.turned(*self._month, months)

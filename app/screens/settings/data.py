@@ -11,7 +11,8 @@ from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from app.domain.message import Message
 from app.i18n import _
 from app.screens.common.options import Option
-from app.screens.settings.page import FileModel, SettingsPage
+from app.screens.settings.files import FileModel
+from app.screens.settings.page import SettingsPage
 from app.screens.settings.view import NoticeView, backup_options, backups_phrase, done, import_result, went_wrong
 from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files.exports import Backup
@@ -31,7 +32,8 @@ class DataModel(EventDispatcher):
     restore_hint = StringProperty()
 
     def __init__(self) -> None:
-        super().__init__(export_configuration=FileModel(), import_configuration=FileModel(), export_log=FileModel())
+        super().__init__(export_configuration=FileModel(".json", "amr-scheduler"), import_configuration=FileModel(".json"),
+                         export_log=FileModel(".csv", "amr-scheduler-log"))
 
 
 class DataPage(SettingsPage):
@@ -45,23 +47,9 @@ class DataPage(SettingsPage):
 
     def reached(self, **intent: Any) -> None:
         vm = self.vm
-        for file in (vm.export_configuration, vm.import_configuration, vm.export_log):
-            file.problem = ""
         vm.configuration_outcome = vm.log_outcome = vm.backup_outcome = NoticeView()
-        self._suggest()
-
-    def _suggest(self) -> None:
-        """Fill in names that are free, and the file that was most likely brought to be imported."""
-        files = self.context.services.files
-        self.context.run(lambda: (files.suggested("amr-scheduler", ".json"), files.suggested("amr-scheduler-log", ".csv"),
-                                  files.newest_configuration()),
-                         lambda found: self._suggested(*found), key="settings suggestions")
-
-    def _suggested(self, configuration: Path, log: Path, newest: Path | None) -> None:
-        vm = self.vm
-        vm.export_configuration.path, vm.export_log.path = str(configuration), str(log)
-        if not vm.import_configuration.path and newest is not None:
-            vm.import_configuration.path = str(newest)
+        for file in (vm.export_configuration, vm.import_configuration, vm.export_log):
+            file.reached(self.context, self.context.services.files)
 
     # ------------------------------------------------------------------ files
     def export_configuration(self) -> None:
@@ -80,7 +68,7 @@ class DataPage(SettingsPage):
 
     def _configuration_written(self, path: Path) -> None:
         self.vm.configuration_outcome = done(_("Configuration written, without passwords"), str(path))
-        self._suggest()
+        self.vm.export_configuration.reached(self.context, self.context.services.files)      # the next name is free again
 
     def _configuration_read(self, found: Sequence[Message] | DeletesRuns) -> None:
         if isinstance(found, DeletesRuns):
@@ -95,7 +83,7 @@ class DataPage(SettingsPage):
 
     def _log_written(self, path: Path) -> None:
         self.vm.log_outcome = done(_("Log written"), str(path))
-        self._suggest()
+        self.vm.export_log.reached(self.context, self.context.services.files)
 
     # ------------------------------------------------------------------ backups
     def back_up(self) -> None:

@@ -17,7 +17,6 @@ from app.database.errors import DatabaseError
 from app.domain.models import InvalidInput
 from app.i18n import _, ngettext
 from app.mir.errors import RobotError
-from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
 from app.screens.settings.facts import SettingsFacts, SettingsServices
 from app.screens.settings.view import NoticeView
@@ -148,42 +147,3 @@ class WithOutcome(BoxLayout):
     def add_widget(self, widget: Widget, *args: Any, **kwargs: Any) -> None:
         """The outcome comes first, with the class's own rule; what is added later goes above it."""
         super().add_widget(widget, index=1 if self.children else 0)
-
-
-class FileModel(EventDispatcher):
-    """One action on a file: its path, what is wrong with it, whether it is running."""
-    path = StringProperty()
-    problem = StringProperty()
-    busy = BooleanProperty(False)
-
-    def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> None:
-        """Run ``work(path)`` in the background, then ``done(result)``; a problem is shown at the field. Does nothing while it runs."""
-        if self.busy:
-            return
-        self.busy, self.problem = True, ""
-        path = self.path
-
-        def ended(result: T) -> None:
-            self.busy = False
-            done(result)
-
-        def failed(problem: BaseException) -> None:
-            self.busy, self.problem = False, sentence_of(problem)
-        context.run(lambda: work(path), ended, failed)
-
-
-class FileRow(BoxLayout):
-    """A path and the button that uses it: ``on_go``."""
-    label = StringProperty()
-    icon = StringProperty()
-    action = StringProperty()
-    model = ObjectProperty(None, rebind=True, allownone=True)
-
-    __events__ = ("on_go",)
-
-    def on_go(self) -> None:
-        """The button was pressed, or Enter in the field."""
-
-    def entered(self, text: str) -> None:
-        if self.model is not None and text != self.model.path:
-            self.model.path, self.model.problem = text, ""

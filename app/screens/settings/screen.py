@@ -33,8 +33,8 @@ PAGES: dict[str, type[SettingsPage]] = {
     "display": DisplayPage, "data": DataPage, "about": AboutPage}
 FIRST = "robots"
 SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS, Topic.CALENDAR)       # snapshots are read once a second
-KV = ("settings/screen", *(f"settings/{name}" for name in PAGES), "settings/robot", "settings/mission", "settings/days", "widgets/month",
-      "settings/calendar")
+KV = ("widgets/flow", "widgets/slots", "widgets/month", "settings/screen", *(f"settings/{name}" for name in PAGES), "settings/robot",
+      "settings/mission", "settings/days", "settings/calendar")
 
 
 class SettingsViewModel(ViewModel):

@@ -66,10 +66,6 @@ class Imported:
 class CalendarFiles(DataFiles):
     """Imports calendar files."""
 
-    def newest_calendar(self) -> Path | None:
-        """The .ics file that was put into ``directory`` last: most likely the one to import."""
-        return self._newest("*.ics")
-
     def import_days(self, path: str, *, with_timed: bool = False) -> Imported:
         """Take the days of a file as closed ones, whole or not at all; those of appointments only ``with_timed``. Raises
         InvalidInput("path", …) with one sentence."""

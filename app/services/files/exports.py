@@ -25,6 +25,7 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.catalogue.stored import problem_in
 from app.services.files.history_export import write_history
+from app.services.files.places import Place, PlaceKind, mounted
 from app.services.files.reading import read_file
 from app.services.files.shared_places import draft_of, without_links
 
@@ -55,18 +56,18 @@ class DataFiles:
         documents = self._documents or platformdirs.user_documents_path()
         return documents if os.access(documents, os.W_OK) else self.data_directory / "exports"
 
-    def suggested(self, stem: str, suffix: str) -> Path:
+    def places(self) -> list[Place]:
+        """``directory``, then the sticks and shares that are there now."""
+        return [Place(PlaceKind.DOCUMENTS, self.directory), *mounted()]
+
+    def suggested(self, stem: str, suffix: str, directory: Path | None = None) -> Path:
         """A file that doesn't exist yet, named after today (UTC): ``amr-scheduler-log-2026-11-20.csv``, then ``…-2.csv``."""
-        name = f"{stem}-{self._clock.now():%Y-%m-%d}"
-        path, number = self.directory / f"{name}{suffix}", 1
+        name, directory = f"{stem}-{self._clock.now():%Y-%m-%d}", directory or self.directory
+        path, number = directory / f"{name}{suffix}", 1
         while path.exists():
             number += 1
-            path = self.directory / f"{name}-{number}{suffix}"
+            path = directory / f"{name}-{number}{suffix}"
         return path
-
-    def newest_configuration(self) -> Path | None:
-        """The configuration file that was put into ``directory`` last: most likely the one to import."""
-        return self._newest("*.json")
 
     # ------------------------------------------------------------------ out
     def export_configuration(self, path: str) -> Path:
@@ -119,10 +120,6 @@ class DataFiles:
             raise InvalidInput("path", NOT_RESTORED, path=path, problem=problem)
 
     # ------------------------------------------------------------------ inside
-    def _newest(self, pattern: str) -> Path | None:
-        found = [path for path in self.directory.glob(pattern) if path.is_file()]
-        return max(found, key=lambda path: path.stat().st_mtime_ns, default=None)
-
     def _resolved(self, text: str) -> Path:
         """The absolute path that was meant: ``~`` is the user's home, a bare name lies in ``directory``."""
         if not text.strip():

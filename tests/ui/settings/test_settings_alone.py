@@ -8,7 +8,7 @@ import pytest
 from app.screens.common.shell import Shell, pick
 from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
-from app.screens.settings.page import FileRow
+from app.screens.settings.files import FileRow
 from app.screens.settings.screen import SettingsScreen
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog

@@ -9,17 +9,16 @@ import pytest
 from app.domain.clock import SystemClock
 from app.domain.models import DayException
 from app.screens.settings.calendar import DaysDialog, DaysRow
-from app.screens.settings.page import FileRow
+from app.screens.settings.files import FileRow
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField, PickField, SearchField
-from app.widgets.lists import ScrollPage
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
-from tests.ui.integrator import enter, go, page, press, says, settings, undo
+from tests.ui.integrator import enter, enter_path, go, page, press, reveal, says, settings, undo
 
 TODAY = date(2026, 11, 20)               # a Friday
 
@@ -42,12 +41,6 @@ def app(app, ui):
     go(ui, "constraints")
     ui.wait(lambda: ui.find_all(MonthDay, text="20", today=True))
     return app
-
-
-def reveal(ui, widget) -> None:
-    scroll = next(parent for parent in widget.walk_reverse() if isinstance(parent, ScrollPage))
-    scroll.scroll_to(widget, animate=False)
-    ui.advance(.3)
 
 
 def tap(ui, kind, root=None, **values) -> None:
@@ -149,14 +142,14 @@ def test_a_calendar_file_is_imported_and_says_how_many_days_it_brought(site, app
     (site.documents / "plant.ics").write_text("\r\n".join(lines))
     row = ui.find(FileRow)
     reveal(ui, row)
-    enter(ui, ui.find(FormField, root=row), "plant.ics")
+    enter_path(ui, row, "plant.ics")
     press(ui, "Import", row)
     ui.wait(lambda: says(ui, "2 closed days imported"))
     assert [(entry.name, entry.source) for entry in entries(site)] == [("Audit", "plant.ics")]
     press(ui, "Import", row)
     ui.wait(lambda: says(ui, "The file contains nothing new"))
     (site.documents / "noise.ics").write_bytes(b"\x00\xff nothing")
-    enter(ui, ui.find(FormField, root=row), "noise.ics")
+    enter_path(ui, row, "noise.ics")
     press(ui, "Import", row)
     ui.wait(lambda: says(ui, "is not a calendar file (.ics)"))
     assert len(entries(site)) == 1
@@ -171,7 +164,7 @@ def test_an_appointment_in_a_calendar_file_closes_its_day_only_when_that_is_chos
     (site.documents / "plant.ics").write_text("\r\n".join(["BEGIN:VCALENDAR", *body, *cancelled, "END:VCALENDAR"]))
     row = ui.find(FileRow)
     reveal(ui, row)
-    enter(ui, ui.find(FormField, root=row), "plant.ics")
+    enter_path(ui, row, "plant.ics")
     press(ui, "Import", row)
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     question = ui.find(ConfirmDialog)

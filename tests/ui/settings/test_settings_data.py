@@ -2,16 +2,26 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
-from app.screens.settings.page import FileRow
-from app.widgets.fields import FormField
-from tests.ui.integrator import enter, go, missions, page, press, settings
+import pytest
+
+from app.screens.settings.files import FileRow
+from app.services.files import places
+from app.widgets.buttons import ChoiceChip, CommandButton
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import PickField
+from app.widgets.rows import OptionRow
+from tests.ui.integrator import enter_path, go, missions, page, press, reveal, settings
 from tests.ui.whole_app import GUIDS
 
 
 def file_row(ui, label: str, number: int = 0) -> FileRow:
-    return ui.find_all(FileRow, label=label)[number]
+    ui.wait(lambda: ui.find_all(FileRow, label=label) and ui.find_all(FileRow, label=label)[number].model.places)
+    row = ui.find_all(FileRow, label=label)[number]
+    reveal(ui, row)
+    return row
 
 
 def outcome(app, name: str):
@@ -30,7 +40,7 @@ def test_the_configuration_goes_out_without_secrets_and_says_where(site, app, ui
     assert "password" not in written["robots"][0]
     first = outcome(app, "configuration").note
     ui.wait(lambda: row.model.path != first)                  # the next suggestion is free again
-    enter(ui, ui.find(FormField, root=row), first)
+    enter_path(ui, row, first)
     press(ui, "Export", row)
     ui.wait(lambda: row.model.problem.endswith("exists already; choose another name"))
 
@@ -86,10 +96,10 @@ def test_a_result_does_not_stay_beside_what_went_wrong_after_it(site, app, ui):
 def test_a_file_that_is_not_there(site, app, ui):
     go(ui, "data")
     row = file_row(ui, "Import from")
-    enter(ui, ui.find(FormField, root=row), "/nowhere/plant.json")
+    enter_path(ui, row, "/nowhere/plant.json")
     press(ui, "Import", row)
     ui.wait(lambda: row.model.problem == "There is no file /nowhere/plant.json")
-    enter(ui, ui.find(FormField, root=file_row(ui, "Export to")), "/nowhere/plant.json")
+    enter_path(ui, file_row(ui, "Export to"), "/nowhere/plant.json")
     press(ui, "Export", file_row(ui, "Export to"))
     ui.wait(lambda: file_row(ui, "Export to").model.problem == "There is no directory /nowhere")
 
@@ -105,3 +115,50 @@ def test_log_and_backup_say_where_they_are(site, app, ui):
     ui.wait(lambda: outcome(app, "backup").text == "Backup made")
     assert outcome(app, "backup").note.startswith(str(site.container.db.path.parent))
     ui.wait(lambda: page(app).vm.backups.startswith("1 backup"))
+
+
+# ---------------------------------------------------------------------- a stick
+@pytest.fixture
+def stick(app, tmp_path, monkeypatch) -> Path:
+    """A USB stick with two configurations."""
+    stick = tmp_path / "media" / "KINGSTON"
+    stick.mkdir(parents=True)
+    for name, at, retries in (("spring.json", 1_700_000_000, 3), ("autumn.json", 1_750_000_000, 4)):
+        (stick / name).write_text(json.dumps({"format": "amr-scheduler/1", "settings": {"retry_limit": retries}}), encoding="utf-8")
+        os.utime(stick / name, (at, at))
+    monkeypatch.setattr(places, "MEDIA", (tmp_path / "media",))
+    table = tmp_path / "mounts"
+    table.write_text(f"/dev/sdb1 {stick} vfat rw 0 0\n", encoding="utf-8")
+    monkeypatch.setattr(places, "MOUNTS", table)
+    return stick
+
+
+def test_a_file_on_a_stick_is_chosen_from_a_list_and_imported(site, stick, ui):
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    ui.wait(lambda: row.model.places)
+    assert row.model.name == "No file .json there"            # in Documents
+    assert ui.find(CommandButton, row, text="Import").disabled
+    ui.tap(ui.find(ChoiceChip, row, text="USB: KINGSTON"))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    dialog = ui.find(ChoiceDialog)
+    assert [option.text for option in dialog.options] == ["autumn.json", "spring.json"]       # newest first, with day and size
+    assert dialog.options[0].note == "Sun 15 Jun 2025 15:06 · 1 kB"
+    ui.tap(ui.find(OptionRow, dialog, text="spring.json"))
+    ui.wait(lambda: row.model.path == str(stick / "spring.json"))
+    assert ui.find(PickField, row).value == "spring.json"
+    press(ui, "Import", row)
+    ui.wait(lambda: settings(site).retry_limit == 3)
+
+
+def test_an_export_goes_to_the_stick_that_was_tapped(site, app, stick, ui):
+    go(ui, "data")
+    row = file_row(ui, "Export to")
+    ui.wait(lambda: row.model.places)
+    ui.tap(ui.find(ChoiceChip, row, text="USB: KINGSTON"))
+    ui.wait(lambda: row.model.path.startswith(str(stick)))
+    press(ui, "Export", row)
+    ui.wait(lambda: outcome(app, "configuration").text)
+    assert Path(outcome(app, "configuration").note).parent == stick
+    ui.wait(lambda: row.model.path.startswith(str(stick)) and row.model.path != outcome(app, "configuration").note)

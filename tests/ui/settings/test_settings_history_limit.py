@@ -2,7 +2,8 @@
 from __future__ import annotations
 
 from app.domain.models import Execution, State, Trigger
-from app.screens.settings.page import FileRow, SwitchRow
+from app.screens.settings.files import FileRow
+from app.screens.settings.page import SwitchRow
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import StepField

@@ -5,6 +5,7 @@ import json
 import os
 import stat
 from datetime import UTC, datetime
+from pathlib import Path
 
 import pytest
 
@@ -12,9 +13,10 @@ from app.database.connection import Database
 from app.domain.models import InvalidInput, Mission, Robot
 from app.services.catalogue.catalogue import Catalogue
 from app.services.files import exports as data_files
-from app.services.files import reading
+from app.services.files import places, reading
 from app.services.files.about import components
 from app.services.files.exports import DataFiles
+from app.services.files.places import PlaceKind
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
@@ -115,13 +117,33 @@ def test_what_cannot_be_imported_is_reported(files, tmp_path, monkeypatch):
     assert refused(files, "import_configuration", "big.json").endswith("is larger than 5 MiB")
 
 
-def test_the_newest_configuration_is_the_one_to_import(files, tmp_path):
-    assert files.newest_configuration() is None
-    for name, at in (("old.json", 1_000), ("new.json", 2_000), ("other.txt", 3_000)):
-        path = tmp_path / "Documents" / name
+def test_a_suggestion_may_lie_elsewhere(files, tmp_path):
+    stick = tmp_path / "stick"
+    stick.mkdir()
+    assert files.suggested("amr-scheduler", ".json", stick) == stick / "amr-scheduler-2026-11-20.json"
+
+
+def test_sticks_and_shares_are_found_in_the_table_of_mounts(files, tmp_path, monkeypatch):
+    table = tmp_path / "mounts"
+    monkeypatch.setattr(places, "MOUNTS", table)
+    assert [place.kind for place in files.places()] == [PlaceKind.DOCUMENTS]          # no such table
+    table.write_text("\n".join(("/dev/sda1 / ext4 rw 0 0", "tmpfs /run/media tmpfs rw 0 0", "//plant/plans /mnt/plans cifs rw 0 0",
+                                "/dev/sdb1 /media/operator/KING\\040STON vfat rw 0 0", "/dev/sdc1 /run/media/me/BLUE exfat rw 0 0", "cut")))
+    assert [(place.kind, place.path, place.name) for place in files.places()] == [
+        (PlaceKind.DOCUMENTS, tmp_path / "Documents", ""), (PlaceKind.USB, Path("/run/media/me/BLUE"), "BLUE"),
+        (PlaceKind.USB, Path("/media/operator/KING STON"), "KING STON"), (PlaceKind.SHARE, Path("/mnt/plans"), "plans")]
+
+
+def test_files_of_a_place_are_listed_newest_first(tmp_path):
+    for name, at in (("old.json", 1_000), ("plans/new.json", 2_000), ("other.txt", 3_000), (".hidden.json", 4_000), ("a/b/c.json", 5_000)):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("{}", encoding="utf-8")
         os.utime(path, (at, at))
-    assert files.newest_configuration() == tmp_path / "Documents" / "new.json"
+    found = places.found_in(tmp_path, ".json")
+    assert [(file.path.relative_to(tmp_path), file.changed_at.timestamp(), file.size) for file in found] == [
+        (Path("plans/new.json"), 2_000, 2), (Path("old.json"), 1_000, 2)]
+    assert places.found_in(tmp_path / "gone", ".json") == []
 
 
 # ---------------------------------------------------------------------- backups

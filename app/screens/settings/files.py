@@ -1,0 +1,144 @@
+"""A file that is read or written: where it lies is chosen among the places that are there, or typed."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.i18n import _
+from app.screens.common import formats
+from app.screens.common.options import Option
+from app.screens.common.problems import sentence_of
+from app.screens.settings.page import PageContext
+from app.services.files.exports import DataFiles
+from app.services.files.places import FoundFile, Place, PlaceKind, found_in
+from app.widgets import flow, slots  # noqa: F401  (registers kivy classes)
+
+T = TypeVar("T")
+Offer = tuple[list[Place], Place, Path | None, list[FoundFile]]      # what there is, which one is shown, what is suggested there, its files
+ANOTHER = ""                             # key of the place that is typed
+ICONS = {PlaceKind.DOCUMENTS: "folder-outline", PlaceKind.USB: "usb-flash-drive-outline", PlaceKind.SHARE: "folder-network-outline"}
+
+
+class FileModel(EventDispatcher):
+    """One action on a file: its path, what is wrong with it, whether it is running. With a ``stem`` the file is written, under a name that
+    is free; without one it is read, and chosen from a list."""
+    path = StringProperty()
+    problem = StringProperty()
+    busy = BooleanProperty(False)
+    places = ListProperty()              # chips
+    typed = BooleanProperty(False)       # the path is
+    name = StringProperty()              # of the file
+    note = StringProperty()              # its day and size
+
+    def __init__(self, suffix: str, stem: str = "") -> None:
+        super().__init__()
+        self._suffix, self._stem = suffix, stem
+        self._at: Path | None = None
+        self._offer: Offer | None = None
+
+    def reached(self, context: PageContext, files: DataFiles) -> None:
+        """Look what there is, and suggest a free name, or the file that was brought last."""
+        self._context, self._files, self.problem = context, files, ""
+        self._ask(lambda: None)
+
+    def choose(self, place: str) -> None:
+        """A place by its path, or ``ANOTHER``."""
+        self.typed, self.problem = place == ANOTHER, ""
+        if self.typed:
+            self._show()
+        else:
+            self._at, self.path = Path(place), ""
+            self._ask(self.pick if not self._stem else lambda: None)
+
+    def pick(self) -> None:
+        """The file was tapped: choose from the list, or type another name."""
+        if self._stem:
+            self.choose(ANOTHER)
+        elif self._offer is not None and self._offer[3]:
+            self._context.shell.dialogs.choose(_word(self._offer[1]), [
+                Option(str(file.path), file.path.name, "file-document-outline", self._note(file)) for file in self._offer[3]],
+                self._picked, selected=self.path)
+
+    def _picked(self, path: str) -> None:
+        self.path, self.problem = path, ""
+        self._show()
+
+    def _ask(self, then: Callable[[], object]) -> None:
+        def shown(offer: Offer) -> None:
+            self._offer = offer
+            _places, _at, free, found = offer
+            if not self.typed:
+                self.path = str(free) if free else self.path or str(found[0].path if found else "")
+            self._show()
+            then()
+        self._context.run(self._look, shown, key=("settings file", self))
+
+    def _look(self) -> Offer:
+        places = self._files.places()
+        place = next((place for place in places if place.path == self._at), places[0])
+        if self._stem:
+            return places, place, self._files.suggested(self._stem, self._suffix, place.path), []
+        return places, place, None, found_in(place.path, self._suffix)
+
+    def _show(self) -> None:
+        if self._offer is None:
+            return
+        places, at, _free, found = self._offer
+        self.places = [*(Option(str(place.path), _word(place), ICONS[place.kind], selected=not self.typed and place == at)
+                         for place in places), Option(ANOTHER, _("Another place"), "folder-edit-outline", selected=self.typed)]
+        file = next((file for file in found if str(file.path) == self.path), None)
+        self.note = self._note(file) if file else _("File")
+        self.name = Path(self.path).name or _("No file {suffix} there").format(suffix=self._suffix)
+
+    def _note(self, file: FoundFile) -> str:
+        """Day and size."""
+        return _("{when} · {size} kB").format(
+            when=formats.day_and_time(file.changed_at, self._context.facts.settings.timezone, self._context.now()),
+            size=max(1, round(file.size / 1000)))
+
+    def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> None:
+        """Run ``work(path)`` in the background, then ``done(result)``; a problem is shown at the field. Does nothing while it runs."""
+        if self.busy:
+            return
+        self.busy, self.problem = True, ""
+        path = self.path
+
+        def ended(result: T) -> None:
+            self.busy = False
+            done(result)
+
+        def failed(problem: BaseException) -> None:
+            self.busy, self.problem = False, sentence_of(problem)
+        context.run(lambda: work(path), ended, failed)
+
+
+def _word(place: Place) -> str:
+    return {PlaceKind.DOCUMENTS: _("Documents"), PlaceKind.USB: _("USB: {name}").format(name=place.name),
+            PlaceKind.SHARE: _("Share: {name}").format(name=place.name)}[place.kind]
+
+
+class FileRow(BoxLayout):
+    """Where a file lies, and the button that uses it: ``on_go``."""
+    label = StringProperty()
+    icon = StringProperty()
+    action = StringProperty()
+    model = ObjectProperty(None, rebind=True, allownone=True)
+
+    __events__ = ("on_go",)
+
+    def on_go(self) -> None:
+        """The button was pressed, or Enter in the field."""
+
+    def entered(self, text: str) -> None:
+        if self.model is not None and text != self.model.path:
+            self.model.path, self.model.problem = text, ""
+
+
+class FilePart(BoxLayout):
+    """The file of a row: typed or chosen."""
+    card = ObjectProperty(None, rebind=True)

@@ -1,0 +1,70 @@
+"""Where people carry files from and to: the Documents folder, and what is mounted now – sticks, and shares of the network."""
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
+from itertools import chain, islice
+from pathlib import Path
+
+MOUNTS = Path("/proc/self/mounts")
+MEDIA = (Path("/media"), Path("/run/media"))
+SHARES = frozenset({"cifs", "smb3", "smbfs", "nfs", "nfs4", "fuse.sshfs", "davfs", "fuse.davfs2"})       # file systems of the network
+MOST_FILES = 200                         # that are listed
+MOST_SEEN = 5000                         # that are looked at
+
+
+class PlaceKind(StrEnum):
+    DOCUMENTS = "documents"
+    USB = "usb"
+    SHARE = "share"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A directory; ``name`` is that of the stick or share."""
+    kind: PlaceKind
+    path: Path
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class FoundFile:
+    """``changed_at`` is UTC, ``size`` in bytes."""
+    path: Path
+    changed_at: datetime
+    size: int
+
+
+def mounted() -> Iterator[Place]:
+    """Sticks, then shares, by name. Asks the table of mounts only: a share whose server is gone would not answer."""
+    with contextlib.suppress(OSError):
+        lines = (line.split() for line in MOUNTS.read_text(encoding="utf-8", errors="replace").splitlines())
+        found = [place for fields in lines if len(fields) > 2 and (place := _place(Path(_plain(fields[1])), fields[2]))]
+        yield from sorted(found, key=lambda place: (place.kind is PlaceKind.SHARE, place.name.casefold()))
+
+
+def _place(path: Path, system: str) -> Place | None:
+    if system in SHARES:
+        return Place(PlaceKind.SHARE, path, path.name)
+    return Place(PlaceKind.USB, path, path.name) if any(media in path.parents for media in MEDIA) else None
+
+
+def _plain(field: str) -> str:
+    """As the table writes it, a space is ``\\040``."""
+    return re.sub(r"\\([0-7]{3})", lambda octal: chr(int(octal[1], 8)), field)
+
+
+def found_in(directory: Path, suffix: str) -> list[FoundFile]:
+    """The files of that kind in a directory and in those in it, newest first; hidden ones left out."""
+    found = []
+    for path in islice(chain(directory.glob(f"*{suffix}"), directory.glob(f"*/*{suffix}")), MOST_SEEN):
+        with contextlib.suppress(OSError):
+            if not any(part.startswith(".") for part in path.relative_to(directory).parts) and path.is_file() and os.access(path, os.R_OK):
+                stat = path.stat()
+                found.append(FoundFile(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
+    return sorted(found, key=lambda file: (file.changed_at, file.path), reverse=True)[:MOST_FILES]
