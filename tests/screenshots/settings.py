@@ -25,6 +25,7 @@ from app.screens.settings.page import PageContext
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.screen import SettingsScreen
 from app.screens.settings.view import certificate_question, connection_found, done, failed_test, new_robot_question
+from app.services.files import places
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from tests.screenshots.gallery import NAV
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
@@ -58,6 +59,9 @@ class Plant:
     """Services on a throw-away database, a window of nothing but Settings, and no robot behind the addresses."""
     def __init__(self, studio, furnished: bool = True) -> None:
         directory = Path(tempfile.mkdtemp(prefix="amr-pictures-"))
+        table, places.MOUNTS = places.MOUNTS, directory / "mounts"     # whatever this machine has
+        studio.afterwards(lambda: setattr(places, "MOUNTS", table))
+        places.MOUNTS.write_text("/dev/sdb1 /media/operator/KINGSTON vfat rw 0 0\n//plant/plans /mnt/plans cifs rw 0 0\n", encoding="utf-8")
         self.clock = VirtualClock(NOW)
         self.container = Container(Database.open(directory / "amr-scheduler.db", clock=self.clock, durable=False), self.clock)
         bus = UiBus()
