@@ -200,7 +200,7 @@ class MissionDialog(FormDialog):
         """For the rare mission whose GUID differs between robots."""
         options = [Option(0, _("The same on all robots")),
                    *(Option(robot.id, _("Only {robot}").format(robot=robot.name)) for robot in self._context.facts.robots)]
-        self._context.shell.dialogs.choose(_("Robots with this GUID"), options, self._picked, selected=int(self.vm.robot_id))
+        self._context.shell.dialogs.choose(_("On which robots"), options, self._picked, selected=int(self.vm.robot_id))
 
     def _picked(self, robot_id: int) -> None:
         self.vm.robot_id, self.vm.robot_problem = robot_id, ""
