@@ -15,7 +15,7 @@ CHIPS = (10, 20, 30, 50)                 # %
 
 
 class BatteryDialog(FormDialog):
-    """``chosen`` in %: None as Settings have it (``inherited``), 0 no minimum. ``done(chosen)`` when it is confirmed."""
+    """``chosen`` in %: None as Settings, or the mission, have it (``inherited``), 0 no minimum. ``done(chosen)`` when it is confirmed."""
     chosen = ObjectProperty(None, allownone=True)
     percent = NumericProperty(0)         # that holds
     chips = ListProperty()

@@ -11,6 +11,7 @@ from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 
+from app.domain import rules
 from app.domain.models import InvalidInput, Overlap, Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
@@ -158,7 +159,8 @@ class FormModel(EventDispatcher):
                                         lambda hours: self.set(more_hours=tuple(hours)), selected=self._draft.more_hours)
 
     def choose_battery(self) -> None:
-        self._shell.dialogs.open(BatteryDialog(self._draft.minimum_battery_percent, self._facts.settings.minimum_battery_percent,
+        inherited = rules.minimum_battery(None, self._facts.mission(self._draft.mission_id), self._facts.settings)
+        self._shell.dialogs.open(BatteryDialog(self._draft.minimum_battery_percent, inherited,
                                                lambda percent: self.set(minimum_battery_percent=percent)))
 
     def choose(self, field: str) -> None:

@@ -47,6 +47,7 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     assert settings(site).minimum_battery_percent == 35       # an invalid value is shown red and not saved
     ui.tap(ui.find(Segment, text="20\N{NO-BREAK SPACE}%"))
     ui.wait(lambda: settings(site).minimum_battery_percent == 20)
+    ui.wait(lambda: field.value == 20)
     enter(ui, field, "0")
     field.focus = False
     ui.wait(lambda: settings(site).minimum_battery_percent is None)
