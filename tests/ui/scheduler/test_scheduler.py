@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 from datetime import date, datetime, time
 
 import pytest
@@ -202,6 +203,15 @@ def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container,
     save(screen, ui)
     saved = next(schedule for schedule in schedules(container) if schedule.start == datetime(2026, 11, 20, 20, 15))
     assert (saved.minimum_battery_percent, saved.start_window_minutes, saved.overlap) == (None, 30, Overlap.QUEUE)
+
+
+def test_a_mission_that_may_start_on_a_low_battery_inherits_no_minimum(screen, container, ui):
+    mission = next(mission for mission in container.repositories.missions.all(container.db.read()) if mission.name == KITS)
+    container.catalogue.save_mission(replace(mission, on_low_battery=True))
+    settle(screen, ui)
+    choose(screen, ui, "Mission", KITS)
+    battery(screen, ui, chip="As in Settings: none")
+    assert field(ui, "Battery ≥").value == "No minimum"
 
 
 # ---------------------------------------------------------------------- what can't be, and what is only odd
