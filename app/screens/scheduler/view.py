@@ -141,7 +141,7 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
 def _until(run: PlannedRun, zone: ZoneInfo) -> str:
     """When it is over as a rule."""
     if run.usual_s is None:
-        return ""
+        return formats.NOTHING
     return _("until about {time}").format(time=formats.wall_time((run.at + timedelta(seconds=run.usual_s)).astimezone(zone)))
 
 

@@ -312,6 +312,30 @@ def test_many_starts_of_one_schedule_are_one_line():
         ("15:00", "Deliver kits", "5 starts until 19:00"), ("15:28", "Collect empties", "in 50 min")]
 
 
+def test_a_start_says_until_about_when_and_what_it_needs():
+    own = replace(HOURLY, id=8, minimum_battery_percent=0.0)
+    runs = (planned(22), planned(50, None, own), *(planned(60 + 60 * n, schedule=replace(HOURLY, id=9)) for n in range(4)))
+    held = facts(planned=runs, holds=(Hold("Maintenance", NOW + timedelta(minutes=40), NOW),))
+    rows = [row for row in view.days(held, NOW) if not row.heading]
+    condition = "if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
+    assert [(row.time, row.until, row.condition) for row in rows] == [
+        ("15:00", "until about 15:07", "skipped: held until 15:18"), ("15:28", "–", ""),
+        ("15:38", "until about 18:45", "4 starts until 18:38")]
+    assert next(row for row in view.days(facts(planned=runs), NOW) if row.time == "15:00").condition == condition
+
+
+def test_schedules_are_listed_by_words_robot_and_name():
+    other = replace(HOURLY, id=8, name="A later one", robot_id=2, next_at=NOW + timedelta(hours=3))
+    given = facts(schedules=(HOURLY, other))
+
+    def listed(**listing):
+        return [row.key for row in view.schedule_rows(given, NOW, listing=view.Listing(**listing))]
+    assert (listed(), listed(by_name=True)) == ([7, 8], [8, 7])
+    assert (listed(robot_id=2), listed(robot_id=1)) == ([8], [7])
+    assert (listed(query="LATER veikko"), listed(query="kits aino"), listed(query="nothing")) == ([8], [7], [])
+    assert view.schedules_note(given, 2) == "Veikko · 1 of 1 on"
+
+
 # ---------------------------------------------------------------------- the schedules
 def test_schedules_are_in_the_order_of_their_starts_and_those_that_are_off_last():
     later = replace(HOURLY, id=8, name="Later", next_at=NOW + timedelta(hours=3))
