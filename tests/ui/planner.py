@@ -43,7 +43,7 @@ def show_anew(app, ui) -> None:
     app.shell.snackbars.clear()
     app.shell.go("scheduler")
     app.plan.choose_mode("hours")
-    app.plan.listing = Listing()
+    app.plan.listed.listing = Listing()
     app.plan.form.begin()
     app.plan.to_now()
     while app.plan.timeline.hours != HOURS:

@@ -9,6 +9,7 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.scheduler.form_view import FormView
 from app.screens.scheduler.timeline import TimelineView
+from app.screens.scheduler.view import Listing
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
 from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadge
 from app.widgets.lists import Row
@@ -55,6 +56,7 @@ class SchedulesCard(SectionCard):
     rows = ListProperty()
     note = StringProperty()
     tools = BooleanProperty(False)
+    listing = ObjectProperty(Listing(), rebind=True)
 
 
 class FormCard(SectionCard):

@@ -9,13 +9,13 @@ from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty
 from kivy.uix.widget import Widget
 
 from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import MenuItem, Option
+from app.screens.common.options import Option
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
@@ -26,6 +26,7 @@ from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.hold import HoldDialog
+from app.screens.scheduler.listed import ScheduleList
 from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import DayRow
 from app.services.catalogue.catalogue import Removed
@@ -36,7 +37,6 @@ from app.widgets import load_kv
 REFRESH_SECONDS = 60.0       # after which the plan is read again although nothing has been published
 EXPORT_SECONDS = 12.0        # that the path of an export stays on screen
 NOW_LINE_SECONDS = 5.0       # between two positions of the now-line
-TOOLS_FROM = 5               # schedules, from which on their list can be searched
 MANY = 200                   # schedules, from which on their texts are not rebuilt every second
 PAGE = 0.5                   # of what the timeline shows, that a press moves it by
 
@@ -51,10 +51,6 @@ class SchedulerViewModel(ViewModel):
     follows = BooleanProperty(True)      # the timeline moves with the time
     touched = BooleanProperty(False)     # by fingers that move it: it must not change under them
     days = ListProperty()
-    schedules = ListProperty()
-    schedules_note = StringProperty()
-    listing = ObjectProperty(view.Listing(), rebind=True)        # which schedules, and in which order
-    many_schedules = BooleanProperty(False)
     has_robots = BooleanProperty(True)
     held = BooleanProperty(False)        # nothing is sent to any robot
     narrow = BooleanProperty(False)
@@ -67,12 +63,12 @@ class SchedulerViewModel(ViewModel):
         self._refresher = Refresher(shell, self._reading, self._take)
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.form = FormModel(services, shell, saved=self._refresher.request)
+        self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows
         self._wanted: int | None = None                       # a schedule to open as soon as it is known
         self._busy: set[int] = set()                          # ids of schedules that something is being done to
         self.form.fbind("view", lambda *_args: self._show_schedules())
-        self.fbind("listing", lambda *_args: self._show_schedules())
         self.fbind("narrow", self._refresher.request)
         self.fbind("touched", self._touch_changed)
 
@@ -146,22 +142,7 @@ class SchedulerViewModel(ViewModel):
                                     now_label=formats.wall_time(now.astimezone(self._facts.zone)))
 
     def _show_schedules(self) -> None:
-        self.many_schedules = len(self._facts.schedules) >= TOOLS_FROM
-        listing = self.listing if self.many_schedules else view.Listing()
-        self.schedules = view.schedule_rows(self._facts, self._services.clock.now(), self.form.editing, listing)
-        self.schedules_note = view.schedules_note(self._facts, listing.robot_id)
-
-    def search(self, query: str) -> None:
-        self.listing = replace(self.listing, query=query)
-
-    def choose_listed_robot(self) -> None:
-        self._shell.dialogs.choose(_("Schedules of"), view.robot_options(self._facts), lambda robot_id: setattr(
-            self, "listing", replace(self.listing, robot_id=robot_id or None)), selected=self.listing.robot_id or 0)
-
-    def choose_order(self, anchor: Widget) -> None:
-        items = [MenuItem(False, _("By next start"), "sort-clock-ascending-outline"),
-                 MenuItem(True, _("By name"), "sort-alphabetical-ascending")]
-        self._shell.dialogs.menu(anchor, items, lambda by_name: setattr(self, "listing", replace(self.listing, by_name=by_name)))
+        self.listed.show(self._facts, self.form.editing)
 
     def choose_mode(self, mode: str) -> None:
         self.mode = mode
@@ -287,20 +268,10 @@ class SchedulerViewModel(ViewModel):
         schedule = self._facts.schedule(schedule_id)
         if schedule is None:
             return
-        paused = schedule.is_paused(self._services.clock.now())
-        items = [
-            MenuItem("edit", _("Edit"), "pencil-outline"),
-            MenuItem("run", _("Run now"), "play"),
-            MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
-            MenuItem("resume", _("Resume now"), "play-circle-outline") if paused else
-            MenuItem("pause", _("Pause until …"), "pause-circle-outline", disabled=not schedule.enabled),
-            MenuItem("duplicate", _("Duplicate"), "content-copy"),
-            MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
-        ]
         calls: dict[str, Callable[[Schedule], object]] = {
             "edit": self.form.edit, "run": self.run_now, "skip": self.skip_next, "pause": self.pause, "resume": self.resume,
             "duplicate": self.form.duplicate, "delete": self.delete}
-        self._shell.dialogs.menu(anchor, items, lambda key: calls[key](schedule))
+        self._shell.dialogs.menu(anchor, view.schedule_menu(schedule, self._services.clock.now()), lambda key: calls[key](schedule))
 
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; while everything is held, release it."""

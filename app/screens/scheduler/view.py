@@ -12,7 +12,7 @@ from app.domain.models import Mission, Robot, Schedule, Settings
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import held_note
-from app.screens.common.options import Option
+from app.screens.common.options import MenuItem, Option
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
 from app.services.files.plan_export import PlanExport
 from app.services.planning import sentences
@@ -188,6 +188,19 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
 
 def _held(facts: SchedulerFacts, schedule: Schedule, at: datetime, now: datetime) -> str:
     return held_note(facts.hold(schedule.robot_id, at), at, schedule.start_window_minutes, facts.settings, now)
+
+
+def schedule_menu(schedule: Schedule, now: datetime) -> list[MenuItem]:
+    """What can be done with it."""
+    return [
+        MenuItem("edit", _("Edit"), "pencil-outline"),
+        MenuItem("run", _("Run now"), "play"),
+        MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
+        MenuItem("resume", _("Resume now"), "play-circle-outline") if schedule.is_paused(now) else
+        MenuItem("pause", _("Pause until …"), "pause-circle-outline", disabled=not schedule.enabled),
+        MenuItem("duplicate", _("Duplicate"), "content-copy"),
+        MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
+    ]
 
 
 def pause_options(schedule: Schedule, now: datetime) -> list[Option]:

@@ -71,7 +71,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
         datetime(2026, 11, 24, 6, 30), month.ZONE, "FREQ=WEEKLY;BYDAY=TU,TH,FR", 40.0, Overlap.SKIP)
     assert ui.find(Snackbar).text == f"{WASTE} on Sisu is planned"
     assert field(ui, "Mission").value == "Choose a mission"   # ready for the next
-    assert saved.id in [line.key for line in screen.plan.schedules]
+    assert saved.id in [line.key for line in screen.plan.listed.rows]
 
 
 def test_a_one_time_mission_is_planned(screen, container, ui):

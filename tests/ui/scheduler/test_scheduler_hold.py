@@ -31,7 +31,7 @@ def chip(app, ui, word: str) -> None:
 
 def line(app, schedule) -> str:
     """When it starts next, as its row says."""
-    return next(row.next for row in app.shell.navigator.screen("scheduler").vm.schedules if row.key == schedule.id)
+    return next(row.next for row in app.shell.navigator.screen("scheduler").vm.listed.rows if row.key == schedule.id)
 
 
 def reveal(ui, schedule) -> None:

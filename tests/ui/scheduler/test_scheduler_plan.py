@@ -73,7 +73,7 @@ def test_the_switch_turns_a_schedule_off_and_on(screen, container, ui):
     ui.tap(ui.find(Toggle, line))
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
-    assert next(data for data in screen.plan.schedules if data.key == number).next.endswith("switched off")
+    assert next(data for data in screen.plan.listed.rows if data.key == number).next.endswith("switched off")
     screen.plan.switch(number, True)
     settle(screen, ui)
     assert container.repositories.schedules.get(container.db.read(), number).next_at is not None
@@ -119,7 +119,7 @@ def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Delete")
     assert schedule.id not in [s.id for s in schedules(container)]
-    assert schedule.id not in [data.key for data in screen.plan.schedules]
+    assert schedule.id not in [data.key for data in screen.plan.listed.rows]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     restored = container.repositories.schedules.get(container.db.read(), schedule.id)
@@ -204,7 +204,7 @@ def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, conta
     ui.tap(ui.find(IconButton, icon="sort-clock-ascending-outline"))
     ui.advance(.3)
     take(screen, ui, "By name")
-    assert [data.mission for data in screen.plan.schedules] == sorted(habit.mission for habit in month.HABITS)
+    assert [data.mission for data in screen.plan.listed.rows] == sorted(habit.mission for habit in month.HABITS)
     ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="robot-outline"))
     ui.advance(.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
@@ -232,7 +232,7 @@ def test_what_changes_elsewhere_shows_at_once(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     container.catalogue.remove_schedule(schedule.id)
     settle(screen, ui)
-    assert schedule.id not in [data.key for data in screen.plan.schedules]
+    assert schedule.id not in [data.key for data in screen.plan.listed.rows]
 
 
 def test_without_a_robot_the_screen_leads_to_settings(screen, container, ui):

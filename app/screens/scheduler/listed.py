@@ -1,0 +1,53 @@
+"""The list of schedules: which of them, and in which order, as long as the app runs."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from typing import Any
+
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.uix.widget import Widget
+
+from app.i18n import _
+from app.screens.common.options import MenuItem
+from app.screens.common.shell import Shell
+from app.screens.scheduler import view
+from app.screens.scheduler.facts import SchedulerFacts
+
+TOOLS_FROM = 5                           # schedules, from which on they can be searched
+
+
+class ScheduleList(EventDispatcher):
+    """``rows`` is what is shown; ``has_tools``: there are enough of them to be searched, sorted and narrowed to a robot."""
+    rows = ListProperty()
+    note = StringProperty()
+    listing = ObjectProperty(view.Listing(), rebind=True)
+    has_tools = BooleanProperty(False)
+
+    def __init__(self, shell: Shell, now: Callable[[], datetime]) -> None:
+        super().__init__()
+        self._shell, self._now = shell, now
+        self._facts = SchedulerFacts()
+        self._editing: int | None = None
+        self.fbind("listing", lambda *_args: self.show(self._facts, self._editing))
+
+    def show(self, facts: SchedulerFacts, editing: int | None) -> None:
+        self._facts, self._editing = facts, editing
+        self.has_tools = len(facts.schedules) >= TOOLS_FROM
+        listing = self.listing if self.has_tools else view.Listing()
+        self.rows = view.schedule_rows(facts, self._now(), editing, listing)
+        self.note = view.schedules_note(facts, listing.robot_id)
+
+    def set(self, **values: Any) -> None:
+        self.listing = replace(self.listing, **values)
+
+    def choose_robot(self) -> None:
+        self._shell.dialogs.choose(_("Schedules of"), view.robot_options(self._facts), lambda robot_id: self.set(robot_id=robot_id or None),
+                                   selected=self.listing.robot_id or 0)
+
+    def choose_order(self, anchor: Widget) -> None:
+        items = [MenuItem(False, _("By next start"), "sort-clock-ascending-outline"),
+                 MenuItem(True, _("By name"), "sort-alphabetical-ascending")]
+        self._shell.dialogs.menu(anchor, items, lambda by_name: self.set(by_name=by_name))
