@@ -33,8 +33,8 @@ ROBOTS = {robot.id: robot for robot in sample.FACTS.robots}
 class Desk:
     """Services that know these alarms; work in the background is done at once."""
 
-    def __init__(self, studio: Any, past: Sequence[Alarm] = PAST) -> None:
-        issues = OpenIssues(STANDING, [Hold("Fire drill in hall B", sample.NOW + timedelta(hours=1))])
+    def __init__(self, studio: Any, past: Sequence[Alarm] = PAST, standing: Sequence[Alarm] = STANDING) -> None:
+        issues = OpenIssues(standing, [Hold("Fire drill in hall B", sample.NOW + timedelta(hours=1))])
         home(studio, sample.with_aino(sample.STOPPED), issues=issues)
         services: Any = SimpleNamespace(clock=SimpleNamespace(now=lambda: sample.NOW),
                                         alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)))
@@ -52,6 +52,15 @@ class Desk:
 @picture("alarms", sizes=SIZES)
 def standing(studio: Any) -> Any:
     return Desk(studio).dialog
+
+
+@picture("alarms-one-cause", sizes=SIZES)
+def one_cause(studio: Any) -> Any:
+    silent = [replace(ALARMS[1], id=20 + n, key=f"robot:{20 + n}", details={"robot": f"Robot {n}"}, raised_at=sample.ago(minutes=36),
+                      last_at=sample.ago(minutes=36, seconds=-n)) for n in range(1, 15)]
+    dialog = Desk(studio, standing=(STANDING[0], *silent)).dialog
+    dialog.dispatch("on_row", ("group", 21), "fold")
+    return dialog
 
 
 @picture("alarms-shelved", sizes=BOTH)

@@ -173,6 +173,56 @@ def test_a_shelved_alarm_comes_back_by_itself(container, app, alarms, ui):
     assert ui.find(TopBar).bell_icon == "bell-ring-outline"
 
 
+def test_nothing_is_said_to_be_as_it_should_be_while_an_alarm_is_shelved(app, alarms, ui):
+    alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
+    alarms.shelve(alarms.open()[0].id, 1)
+    ui.wait(lambda: ui.find(TopBar).bell_icon == "bell-sleep-outline")
+    dialog = open_list(ui)
+    assert dialog.empty == "Nothing else is open. What is shelved comes back by itself."
+
+
+# ---------------------------------------------------------------------- one cause
+def silence(alarms, ui, count: int = 6) -> None:
+    for number in range(count):
+        alarms.raise_("unreachable", f"robot:{70 + number}", robot=f"Robot {number}", problem="no answer")
+    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).text.startswith(f"Wi-Fi: {count} robots"))
+
+
+def test_robots_that_fall_silent_together_are_one_row_and_all_of_them_one_tap_away(app, alarms, ui):
+    silence(alarms, ui)
+    assert ui.find(TopBar).bell_count == "1"
+    open_list(ui)
+    wait_for_rows(ui, 1)
+    ui.tap(ui.find(IconButton, row(ui, "Wi-Fi"), icon="chevron-down"))
+    wait_for_rows(ui, 7)
+    assert checks.problems(ui.find(AlarmsDialog)) == []
+    ui.tap(ui.find(IconButton, row(ui, "Wi-Fi"), icon="chevron-up"))
+    wait_for_rows(ui, 1)
+
+
+def test_the_banner_of_a_group_leads_to_its_robots(app, alarms, ui):
+    silence(alarms, ui)
+    ui.advance(.3)
+    ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Show all"))
+    wait_for_rows(ui, 7)
+
+
+def test_a_group_is_acknowledged_shelved_and_taken_back_in_one_go(app, alarms, ui):
+    silence(alarms, ui)
+    open_list(ui)
+    menu(ui, row(ui, "Wi-Fi"), "Shelve for 4 hours")
+    wait_for_rows(ui, 0)
+    ui.tap(tab(ui, "shelved"))
+    wait_for_rows(ui, 1)
+    ui.tap(ui.find(CommandButton, row(ui, "Wi-Fi"), text="Unshelve"))
+    wait_for_rows(ui, 0)
+    ui.tap(tab(ui, "open"))
+    wait_for_rows(ui, 1)
+    ui.tap(ui.find(CommandButton, row(ui, "Wi-Fi"), text="Acknowledge"))
+    ui.wait(lambda: row(ui, "Wi-Fi").state_words == "Active, acknowledged")
+    assert all(alarm.acknowledged_at for alarm in alarms.open())
+
+
 # ---------------------------------------------------------------------- the past
 def test_the_past_is_shown_page_by_page_with_its_count(app, alarms, ui, monkeypatch):
     monkeypatch.setattr(frame_alarms, "PAGE", 3)
@@ -258,7 +308,7 @@ def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
 # ---------------------------------------------------------------------- its place
 def test_the_tabs_stay_where_the_finger_is(app, alarms, ui):
     for number in range(4):
-        alarms.raise_("unreachable", f"robot:{number}", robot=f"Robot {number}", problem="no answer")
+        alarms.raise_("robot_error", f"robot:{number}", robot=f"Robot {number}", problem="no answer")
     ui.wait(lambda: ui.find(TopBar).bell_count == "4")
     open_list(ui)
     wait_for_rows(ui, 4)

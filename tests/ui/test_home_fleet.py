@@ -98,6 +98,14 @@ def test_of_more_robots_home_shows_all_first(container, robots, ui):
         assert not ui.find_all(FleetPage)
 
 
+def test_all_is_not_well_while_an_alarm_is_shelved(container, robots, ui):
+    with shown(container, ui):
+        ui.wait(lambda: "All well" in ui.texts())
+        container.alarms.raise_("backup_failed", "backup", problem="no room")
+        container.alarms.shelve(container.alarms.open()[0].id, 1)
+        ui.wait(lambda: "All well" not in ui.texts())
+
+
 def test_above_twenty_the_tiles_are_small(container, ui):
     add_robots(container, 18)
     with shown(container, ui):

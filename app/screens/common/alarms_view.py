@@ -23,6 +23,7 @@ class Act(StrEnum):
     DATA_SETTINGS = "data_settings"      # where the database and its backups are
     ANSWER = "answer"                    # the question of a robot
     LOGS = "logs"
+    SHOW_ALARMS = "show_alarms"          # those of one cause, in the list
     SHOW_RUN = "show_run"                # the story of an execution
     SCHEDULE_RUN = "schedule_run"        # the story of a schedule's last execution
     ACKNOWLEDGE = "acknowledge"
@@ -251,18 +252,21 @@ def menu_of(alarm: Alarm, robots: Mapping[int, Robot]) -> list[MenuItem]:
     items = []
     if (way := way_to(alarm, robots)) is not None:
         items.append(MenuItem("way", way.word, "arrow-right"))
-    if can_be_handled(alarm):
-        if alarm.acknowledged_at is None:
-            items.append(MenuItem("note", _("Acknowledge with a note"), "note-edit-outline"))
-        items += [MenuItem(hours, ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours), "bell-sleep-outline")
-                  for hours in SHELF_HOURS]
-    return items
+    return items + group_menu(alarm) if can_be_handled(alarm) else items
+
+
+def group_menu(alarm: Alarm) -> list[MenuItem]:
+    """What can be done about alarms in the state of ``alarm``, one or many."""
+    note = [MenuItem("note", _("Acknowledge with a note"), "note-edit-outline")] if alarm.acknowledged_at is None else []
+    return note + [MenuItem(hours, ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours), "bell-sleep-outline")
+                   for hours in SHELF_HOURS]
 
 
 # ---------------------------------------------------------------------- lines of the list
 @dataclass(frozen=True)
 class AlarmEntry:
-    """``key``: what it is about and its id, for an alarm ("alarm", id). ``action`` is the word of its button."""
+    """``key``: what it is about and its id, for an alarm ("alarm", id). ``action`` is the word of its button;
+    ``fold`` the icon of the one that shows or hides the alarms of a group."""
     key: tuple[str, int]
     icon: str
     tone: str
@@ -273,6 +277,7 @@ class AlarmEntry:
     answer: str = ""
     action: str = ""
     has_menu: bool = False
+    fold: str = ""
 
 
 def open_entry(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> AlarmEntry:

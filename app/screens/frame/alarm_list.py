@@ -11,14 +11,17 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.domain.models import Alarm, Execution, Robot, Settings
 from app.i18n import _, ngettext
+from app.screens.common.alarm_groups import Together, group_entry, group_text, together
 from app.screens.common.alarms_view import (
     Act,
     AlarmEntry,
     alarm_text,
     button_of,
     can_be_handled,
+    group_menu,
     is_shelved,
     menu_of,
+    open_entry,
     past_count,
     past_entry,
     shelved_entry,
@@ -27,7 +30,7 @@ from app.screens.common.alarms_view import (
 )
 from app.screens.common.shell import Shell
 from app.screens.frame.facts import FrameServices, OpenIssues
-from app.screens.frame.view import issue_entry, late_line, open_issues, seconds_left
+from app.screens.frame.view import OpenIssue, issue_entry, late_line, open_issues, seconds_left
 from app.services.live.alarms import LONGEST_NOTE
 from app.widgets import load_kv
 from app.widgets.dialogs import Dialog, FormDialog
@@ -37,6 +40,7 @@ from app.widgets.surfaces import TonedSurface
 PAGE = 50                                # past alarms shown at first, and added by each press
 EMPTY: Mapping[str, Callable[[], str]] = {
     "open": lambda: _("No alarms. Everything is as it should be."),
+    "put_off": lambda: _("Nothing else is open. What is shelved comes back by itself."),
     "shelved": lambda: _("Nothing is shelved. Shelving keeps an alarm out of the way for some hours, then it comes back by itself."),
     "past": lambda: _("No past alarms"),
 }
@@ -44,7 +48,8 @@ Do = Callable[[Act, int | None], object]
 
 
 class AlarmRow(Row, TonedSurface):
-    """One alarm: what, its state, since when, how often, what to do, what was noted. ``action`` is the word of its button."""
+    """One alarm, or several with one cause: what, its state, since when, how often, what to do, what was noted.
+    ``action`` is the word of its button."""
     icon = StringProperty()
     text = StringProperty()
     state_icon = StringProperty()
@@ -53,6 +58,7 @@ class AlarmRow(Row, TonedSurface):
     answer = StringProperty()
     action = StringProperty()
     has_menu = BooleanProperty(False)
+    fold = StringProperty()              # icon of the button that shows or hides those of a group
 
 
 class LateRow(Row, BoxLayout):
@@ -119,12 +125,14 @@ class AlarmList:
         self._past: Sequence[Alarm] | None = None        # None: not read yet
         self._past_total = 0
         self._wanted = PAGE
+        self._unfolded: set[int] = set()                 # alarms whose group shows all that are in it
 
     # ------------------------------------------------------------------ showing
-    def open(self) -> None:
+    def open(self, unfold: int | None = None) -> None:
+        """``unfold`` is one of a group of alarms, all of which are shown."""
         if self._dialog is not None:
             return
-        self._wanted = PAGE
+        self._wanted, self._unfolded = PAGE, {unfold} if unfold is not None else set()
         self._dialog = dialog = AlarmsDialog()
         dialog.bind(on_dismiss=self._closed, on_row=self._row_used, on_show_more=self._show_more, tab=lambda *_args: self._tab_chosen())
         self._show()
@@ -148,20 +156,32 @@ class AlarmList:
         if dialog is None:
             return
         now = self._services.clock.now()
-        entries = self._open(now)
-        shelved = [shelved_entry(alarm, self._settings, now) for alarm in self._issues.alarms if is_shelved(alarm, now)]
-        dialog.tabs = tab_words(len(entries), len(shelved))
+        issues = open_issues(self._issues, self._robots, self._settings, now)
+        off = together((alarm for alarm in self._issues.alarms if is_shelved(alarm, now)), now)
+        dialog.tabs = tab_words(len(issues), len(off))
+        entries = [entry for issue in issues for entry in self._entries(issue, now)]
         is_past = dialog.tab == "past"
         if is_past:
             entries = [past_entry(alarm, self._settings, now) for alarm in self._past or ()]
-        dialog.rows = shelved if dialog.tab == "shelved" else entries
-        dialog.empty = "" if dialog.rows or (is_past and self._past is None) else EMPTY[dialog.tab]()
+        dialog.rows = [entry for group in off for entry in self._shelved(group, now)] if dialog.tab == "shelved" else entries
+        empty = "put_off" if dialog.tab == "open" and off else dialog.tab
+        dialog.empty = "" if dialog.rows or (is_past and self._past is None) else EMPTY[empty]()
         dialog.count = past_count(len(entries), self._past_total) if is_past and entries else ""
         dialog.more = _("Show more") if is_past and entries and len(entries) < self._past_total else ""
 
-    def _open(self, now: datetime) -> list[AlarmEntry]:
-        issues = open_issues(self._issues, self._robots, self._settings, now)
-        return [issue_entry(issue, self._robots, self._settings, now) for issue in issues]
+    def _is_unfolded(self, group: Together) -> bool:
+        return len(group) > 1 and any(alarm.id in self._unfolded for alarm in group)
+
+    def _entries(self, issue: OpenIssue, now: datetime) -> list[AlarmEntry]:
+        """Of something open: one, and where a group is unfolded those of its alarms."""
+        unfolded = self._is_unfolded(issue.alarms)
+        return [issue_entry(issue, self._robots, self._settings, now, unfolded),
+                *(open_entry(alarm, self._robots, self._settings, now) for alarm in issue.alarms if unfolded)]
+
+    def _shelved(self, group: Together, now: datetime) -> list[AlarmEntry]:
+        unfolded = self._is_unfolded(group)
+        head = [group_entry(group, self._settings, now, unfolded)] if len(group) > 1 else []
+        return head + [shelved_entry(alarm, self._settings, now) for alarm in group if unfolded or not head]
 
     # ------------------------------------------------------------------ the past ones
     def _tab_chosen(self) -> None:
@@ -185,7 +205,8 @@ class AlarmList:
     # ------------------------------------------------------------------ what the rows ask for
     def _row_used(self, _dialog: AlarmsDialog, key: tuple[str, int], action: str, *values: Any) -> None:
         kind, about = key
-        alarm = next((alarm for alarm in self._issues.alarms if alarm.id == about), None) if kind == "alarm" else None
+        now, all_alarms = self._services.clock.now(), self._issues.alarms
+        alarm = next((alarm for alarm in all_alarms if alarm.id == about), None) if kind in ("alarm", "group") else None
         if kind == "hold":
             self._do(Act.RELEASE, about or None)
         elif kind == "copy":
@@ -194,9 +215,11 @@ class AlarmList:
             self._do(Act.LATE_STARTS if all(e.held for e in self._issues.late_starts) else Act.HOLD, None)
         elif alarm is None:
             return                               # gone meanwhile
+        elif kind == "group":
+            self._group_used(next(group for group in together(all_alarms, now) if alarm in group), action, *values)
         elif action == "menu":
-            self._shell.dialogs.menu(values[0], menu_of(alarm, self._robots), lambda chosen: self._menu_used(alarm, chosen))
-        elif is_shelved(alarm, self._services.clock.now()):
+            self._shell.dialogs.menu(values[0], menu_of(alarm, self._robots), lambda chosen: self._menu_used((alarm,), chosen))
+        elif is_shelved(alarm, now):
             self._work(lambda: self._services.alarms.unshelve(alarm.id))
         elif not can_be_handled(alarm):
             self._go(alarm)
@@ -204,16 +227,30 @@ class AlarmList:
             way = button_of(alarm, self._robots)
             self._do(way.act, way.about)
 
-    def _menu_used(self, alarm: Alarm, chosen: str | int) -> None:
+    def _group_used(self, group: Together, action: str, *values: Any) -> None:
+        alarms, ids = self._services.alarms, {alarm.id for alarm in group}
+        if action == "fold":
+            self._unfolded = self._unfolded - ids if self._unfolded & ids else self._unfolded | ids
+            self._show()
+        elif action == "menu":
+            self._shell.dialogs.menu(values[0], group_menu(group[0]), lambda chosen: self._menu_used(group, chosen))
+        elif is_shelved(group[0], self._services.clock.now()):
+            self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
+        else:
+            self._for_each(group, lambda alarm: alarms.acknowledge(alarm.id))
+
+    def _menu_used(self, group: Together, chosen: str | int) -> None:
+        """Of one alarm, or of a group."""
+        alarms, settings, now = self._services.alarms, self._settings, self._services.clock.now()
         if chosen == "way":
-            self._go(alarm)
+            self._go(group[0])
         elif chosen == "note":
-            text = alarm_text(alarm, self._settings, self._services.clock.now())
-            self._shell.dialogs.open(NoteDialog(text, lambda note: self._work(
-                lambda: self._services.alarms.acknowledge(alarm.id, note))))
+            text = alarm_text(group[0], settings, now) if len(group) == 1 else group_text(group, settings, now)
+            self._shell.dialogs.open(NoteDialog(text, lambda note: self._for_each(
+                group, lambda alarm: alarms.acknowledge(alarm.id, note))))
         else:
             hours = int(chosen)
-            self._work(lambda: self._services.alarms.shelve(alarm.id, hours))
+            self._for_each(group, lambda alarm: alarms.shelve(alarm.id, hours))
 
     def _go(self, alarm: Alarm) -> None:
         way = way_to(alarm, self._robots)
@@ -224,6 +261,12 @@ class AlarmList:
     def _work(self, work: Callable[[], object]) -> None:
         """Its effect is published on the bus."""
         self._shell.background.run(work, None, self._shell.say_problem)
+
+    def _for_each(self, group: Together, work: Callable[[Alarm], object]) -> None:
+        def all_of_them() -> None:
+            for alarm in group:
+                work(alarm)
+        self._work(all_of_them)
 
 
 class LateStartsDialog(FormDialog):

@@ -10,6 +10,7 @@ from app.domain.models import Execution, Robot, RobotSnapshot
 from app.domain.problems import clipped
 from app.i18n import _, ngettext, translator
 from app.screens.common import formats
+from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
 from app.screens.common.holding import HAND
 from app.screens.common.options import Option
@@ -105,8 +106,8 @@ class FrameController:
             here = Here(self._shell.navigator.current, robot.id if robot else None)
             self._banner = banner(issues, facts.robots, facts.settings, now, here)
             show_banner(frame, self._banner)
-        frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, facts.robots, facts.settings, now)),
-                                                 sum(is_shelved(alarm, now) for alarm in issues.alarms))
+        shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now)), now)
+        frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved))
         self._alarms.show(issues, facts.robots, facts.settings)
         if self._late is not None:
             self._late.show(issues.late_starts, facts.settings, now)
@@ -159,6 +160,8 @@ class FrameController:
                 go("settings", section="data")
             case Act.ANSWER if about is not None:
                 self._answer(about)
+            case Act.SHOW_ALARMS:
+                self._alarms.open(about)
             case Act.LOGS:
                 go("logs", anew=True)
             case Act.SHOW_RUN:

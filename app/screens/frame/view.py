@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings
+from app.domain.models import Execution, Robot, RobotSnapshot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.alarm_groups import Together, group_entry, group_note, group_text, together
 from app.screens.common.alarms_view import (
     NOWHERE,
     Act,
@@ -86,7 +87,7 @@ def banner(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, 
     if not found:
         return BannerView()
     count = len(found) - 1
-    others = ngettext("+{n} more", "+{n} more", count).format(n=count) if count else _("Details") if found[0].alarm else ""
+    others = ngettext("+{n} more", "+{n} more", count).format(n=count) if count else _("Details") if len(found[0].alarms) == 1 else ""
     return replace(found[0].view, others=others)
 
 
@@ -95,14 +96,16 @@ class OpenIssue:
     """One line that the banner counts and the list shows: an alarm, a hold, or the late starts."""
     key: tuple[str, int]
     view: BannerView
-    alarm: Alarm | None = None
+    alarms: Together = ()                # several with one cause
 
 
 def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime,
                 here: Here = NOWHERE) -> list[OpenIssue]:
     """Everything that is open and not shelved, most serious first."""
-    lines = [(urgency(alarm), OpenIssue(("alarm", alarm.id), _alarm(alarm, robots, settings, now, here), alarm))
-             for alarm in issues.alarms if not is_shelved(alarm, now)]
+    standing = [alarm for alarm in issues.alarms if not is_shelved(alarm, now)]
+    lines = [(min(map(urgency, group)), OpenIssue(("group" if len(group) > 1 else "alarm", group[0].id),
+                                                  _alarms(group, robots, settings, now, here), group))
+             for group in together(standing, now)]
     lines += [(_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
               for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # an implausible clock has its own alarm
     lines.sort(key=lambda line: line[0])
@@ -111,10 +114,12 @@ def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Setti
     return [*copy, *late, *(issue for _urgency, issue in lines)]
 
 
-def issue_entry(issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> AlarmEntry:
-    """Its line in the list."""
-    if issue.alarm is not None:
-        return open_entry(issue.alarm, robots, settings, now)
+def issue_entry(issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime, unfolded: bool = False) -> AlarmEntry:
+    """Its line in the list; ``unfolded``: those of a group are below it."""
+    if len(issue.alarms) > 1:
+        return group_entry(issue.alarms, settings, now, unfolded)
+    if issue.alarms:
+        return open_entry(issue.alarms[0], robots, settings, now)
     view = issue.view
     return AlarmEntry(issue.key, view.icon, view.tone, view.text, view.note, action=view.action)
 
@@ -122,7 +127,11 @@ def issue_entry(issue: OpenIssue, robots: Mapping[int, Robot], settings: Setting
 _HOLD = (False, False, 0.5, 0.0)         # a hold comes after what is high and new, before all others
 
 
-def _alarm(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here) -> BannerView:
+def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here) -> BannerView:
+    alarm = group[0]
+    if len(group) > 1:
+        return BannerView(group_text(group, settings, now), group_note(group, settings, now), alarm_tone(alarm), alarm_icon(alarm), "",
+                          _("Show all"), Act.SHOW_ALARMS, alarm.id)
     way = way_to(alarm, robots)
     if way is None or here.is_at(way):
         way = acknowledging(alarm)

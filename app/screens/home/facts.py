@@ -12,6 +12,7 @@ from app.domain.robot import QueueItem, QueueState
 from app.screens.common.holding import hold_at
 from app.services.catalogue.catalogue import Catalogue
 from app.services.history.runs import History
+from app.services.live.alarms import Alarms
 from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import Plan, PlannedRun
@@ -28,6 +29,7 @@ LONGEST_QUEUE = 200                      # items of a robot's queue that are sho
 @dataclass(frozen=True)
 class HomeServices:
     """What Home uses of the app."""
+    alarms: Alarms
     calendar: Callable[[], WorkingCalendar]
     catalogue: Catalogue
     clock: Clock
@@ -53,6 +55,7 @@ class HomeFacts:
     finished: tuple[Execution, ...] = ()
     expected: Mapping[str, DurationEstimate] = field(default_factory=dict)   # by guid, on the selected robot
     names: Mapping[str, str] = field(default_factory=dict)                   # of missions by guid, as the selected robot calls them
+    alarms: int = 0                                     # that are open, shelved ones among them
     holds: tuple[Hold, ...] = ()                        # of all robots or of one
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None                       # that the selected robot is on
@@ -160,9 +163,9 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
 
 def _read_plan(services: HomeServices) -> HomeFacts:
     facts = HomeFacts(
-        settings=services.settings(), calendar=services.calendar(), robots=tuple(services.catalogue.robots()),
-        open=tuple(services.history.open()), planned=tuple(services.plan.next(NEXT_PLANNED)),
-        finished=tuple(services.history.last_finished(LAST_FINISHED)))
+        alarms=len(services.alarms.open()), settings=services.settings(), calendar=services.calendar(),
+        robots=tuple(services.catalogue.robots()), open=tuple(services.history.open()),
+        planned=tuple(services.plan.next(NEXT_PLANNED)), finished=tuple(services.history.last_finished(LAST_FINISHED)))
     if facts.robot is None:
         return facts
     entered = services.catalogue.missions_of(facts.robot.id)

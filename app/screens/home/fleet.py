@@ -142,8 +142,9 @@ def _count(group: Group, n: int, selected: bool) -> Count:
     return Count(group, count_words(group, n), kind.icon, kind.tone if n else "neutral", kind.loud and n > 0, selected)
 
 
-def all_well(groups: Mapping[int, Group]) -> bool:
-    return not NEEDS_HELP.intersection(groups.values())
+def all_well(groups: Mapping[int, Group], alarms: int) -> bool:
+    """``alarms`` are open, shelved ones among them."""
+    return not alarms and not NEEDS_HELP.intersection(groups.values())
 
 
 def arranged(tiles: Sequence[RobotTile], groups: Mapping[int, Group], look: Look) -> list[RobotTile]:

@@ -76,7 +76,7 @@ class FleetViewModel(FleetState, ViewModel):
     def __init__(self, services: HomeServices, shell: Shell, open_robot: Callable[[int], object]) -> None:
         super().__init__()
         self._services, self._shell, self._open_robot = services, shell, open_robot
-        self._settings = Settings()
+        self._settings, self._alarms = Settings(), 0
         self._robots: Mapping[int, Robot] = {}                # in their places
         self._ours: Mapping[tuple[int, int | str], Execution] = {}       # by robot and queue id, or token before that is stored
         self._known: dict[Running, Known] = {}
@@ -101,7 +101,7 @@ class FleetViewModel(FleetState, ViewModel):
     # ------------------------------------------------------------------ what is known
     def take(self, facts: HomeFacts) -> None:
         """What Home has read."""
-        self._settings = facts.settings
+        self._settings, self._alarms = facts.settings, facts.alarms
         self._robots = {robot.id: robot for robot in in_places(facts.robots)}
         self._ours = {(e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None}
         self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}
@@ -206,7 +206,7 @@ class FleetViewModel(FleetState, ViewModel):
         help_needed = help_words(groups.values())
         self.way_back = _("All robots · {help}").format(help=help_needed) if help_needed else _("All robots")
         if self.is_shown:
-            self.counts, self.is_well = found, all_well(groups)
+            self.counts, self.is_well = found, all_well(groups, self._alarms)
             self.tiles = arranged([self._seen[robot_id].tile for robot_id in self._robots if robot_id in self._seen], groups, look)
             self.empty = _("No robot is like this now. Tap the chip with the cross to see all.") if self.only is not None else ""
 

@@ -126,8 +126,9 @@ def test_who_needs_a_person_comes_first_the_others_as_they_were():
 
 
 def test_all_is_well_when_nobody_needs_a_person():
-    assert not fleet.all_well(GROUPS)
-    assert fleet.all_well({1: Group.READY, 2: Group.CHARGING, 3: Group.OFF})
+    assert not fleet.all_well(GROUPS, alarms=0)
+    assert fleet.all_well({1: Group.READY, 2: Group.CHARGING, 3: Group.OFF}, alarms=0)
+    assert not fleet.all_well({1: Group.READY}, alarms=1)
 
 
 def test_help_is_counted_in_words():
