@@ -294,6 +294,7 @@ class Settings:
     gloves: bool = False                 # larger targets
     font_scale_percent: int = 100        # one of FONT_SCALES
     keyboard: str = "auto"               # one of KEYBOARDS
+    alarm_sound: bool = True             # at alarms of high priority, where the tablet has sound
     holiday_country: str = ""            # ISO 3166 code whose public holidays are no working days; empty: none are
     holiday_subdivision: str = ""        # ISO 3166-2 part of it that has some of its own
     selected_robot_id: int | None = None

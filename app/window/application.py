@@ -27,7 +27,7 @@ from app.domain.models import Settings
 from app.failures import BadInput, Failure
 from app.i18n import _, translator
 from app.screens.common.problems import sentence_of
-from app.screens.common.shell import SCREENS, Shell, pick
+from app.screens.common.shell import SCREENS, Loudspeaker, Shell, pick
 from app.screens.common.threads import Background, Changed, UiBus, forward
 from app.screens.common.view_model import Dialogs, Navigator, ScreenBase, Snackbars
 from app.screens.frame.controller import FrameController
@@ -53,12 +53,14 @@ class SchedulerApp(MDApp):
     title = NAME
 
     def __init__(self, container: Container | None, damage: Damage | None = None, animate: bool = True,
-                 restore: Callable[[Path], tuple[Container, Failure | None]] | None = None, first: str = "home") -> None:
+                 restore: Callable[[Path], tuple[Container, Failure | None]] | None = None, first: str = "home",
+                 loudspeaker: Loudspeaker | None = None) -> None:
         app.widgets.load()               # before KivyMD's part of the start, which is cured there
         super().__init__()
         self.container: Container | None = None
         self.shell: Shell | None = None
         self._given, self._damage, self._animate, self._restorer, self._first = container, damage, animate, restore, first
+        self._loudspeaker = loudspeaker
         self._frame: FrameController | None = None
         self._gate: Gate | None = None
         self._keyboard: DockedKeyboard | None = None
@@ -94,7 +96,7 @@ class SchedulerApp(MDApp):
         background = Background(self._bus, unexpected=self._show_unexpected)
         builders = {name: partial(self._build_screen, name) for name in SCREENS}
         self.shell = Shell(Navigator(frame.ids.body.__self__, builders), Dialogs(self._animate), Snackbars(), self._bus, background,
-                           self._restore if self._restorer is not None else None)
+                           self._restore if self._restorer is not None else None, self._loudspeaker)
         self._frame = FrameController(pick(FrameController.Services, container), self.shell, frame)
         self.root_box.clear_widgets()
         self.root_box.add_widget(frame)

@@ -24,6 +24,7 @@ from app.process.host import host
 from app.process.restoring import restore_backup
 from app.window.display import display_size
 from app.window.garbage import Garbage
+from app.window.sound import Loudspeaker
 
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
@@ -68,7 +69,7 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
                 return begin(), problem
             return begin(), None
 
-        _run(SchedulerApp(container, restore=go_back))
+        _run(SchedulerApp(container, restore=go_back, loudspeaker=Loudspeaker()))
     return 0
 
 
@@ -156,4 +157,4 @@ def _rescue_app(directory: DataDirectory, damage: DatabaseDamaged, begin: Callab
         return begin()
 
     language = backups.settings_in(damage.backup).language if damage.backup else SOURCE_LANGUAGE
-    return SchedulerApp(None, damage=Damage(damage.message, damage.backup, restore, language))
+    return SchedulerApp(None, loudspeaker=Loudspeaker(), damage=Damage(damage.message, damage.backup, restore, language))

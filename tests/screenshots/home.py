@@ -90,6 +90,11 @@ def emergency_stop(studio: Any) -> None:
     home(studio, sample.with_aino(sample.STOPPED), issues=OpenIssues(ALARMS))
 
 
+@picture("home-overdue", sizes=(*BOTH, SMALL, LARGE_TEXT))
+def overdue(studio: Any) -> None:
+    home(studio, sample.with_aino(sample.STOPPED), issues=OpenIssues([replace(ALARMS[0], raised_at=sample.ago(minutes=7)), *ALARMS[1:]]))
+
+
 @picture("home-error", sizes=(LANDSCAPE,))
 def error(studio: Any) -> None:
     home(studio, sample.with_aino(sample.FAILED))

@@ -8,8 +8,9 @@ import pytest
 from app.domain.models import Robot
 from app.screens.frame import alarm_list as frame_alarms
 from app.screens.frame.alarm_list import AlarmRow, AlarmsDialog, NoteDialog
+from app.screens.settings.page import SwitchRow
 from app.widgets import finger
-from app.widgets.buttons import CommandButton, IconButton, Segment
+from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.dialogs import MenuRow
 from app.widgets.fields import FormField
 from app.widgets.frame import AlarmBanner, NavItem, TopBar
@@ -18,7 +19,19 @@ from app.widgets.tokens import tk
 from tests.support import month
 from tests.support.stored import Stored
 from tests.ui import checks
+from tests.ui.integrator import go
 from tests.ui.whole_app import begin_anew, shown
+
+
+class Recorder:
+    """A loudspeaker that counts."""
+    exists = True
+
+    def __init__(self) -> None:
+        self.played = 0
+
+    def play(self) -> None:
+        self.played += 1
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +49,7 @@ def container(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def shared_app(container, ui):
-    with shown(container, ui) as app:
+    with shown(container, ui, loudspeaker=Recorder()) as app:
         app.stored = Stored(container)
         yield app
 
@@ -303,6 +316,41 @@ def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
     assert checks.problems(top) == []
     ui.tap(next(widget for widget in ui.find_all(Tap, top) if getattr(widget, "text", "") == "Acknowledge with a note"))
     assert checks.problems(ui.find(NoteDialog)) == []
+
+
+# ---------------------------------------------------------------------- heard
+def test_a_new_alarm_is_heard_and_again_when_nobody_acknowledges_it(container, app, alarms, ui):
+    loudspeaker = app.shell.loudspeaker
+    before = loudspeaker.played
+    alarms.raise_("emergency_stop", "robot:77", robot="Aino")
+    ui.wait(lambda: loudspeaker.played == before + 1)
+    height = ui.find(AlarmBanner).height
+    container.clock.advance(301)
+    ui.advance(1.1)
+    assert loudspeaker.played == before + 2
+    assert ui.find(AlarmBanner).height > height
+    assert ui.find(AlarmBanner).note.startswith("Nobody has acknowledged it for 5 min")
+    assert checks.problems(ui.find(AlarmBanner)) == []
+    alarms.acknowledge(alarms.open()[0].id)
+    container.clock.advance(301)
+    ui.wait(lambda: ui.find(AlarmBanner).height == height)
+    assert loudspeaker.played == before + 2
+
+
+def test_the_sound_is_switched_in_settings_where_it_is_heard(container, app, alarms, ui):
+    loudspeaker = app.shell.loudspeaker
+    go(ui, "display")
+    switch = ui.find(Toggle, root=ui.find(SwitchRow, text="Sound at alarms"))
+    ui.tap(switch)
+    ui.wait(lambda: not container.settings().alarm_sound)
+    before = loudspeaker.played
+    alarms.raise_("emergency_stop", "robot:77", robot="Aino")
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    assert loudspeaker.played == before
+    ui.wait(lambda: not ui.find(SwitchRow, text="Sound at alarms").active)
+    ui.tap(ui.find(Toggle, root=ui.find(SwitchRow, text="Sound at alarms")))
+    ui.wait(lambda: container.settings().alarm_sound)
+    assert loudspeaker.played == before + 1
 
 
 # ---------------------------------------------------------------------- its place

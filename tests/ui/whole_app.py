@@ -14,6 +14,7 @@ from app.container import Container
 from app.domain.models import Mission, Robot, RobotSnapshot
 from app.domain.robot import RobotState
 from app.mir.credentials import Token
+from app.screens.common.shell import Loudspeaker
 from app.window import application
 from app.window.application import SchedulerApp
 from tests.ui.driver import Driver
@@ -93,9 +94,9 @@ def plant(directory: Path, *, robots: int = 1, time_scale: float = 1.0, start: b
 
 
 @contextmanager
-def shown(container: Container, ui: Driver, screen: str = "home") -> Iterator[SchedulerApp]:
-    """The app on these services, in the window of ``ui``, opened on that screen."""
-    app = SchedulerApp(container, animate=False, first=screen)
+def shown(container: Container, ui: Driver, screen: str = "home", loudspeaker: Loudspeaker | None = None) -> Iterator[SchedulerApp]:
+    """The app on these services, in the window of ``ui``, opened on that screen; silent, unless it is given a loudspeaker."""
+    app = SchedulerApp(container, animate=False, first=screen, loudspeaker=loudspeaker)
     app._run_prepare()
     try:
         ui.advance(.2)

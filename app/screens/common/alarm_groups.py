@@ -58,7 +58,7 @@ def group_text(group: Together, settings: Settings, now: datetime) -> str:
 
 def group_note(group: Together, settings: Settings, now: datetime) -> str:
     """Which robots, and what to do, or since when it is over."""
-    names = ", ".join(sorted(str(alarm.details.get("robot", "–")) for alarm in group)[:NAMED])
+    names = ", ".join(str(alarm.details.get("robot", "–")) for alarm in group[:NAMED])
     if len(group) > NAMED:
         names = _("{robots} …").format(robots=names)
     if is_over(group[0]):

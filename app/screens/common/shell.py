@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from app.screens.common.problems import sentence_of
 
@@ -36,13 +36,23 @@ def pick(kind: type[S], container: object) -> S:
     return kind(**{field.name: getattr(container, field.name) for field in fields(kind)})   # type: ignore[arg-type]
 
 
+class Loudspeaker(Protocol):
+    """Of the tablet, if one ``exists``; ``play()`` makes the sound of an alarm."""
+
+    @property
+    def exists(self) -> bool: ...
+
+    def play(self) -> None: ...
+
+
 @dataclass(frozen=True)
 class Shell:
     """The services of the window (app/screens/common/view_model.py shows how they are used); tests pass fakes.
 
     ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` reports what was done, with Undo; ``bus`` delivers events of other
     threads on the UI thread; ``background`` runs work off the UI thread and its result back on it. ``restore`` closes the services, puts a
-    backup in the place of the database and goes on with it; None: this window can't.
+    backup in the place of the database and goes on with it; None: this window can't. Without a
+    ``loudspeaker`` it is silent.
     """
     navigator: Navigator
     dialogs: Dialogs
@@ -50,6 +60,7 @@ class Shell:
     bus: UiBus
     background: Background
     restore: Callable[[Path], object] | None = None
+    loudspeaker: Loudspeaker | None = None
 
     def go(self, screen: str, **intent: Any) -> None:
         """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""

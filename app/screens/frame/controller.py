@@ -20,6 +20,7 @@ from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
 from app.screens.frame.facts import FrameFacts, FrameServices, read
+from app.screens.frame.sounding import Sounding
 from app.screens.frame.view import BannerView, BarView, banner, open_issues, picker_title, robot_option, top_bar, whose_plan
 from app.services.live.changes import Topic
 from app.widgets import finger
@@ -42,7 +43,7 @@ def show_bar(frame: Frame, bar: BarView) -> None:
 
 def show_banner(frame: Frame, view: BannerView) -> None:
     frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
-    frame.alarm_others, frame.alarm_action = view.others, view.action
+    frame.alarm_others, frame.alarm_action, frame.alarm_urgent = view.others, view.action, view.urgent
 
 
 class FrameController:
@@ -55,6 +56,7 @@ class FrameController:
         self._banner = BannerView()
         self._reader = Refresher(shell, lambda: lambda: read(services), self._take)
         self._alarms = AlarmList(services, shell, self._do)
+        self._sounding = Sounding()
         self._late: LateStartsDialog | None = None
         self._late_seen: frozenset[int] = frozenset()         # executions whose list the operator has closed
         self._release: list[Callable[[], object]] = []
@@ -109,6 +111,8 @@ class FrameController:
         shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now)), now)
         frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved))
         self._alarms.show(issues, facts.robots, facts.settings)
+        if self._sounding.is_due(issues.alarms, now) and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
+            self._shell.loudspeaker.play()
         if self._late is not None:
             self._late.show(issues.late_starts, facts.settings, now)
 

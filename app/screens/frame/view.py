@@ -29,6 +29,7 @@ from app.screens.common.options import Option
 from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, help_words
 from app.screens.frame.facts import OpenIssues
+from app.screens.frame.sounding import is_overdue
 from app.services.live.holds import Hold
 
 
@@ -79,6 +80,7 @@ class BannerView:
     action: str = ""
     act: Act = Act.NOTHING
     about: int | None = None             # id of the robot or alarm that ``act`` is about
+    urgent: bool = False                 # larger: nobody has acknowledged it for long
 
 
 def banner(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> BannerView:
@@ -135,8 +137,12 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
     way = way_to(alarm, robots)
     if way is None or here.is_at(way):
         way = acknowledging(alarm)
-    return BannerView(alarm_text(alarm, settings, now), alarm_note(alarm, settings, now), alarm_tone(alarm), alarm_icon(alarm), "",
-                      way.word, way.act, way.about)
+    note, urgent = alarm_note(alarm, settings, now), is_overdue(alarm, now)
+    if urgent:
+        since = formats.rough_duration((now - (alarm.last_at or alarm.raised_at)).total_seconds())
+        note = _("Nobody has acknowledged it for {time} · {note}").format(time=since, note=note)
+    text = alarm_text(alarm, settings, now)
+    return BannerView(text, note, alarm_tone(alarm), alarm_icon(alarm), "", way.word, way.act, way.about, urgent)
 
 
 # ---------------------------------------------------------------------- holds and late starts

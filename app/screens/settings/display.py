@@ -24,6 +24,8 @@ class DisplayModel(EventDispatcher):
     font_scales = ListProperty()
     font_scale = NumericProperty(100)    # %
     gloves = BooleanProperty(False)
+    alarm_sound = BooleanProperty(False)
+    has_sound = BooleanProperty(False)
     keyboards = ListProperty()
     keyboard = StringProperty("auto")
     has_pin = BooleanProperty(False)
@@ -42,10 +44,19 @@ class DisplayPage(SettingsPage):
         vm.font_scales = [(percent, formats.percent(percent)) for percent in FONT_SCALES]
         vm.theme, vm.language, vm.keyboard = settings.theme, settings.language, settings.keyboard
         vm.font_scale, vm.gloves = settings.font_scale_percent, settings.gloves
+        loudspeaker = self.context.shell.loudspeaker
+        vm.has_sound = loudspeaker is not None and loudspeaker.exists
+        vm.alarm_sound = settings.alarm_sound and vm.has_sound
         vm.has_pin = self.context.services.access.is_set()
 
     def set(self, name: str, value: Any) -> None:
         self.context.save(**{name: value})
+
+    def set_alarm_sound(self, on: bool) -> None:
+        """Switched on it is heard."""
+        self.set("alarm_sound", on)
+        if on and self.context.shell.loudspeaker is not None:
+            self.context.shell.loudspeaker.play()
 
     # ------------------------------------------------------------------ the PIN
     def ask_for_pin(self) -> None:

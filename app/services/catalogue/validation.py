@@ -181,7 +181,7 @@ def _setting(field: str, value: Any) -> Any:
             return one_of(THEMES, value, field)
         case "holiday_country" | "holiday_subdivision":
             return name(value, field) if value else ""
-        case "gloves":
+        case "gloves" | "alarm_sound":
             return flag(value, field)
         case "keyboard":
             return one_of(KEYBOARDS, value, field)

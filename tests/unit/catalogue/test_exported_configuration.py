@@ -40,7 +40,7 @@ SETTINGS: dict[str, st.SearchStrategy[Any]] = {
     "poll_interval_seconds": st.integers(1, 3600), "retry_limit": st.integers(0, 20), "minimum_battery_percent": PERCENT,
     "timezone": st.sampled_from(["Europe/Helsinki", "UTC"]), "start_window_minutes": st.integers(0, 1440),
     "unknown_outcome_quiet_seconds": st.integers(5, 600), "history_limit": st.none() | st.integers(1, 10**6),
-    "language": st.sampled_from(["en", "fi"]), "theme": st.sampled_from(THEMES), "gloves": st.booleans(),
+    "language": st.sampled_from(["en", "fi"]), "theme": st.sampled_from(THEMES), "gloves": st.booleans(), "alarm_sound": st.booleans(),
     "font_scale_percent": st.sampled_from(FONT_SCALES), "keyboard": st.sampled_from(KEYBOARDS)}
 WORKING = st.lists(st.sampled_from(WEEKDAYS), min_size=1, unique=True)
 COUNTRIES = st.sampled_from([("", ""), ("FI", ""), ("FI", "01"), ("DE", "BY")])
@@ -152,7 +152,8 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(world, 
     assert exported["calendar"] == {"country": "DE", "region": "BY", "days": [
         {"name": "Inventory", "first_day": "2026-12-07", "last_day": "2026-12-08", "working": False, "yearly": False},
         {"name": "Saturday", "first_day": "2026-11-28", "last_day": "2026-11-28", "working": True, "yearly": False, "source": "plant.ics"}]}
-    assert exported["display"] == {"language": "fi", "theme": "dark", "gloves": True, "font_scale_percent": 115, "keyboard": "on"}
+    assert exported["display"] == {"language": "fi", "theme": "dark", "gloves": True, "font_scale_percent": 115, "keyboard": "on",
+                                   "alarm_sound": True}
     assert {"name": "Fetch", "guid": "g", "favourite": True} in exported["missions"]
     assert other.take(exported) == []
     other.db.close()

@@ -29,7 +29,7 @@ def test_many_that_fall_silent_together_are_one_line_in_list_and_banner():
     issues = OpenIssues(silent(14))
     [issue] = open_issues(issues, {}, SETTINGS, NOW)
     assert issue.view.text == "Wi-Fi: 14 robots unreachable since 14:02"
-    assert issue.view.note == "is the access point on, and this tablet on its network? · R1, R10, R11 …"
+    assert issue.view.note == "is the access point on, and this tablet on its network? · R1, R2, R3 …"
     assert (issue.view.action, issue.view.act, issue.view.about) == ("Show all", Act.SHOW_ALARMS, 1)
     assert banner(issues, {}, SETTINGS, NOW) == issue.view
     entry = issue_entry(issue, {}, SETTINGS, NOW)

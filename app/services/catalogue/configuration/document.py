@@ -217,7 +217,7 @@ SETTINGS: Mapping[str, Read] = MappingProxyType({
     "history_limit": _or_none(_number("history_limit")),
 })
 DISPLAY: Mapping[str, Read] = MappingProxyType(
-    {key: _setting(key) for key in ("language", "theme", "gloves", "font_scale_percent", "keyboard")})
+    {key: _setting(key) for key in ("language", "theme", "gloves", "font_scale_percent", "keyboard", "alarm_sound")})
 CALENDAR: Mapping[str, Read] = MappingProxyType({
     "country": _or_none(validation.name),
     "region": _or_none(validation.name),

@@ -32,7 +32,7 @@ _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word i
     message("robot"), message("mission"), message("start"), message("recurrence"), message("respect_working_days"), message("between"),
     message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"),
     message("favourite"), message("on_low_battery"), message("language"), message("theme"), message("gloves"),
-    message("font_scale_percent"), message("keyboard"), message("country"), message("region"))})
+    message("font_scale_percent"), message("keyboard"), message("alarm_sound"), message("country"), message("region"))})
 
 
 class DeletesRuns(InvalidInput):

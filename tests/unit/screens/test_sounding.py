@@ -1,0 +1,67 @@
+"""Which alarms make a sound, and how long nobody may answer it before it comes again."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.domain.models import Alarm
+from app.screens.frame.facts import OpenIssues
+from app.screens.frame.sounding import PATIENCE, Sounding
+from app.screens.frame.view import banner
+from tests.support.alarms import alarm
+from tests.support.home_facts import NOW, SETTINGS
+
+STOP = alarm("emergency_stop", id=3)
+
+
+def heard(*moments: tuple[timedelta, list[Alarm]]) -> list[bool]:
+    sounding = Sounding()
+    return [sounding.is_due(alarms, NOW + after) for after, alarms in moments]
+
+
+def after(seconds: float) -> timedelta:
+    return timedelta(seconds=seconds)
+
+
+def test_a_new_alarm_of_high_priority_is_heard_once():
+    assert heard((after(0), []), (after(1), [STOP]), (after(2), [STOP])) == [False, True, False]
+
+
+@pytest.mark.parametrize("quiet", [
+    alarm("unreachable"), replace(STOP, acknowledged_at=NOW), replace(STOP, cleared_at=NOW),
+    replace(STOP, shelved_until=NOW + timedelta(hours=1))])
+def test_what_is_less_serious_or_known_or_over_or_shelved_is_not(quiet):
+    assert heard((after(0), [quiet])) == [False]
+
+
+def test_two_at_once_are_one_sound_and_a_third_one_is_heard_too():
+    another, third = alarm("robot_error", "robot:2", id=4), alarm("robot_error", "robot:3", id=5)
+    assert heard((after(0), [STOP, another]), (after(1), [STOP, another, third])) == [True, True]
+
+
+def test_it_is_heard_again_every_five_minutes_until_somebody_acknowledges_it():
+    seen = replace(STOP, acknowledged_at=NOW)
+    assert heard((after(0), [STOP]), (after(299), [STOP]), (after(300), [STOP]), (after(301), [STOP]), (after(600), [STOP]),
+                 (after(900), [seen])) == [True, False, True, False, True, False]
+
+
+def test_one_that_comes_back_is_heard_again():
+    over = replace(STOP, cleared_at=NOW)
+    assert heard((after(0), [STOP]), (after(1), [over]), (after(2), [replace(STOP, count=2)])) == [True, False, True]
+
+
+def test_what_nobody_can_acknowledge_is_heard_once():
+    database = alarm("database", "database", id=0)
+    assert heard((after(0), [database]), (after(400), [database])) == [True, False]
+
+
+def test_the_banner_is_larger_and_says_for_how_long_nobody_has_acknowledged_it():
+    def shown(alarm: Alarm):
+        return banner(OpenIssues([alarm]), {}, SETTINGS, NOW)
+    late = replace(STOP, raised_at=NOW - PATIENCE - after(70))
+    assert not shown(STOP).urgent
+    assert shown(late).urgent
+    assert shown(late).note.startswith("Nobody has acknowledged it for 6 min · Since ")
+    assert not shown(replace(late, acknowledged_at=NOW)).urgent
