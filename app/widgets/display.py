@@ -38,8 +38,8 @@ class Disc(TonedSurface):
 
 
 class ValueTile(Toned, Tile):
-    """A live value with its age: a stale one is grey and its note says since when. ``level`` 0..1 draws a bar, ``mark`` 0..1 a limit on it;
-    -1: none."""
+    """A live value with its age: a stale one is grey and its note says since when. ``level`` 0..1 draws a bar, ``mark`` 0..1 a limit on it
+    (-1: none), which ``mark_words`` name."""
     icon = StringProperty()
     label = StringProperty()
     value = StringProperty("–")
@@ -48,6 +48,7 @@ class ValueTile(Toned, Tile):
     level = NumericProperty(-1)
     level_tone = StringProperty("accent")
     mark = NumericProperty(-1)
+    mark_words = StringProperty()
     stale = BooleanProperty(False)
 
 

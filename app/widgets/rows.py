@@ -13,8 +13,9 @@ from app.widgets.tokens import late_color, tk
 
 
 class RobotChip(Row, TonedTap):
-    """One robot in the picker: state icon, name, battery. A selected one is solid in high contrast."""
+    """One robot in the picker: state's icon and word, name, battery. A selected one is solid in high contrast."""
     name = StringProperty()
+    word = StringProperty()
     icon = StringProperty()
     battery = StringProperty("–")
     battery_icon = StringProperty("battery-unknown")
@@ -52,9 +53,10 @@ class QueueRow(RecycledRow, BoxLayout):
 
 
 class PlanRow(RecycledRow, BoxLayout):
-    """A planned start: time, mission, and in the note how soon; ``icon`` marks one that something keeps."""
+    """A planned start: time, ``day`` unless it is today, mission, and in the note how soon; ``icon`` marks one that something keeps."""
     icon = StringProperty()
     time = StringProperty()
+    day = StringProperty()
     mission = StringProperty()
     note = StringProperty()
 

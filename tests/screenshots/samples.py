@@ -15,10 +15,10 @@ FRIDAY = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 NAV = [("home", "Home", "home-variant-outline", "home-variant"), ("scheduler", "Scheduler", "calendar-clock-outline", "calendar-clock"),
        ("logs", "Logs", "text-box-outline", "text-box"), ("settings", "Settings", "cog-outline", "cog")]
 CHIPS = [
-    RobotSummary(1, "Aino", "play-circle-outline", "accent", "78 %", "battery-80", "neutral", selected=True),
-    RobotSummary(2, "Veikko", "check-circle-outline", "neutral", "64 %", "battery-60", "neutral", selected=False),
-    RobotSummary(3, "Sisu", "lightning-bolt", "neutral", "19 %", "battery-charging-20", "attention", selected=False),
-    RobotSummary(4, "Trukki hallissa 2", "alert-octagon", "fault", "–", "battery-unknown", "neutral", selected=False),
+    RobotSummary(1, "Aino", "Working", "play-circle-outline", "accent", "78 %", "battery-80", "neutral", selected=True),
+    RobotSummary(2, "Veikko", "Ready", "check-circle-outline", "neutral", "64 %", "battery-60", "neutral", selected=False),
+    RobotSummary(3, "Sisu", "Charging", "lightning-bolt", "neutral", "19 %", "battery-charging-20", "attention", selected=False),
+    RobotSummary(4, "Trukki hallissa 2", "Stopped", "alert-octagon", "fault", "–", "battery-unknown", "neutral", selected=False),
 ]
 QUEUE = [
     QueueEntry(("item", 1), "Deliver kits to line 2", "Run now · started 14:34", icon="play", tone="accent", loud=True),

@@ -18,7 +18,7 @@ from app.domain.robot import RobotProblem, UserPrompt
 from app.i18n import _, translator
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.facts import OpenIssues
-from app.screens.home.cards import Answers, PromptOption, QueueCard
+from app.screens.home.cards import Answers, HomeColumn, HomeTall, PlaceMap, PromptOption, QueueCard
 from app.screens.home.screen import HomeScreen
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
@@ -100,6 +100,15 @@ def test_the_state_and_all_controls_can_be_reached(ui, small):
     for word in (view.controls.pause, _("Reset errors"), _("Clear queue")):
         reach(ui, ui.find(CommandButton, text=word))
     reach(ui, ui.find(CommandButton, text=view.run.text))
+
+
+def test_a_map_is_not_cut_where_the_page_ends(ui, small):
+    loud_home(ui, small, sample.EXECUTING)
+    for plan in ui.find_all(PlaceMap):
+        seen = checks.visible_area(plan, checks.parents(plan))
+        shown = seen[3] - seen[1] if seen else 0
+        page = any(isinstance(view, HomeColumn | HomeTall) for view in checks.parents(plan))       # scrolls as a whole
+        assert page or shown <= 1 or shown >= plan.height - 1
 
 
 def test_a_question_and_each_answer_can_be_reached(ui, small):

@@ -29,7 +29,7 @@ def queue(*keys: int) -> list[QueueEntry]:
 
 
 def robots(count: int) -> list[RobotSummary]:
-    return [RobotSummary(n, f"Robot {n}", "", "neutral", "", "", "neutral", False) for n in range(count)]
+    return [RobotSummary(n, f"Robot {n}", "", "", "neutral", "", "", "neutral", False) for n in range(count)]
 
 
 def test_the_cross_of_a_row_cancels_what_the_row_shows(ui):

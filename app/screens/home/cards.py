@@ -236,8 +236,9 @@ class BelowTiles(Slot):
 
 
 class RobotCard(Card):
-    """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls."""
+    """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls, ``above`` of what is above the map."""
     needed = NumericProperty(0)
+    above = NumericProperty(0)
 
 
 class RobotCardWide(Card):

@@ -11,6 +11,7 @@ from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import HAND, held_note
 from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
+from app.screens.common.robot_groups import group_of, look_of
 from app.screens.home.facts import HomeFacts
 from app.services.planning.plan import PlannedRun
 
@@ -22,6 +23,7 @@ class RobotSummary:
     """``key``: id of the robot."""
     key: int
     name: str
+    word: str
     icon: str
     tone: str
     battery: str
@@ -53,6 +55,7 @@ class PlannedStart:
     mission: str
     note: str
     icon: str = ""                       # something keeps it
+    day: str = ""                        # another one than today
 
 
 @dataclass(frozen=True)
@@ -75,8 +78,9 @@ def robot_summaries(facts: HomeFacts, now: datetime) -> list[RobotSummary]:
 def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datetime) -> RobotSummary:
     old, battery = is_old(snapshot, now, facts.settings), battery_appearance(snapshot.status, facts.settings)
     state = state_appearance(robot, snapshot, old)
-    return RobotSummary(robot.id, robot.name, state.icon, state.tone, battery.text, battery.icon, "offline" if old else battery.tone,
-                        robot is facts.robot)
+    word = look_of(group_of(robot, snapshot, old, facts.settings)).word
+    return RobotSummary(robot.id, robot.name, word, state.icon, state.tone, battery.text, battery.icon,
+                        "offline" if old else battery.tone, robot is facts.robot)
 
 
 # ---------------------------------------------------------------------- the queue
@@ -234,9 +238,11 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
     zone = facts.settings.timezone
     starts = []
     for run in facts.planned:
-        held = held_words(facts, run, now)
+        held, soon = held_words(facts, run, now), (run.at - now).total_seconds()
+        day = "" if formats.day(run.at, zone) == formats.day(now, zone) else formats.day(run.at, zone)
+        words = held or (formats.ahead(soon) if soon < formats.DAY else "")
         starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
-                                   f"{run.robot.name} · {held or _how_soon(run.at, now, zone)}", HAND if held else ""))
+                                   " · ".join(filter(None, (run.robot.name, words))), HAND if held else "", day))
     return starts
 
 
@@ -252,12 +258,6 @@ def planned_empty(facts: HomeFacts) -> str:
                         "Nothing starts on {robots} before their passwords are entered in Settings.", len(names)).format(
                             robots=", ".join(names))
     return _("Nothing is planned. A schedule says when a mission runs; the Scheduler makes one.")
-
-
-def _how_soon(at: datetime, now: datetime, zone: str) -> str:
-    """Within a day how long until then; beyond it the day, as the time is shown beside it."""
-    seconds = (at - now).total_seconds()
-    return formats.ahead(seconds) if seconds < formats.DAY else formats.day(at, zone)
 
 
 def finished_runs(facts: HomeFacts, now: datetime) -> list[FinishedRun]:

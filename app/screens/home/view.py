@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from app.domain import rules
 from app.domain.message import render
@@ -69,8 +69,18 @@ class LabelledValue:
 
 
 @dataclass(frozen=True)
+class TileView:
+    icon: str = "lan-connect"
+    label: str = ""
+    value: str = "–"
+    note: str = ""
+    note_icon: str = ""
+    tone: str = "neutral"                # of the note
+
+
+@dataclass(frozen=True)
 class CardView:
-    """The robot: state, mission, battery, address."""
+    """The robot: state, mission, battery, and beside that when it is done, or how it answers."""
     state: str = "–"
     icon: str = "robot-off-outline"
     tone: str = "offline"
@@ -79,11 +89,9 @@ class CardView:
     mission: MissionView = field(default_factory=MissionView)
     battery: BatteryAppearance = NO_BATTERY
     battery_mark: float = -1.0           # the minimum, 0..1
+    battery_minimum: str = ""            # in words
     old: bool = True                     # values are shown as stale
-    address: str = "–"
-    link: str = ""
-    link_icon: str = "wifi-off"
-    link_tone: str = "neutral"
+    beside: TileView = field(default_factory=TileView)
     message_label: str = ""
     message: str = ""                       # in the robot's own words, or what is wrong with the connection
     facts: tuple[LabelledValue, ...] = ()
@@ -161,16 +169,38 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
 def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
     snapshot, settings = facts.snapshot, facts.settings
     old = is_old(snapshot, now, settings)
-    state, link = state_appearance(robot, snapshot, old), link_appearance(robot, snapshot, now, settings)
+    state = state_appearance(robot, snapshot, old)
     minimum = settings.minimum_battery_percent
     return CardView(
         state=state.word, icon=state.disc_icon or state.icon, tone=state.tone, loud=state.loud,
         note=" · ".join(filter(None, (robot.name, robot.model))), mission=_mission(facts, robot, now, old),
         battery=_battery(snapshot, settings, old, now), battery_mark=minimum / 100 if minimum else -1.0, old=old,
-        address=formats.address(robot.address), link=link.word, link_icon=link.icon, link_tone=link.tone,
+        battery_minimum=_("min {minimum} %").format(minimum=formats.plain(minimum)) if minimum else "",
+        beside=_done_about(facts, now, old or not robot.enabled) or _reached(robot, snapshot, settings, now),
         message_label=_("What is wrong") if old else _("At the moment"),
         message=words_of(snapshot.problem) if old else snapshot.status.mission_text if snapshot.status else "",
         facts=() if old or snapshot.status is None else _figures(snapshot.status))
+
+
+def _reached(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> TileView:
+    link = link_appearance(robot, snapshot, now, settings)
+    return TileView("lan-connect", _("Address"), formats.address(robot.address), link.word, link.icon, link.tone)
+
+
+def _done_about(facts: HomeFacts, now: datetime, old: bool) -> TileView | None:
+    """When what runs will probably be done; None where nobody can know."""
+    item, status = facts.running, facts.snapshot.status
+    if item is None or status is None or old or status.state in (*STOPPED, RobotState.PAUSE):
+        return None
+    usual, since = facts.expected.get(facts.guid_of(item)), facts.running_since(item)
+    if usual is None or not usual.median_s or since is None:
+        return None
+    end = since + timedelta(seconds=usual.median_s)
+    left = (end - now).total_seconds()
+    if left <= 0:
+        return TileView("timer-outline", _("Longer than usual"), _("+{time}").format(time=formats.rough_duration(-left)))
+    return TileView("timer-outline", _("Done about"), formats.day_and_time(end, facts.settings.timezone, now),
+                    _("{time} left").format(time=formats.rough_duration(left)))
 
 
 def _battery(snapshot: RobotSnapshot, settings: Settings, old: bool, now: datetime) -> BatteryAppearance:
@@ -207,7 +237,7 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     """What the idle robot will do next, as far as it is among the next planned."""
     run = next((run for run in facts.planned if run.robot.id == robot.id), None)
     if run is None:
-        return _idle_obstacle(facts, robot, None, now)
+        return _idle_obstacle(facts, robot, None, now) or ("" if facts.planned else _("nothing is planned"))
     when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
     planned = _("next: {mission}, {when}").format(mission=run.mission.name, when=when)
     return " · ".join(filter(None, (planned, _idle_obstacle(facts, robot, run.at, now))))

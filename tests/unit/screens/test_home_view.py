@@ -71,6 +71,7 @@ def test_every_robot_has_a_chip_with_state_and_battery():
     rows = robot_summaries(replace(FACTS, settings=replace(SETTINGS, selected_robot_id=2)), NOW)
     assert [(row.name, row.battery, row.selected) for row in rows] == [
         ("Aino", "78 %", False), ("Veikko", "64 %", True), ("Sisu", "19 %", False)]
+    assert [row.word for row in rows] == ["Working", "Ready", "Charging"]
     assert rows[0].tone == "accent"
     assert rows[1].tone == "neutral"                      # normal is grey
     assert rows[2].battery_icon.startswith("battery-charging")
@@ -85,6 +86,32 @@ def test_a_running_mission_shows_elapsed_against_usual():
     assert card.mission.elapsed == "4 min 12 s"
     assert card.mission.note == "of usually 6 min 30 s"
     assert card.mission.progress == pytest.approx(252 / 390)
+
+
+def test_beside_the_battery_is_when_it_will_be_done():
+    tile = view(FACTS).card.beside
+    assert (tile.label, tile.value, tile.note) == ("Done about", "14:40", "2 min left")
+
+
+def test_what_takes_longer_than_usual_says_by_how_much():
+    tile = view(replace(FACTS, expected={KITS.guid: DurationEstimate(100.0, 110.0)})).card.beside
+    assert (tile.label, tile.value) == ("Longer than usual", "+2 min")
+
+
+@pytest.mark.parametrize("facts", [
+    replace(FACTS, expected={}), with_aino(READY, ()), with_aino(replace(EXECUTING, state=RobotState.PAUSE)), with_aino(STOPPED),
+    with_aino(EXECUTING, age=1200)])
+def test_nobody_knows_the_end_of_what_is_new_or_held_or_not_heard_of(facts):
+    assert view(facts).card.beside.label == "Address"
+
+
+def test_the_minimum_on_the_batterys_bar_is_named():
+    assert view(FACTS).card.battery_minimum == "min 30 %"
+    assert view(replace(FACTS, settings=replace(SETTINGS, minimum_battery_percent=None))).card.battery_minimum == ""
+
+
+def test_an_idle_robot_says_that_nothing_is_planned():
+    assert view(replace(with_aino(READY, ()), planned=())).card.mission.note == "nothing is planned"
 
 
 def test_elapsed_runs_on_between_two_readings():
@@ -186,7 +213,7 @@ def test_what_is_old_looks_old_and_says_since_when():
     assert shown.card.state == "No connection"
     assert shown.card.old
     assert shown.card.mission.note == "unknown since 14:33"
-    assert shown.card.link == "No answer since 14:18"
+    assert shown.card.beside.note == "No answer since 14:18"
     assert shown.card.message == "10.40.12.21 doesn't answer"
     assert shown.card.mission.elapsed == ""
     assert shown.queue_note == "as of 14:33"
@@ -250,7 +277,7 @@ def test_a_robot_that_is_switched_off_can_do_nothing():
 def test_a_robot_that_needs_its_password_says_so_everywhere():
     waiting = replace(AINO, enabled=False, needs_password=True, token=None)
     shown = view(replace(FACTS, robots=(waiting, VEIKKO), planned=()))
-    assert (shown.card.state, shown.card.link, shown.card.tone) == ("Needs its password", "Needs its password", "attention")
+    assert (shown.card.state, shown.card.beside.note, shown.card.tone) == ("Needs its password", "Needs its password", "attention")
     assert shown.card.mission.note == "Its password has to be entered in Settings"
     assert shown.run.text == "Aino needs its password"
     assert shown.planned_empty == "Nothing starts on Aino before its password is entered in Settings."
@@ -379,7 +406,11 @@ def test_planned_starts_say_when_and_where():
     rows = planned_starts(FACTS, NOW)
     assert [(row.time, row.mission, row.note) for row in rows[:2]] == [
         ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:15", "Bring pallet to dock", "Sisu · in 37 min")]
-    assert "Sat 21 Nov" in rows[4].note
+    assert [row.day for row in rows] == ["", "", "", "", "Sat 21 Nov"]
+    assert rows[4].note == "Veikko"                       # how soon it is, its day says
+    early = replace(FACTS.planned[0], at=NOW + timedelta(hours=16))
+    [row] = planned_starts(replace(FACTS, planned=(early,)), NOW)
+    assert (row.day, row.note) == ("Sat 21 Nov", "Aino · in 16 h")
 
 
 @pytest.mark.parametrize(("until", "words"), [(None, "held until released"), (NOW + timedelta(minutes=60), "skipped: held until 15:38"),
