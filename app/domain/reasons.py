@@ -132,7 +132,7 @@ def _filled_in(templates: Sequence[Template], details: Mapping[str, Any], zone: 
 def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> dict[str, str]:
     """The details that can be shown, as text. Times have their date with them when they lie on different days, or as ``…_with_date``."""
     instants = _instants(details, zone)
-    known = {f"{name}_with_date": writing.day_and_time(instant, translate) for name, instant in instants.items()}
+    known = {f"{name}_with_date": writing.end_in_words(instant, translate) for name, instant in instants.items()}
     known |= instants_in_words(details, zone, translate)
     for name, value in details.items():
         value = render(value, translate) if is_message(value) else value

@@ -19,6 +19,7 @@ from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp
 from kivy.properties import AliasProperty, BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 from kivymd.uix.behaviors import MotionDialogBehavior
 from kivymd.uix.dialog import MDDialog, MDDialogButtonContainer, MDDialogHeadlineText, MDDialogSupportingText
@@ -26,6 +27,7 @@ from kivymd.uix.dialog.dialog import MDDialogScrim
 
 from app.widgets.dock import dock
 from app.widgets.lists import Row
+from app.widgets.snackbar import SnackbarStack
 from app.widgets.surfaces import OnlySeen, TonedTap
 from app.widgets.text import Body, ScreenTitle
 
@@ -77,6 +79,9 @@ class Overlay(MDDialog, Fade):
         self.on_scrim_color()
         Window.bind(on_keyboard=self._key, on_resize=self._place)        # the one bound last is asked first
         super().open()
+        for stack in [top for top in Window.children if isinstance(top, SnackbarStack)]:
+            Window.remove_widget(stack)      # messages stay on top
+            Window.add_widget(stack)
         self._place()
 
     def dismiss(self, *_):
@@ -174,7 +179,23 @@ class Dialog(Overlay):
 
 
 class FormDialog(Dialog):
-    """A dialog whose content is one column that scrolls when there isn't enough room."""
+    """A dialog whose content is one column that scrolls when there isn't enough room.
+
+    Where something was typed, the key that closes it calls ``ask_first(close)`` instead, if that is given."""
+    ask_first = ObjectProperty(None, allownone=True)
+
+    def open(self):
+        super().open()
+        self._typed_before = self._typed()
+
+    def _typed(self) -> list[str]:
+        return [widget.text for widget in self.walk(restrict=True) if isinstance(widget, TextInput)]
+
+    def takes_key(self, key, text):
+        if key == ESCAPE and self.ask_first is not None and self._typed() != self._typed_before:
+            self.ask_first(self.dismiss)
+            return True
+        return super().takes_key(key, text)
 
     def add_content(self, widget, *args, **kwargs):
         target = self.ids.page if "page" in self.ids else self.ids.content_container

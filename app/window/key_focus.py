@@ -7,6 +7,7 @@ from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.scrollview import ScrollView
 
 from app.widgets.dialogs import Overlay
+from app.widgets.display import SectionCard
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
@@ -213,6 +214,10 @@ class KeyFocus:
                 x, y, width, height = place[:4]
                 left, bottom = max(x - dp(3), dp(2)), max(y - dp(3), dp(2))          # around it, but in the window
                 right, top = min(x + width + dp(3), Window.width - dp(2)), min(y + height + dp(3), Window.height - dp(2))
+                for card in [around for around in parents(target)[1:] if isinstance(around, SectionCard)]:       # nor on its border
+                    (low, base), edge = card.to_window(*card.pos), dp(6)
+                    left, bottom = max(left, low + edge), max(bottom, base + edge)
+                    right, top = min(right, low + card.width - edge), min(top, base + card.height - edge)
                 with Window.canvas.after:
                     self._ring = (Color(rgba=tk.ink), SmoothLine(
                         width=dp(3 if tk.strong else 1.5), rounded_rectangle=(left, bottom, right - left, top - bottom, dp(12))))

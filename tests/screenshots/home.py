@@ -116,7 +116,7 @@ def idle(studio: Any) -> None:
     home(studio, replace(sample.with_aino(sample.READY, ()), open=(), planned=(), finished=()), chosen=None)
 
 
-@picture("home-parameters", sizes=(*BOTH, LARGE_TEXT))
+@picture("home-parameters", sizes=(*BOTH, SHARP, LARGE_TEXT))
 def parameters(studio: Any) -> Any:
     dialog = RunDialog(PARAMETERS, vm=home(studio, sample.FACTS).vm)
     return studio.dialogs.open(dialog)

@@ -6,6 +6,7 @@ from datetime import time
 
 import pytest
 from kivy.core.window import Window
+from kivy.graphics import SmoothLine
 from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.common.options import Option
@@ -13,6 +14,7 @@ from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
+from app.widgets.display import SectionCard
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.lists import ScrollPage
 from app.widgets.long_list import LongList
@@ -53,6 +55,23 @@ def test_tab_goes_round_and_back(ui, keys):
     assert seen == ["One", "Two", "Three", "One"]
     Window.dispatch("on_keyboard", TAB, 0, "", ["shift"])
     assert keys.target.text == "Three"
+
+
+def test_the_ring_does_not_lie_on_the_border_of_the_card(ui, keys):
+    card = SectionCard(padding=4)
+    card.add_widget(CommandButton(text="One", height=64))
+    ui.show(card, (300, 72))
+    before = set(Window.canvas.after.children)
+    ui.key(TAB)
+    line = next(part for part in Window.canvas.after.children if part not in before and isinstance(part, SmoothLine))
+    points = line.points
+    left, right = min(points[::2]), max(points[::2])
+    bottom, top = min(points[1::2]), max(points[1::2])
+    x, y = card.to_window(*card.pos)
+    assert left - line.width > x + 2
+    assert right + line.width < x + card.width - 2
+    assert bottom - line.width > y + 2
+    assert top + line.width < y + card.height - 2
 
 
 def test_the_ring_is_drawn_while_keys_are_used(ui, keys):

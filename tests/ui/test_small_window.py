@@ -111,6 +111,12 @@ def test_a_map_is_not_cut_where_the_page_ends(ui, small):
         assert page or shown <= 1 or shown >= plan.height - 1
 
 
+def test_the_words_of_a_robot_without_a_map_can_be_reached(ui, small):
+    home(small, replace(sample.with_aino(sample.EXECUTING), map=None))
+    ui.advance(.5)
+    reach(ui, next(label for label in ui.find_all(Label) if label.text == sample.EXECUTING.mission_text))
+
+
 def test_a_question_and_each_answer_can_be_reached(ui, small):
     view = loud_home(ui, small).vm
     answers = ui.find_all(PromptOption)

@@ -15,6 +15,7 @@ from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog, FormDialog, Menu
+from app.widgets.fields import FormField
 from app.widgets.long_list import LongList
 from app.widgets.pickers import DateDialog, DayCell, TimeDialog, TimeEntry, TimePart
 from app.widgets.rows import OptionRow
@@ -56,6 +57,34 @@ def test_every_other_way_out_is_a_no(ui, dialogs, way_out):
         ui.key(ESCAPE)
     ui.advance(.3)
     assert said == ["no"]
+
+
+def test_escape_asks_before_what_was_typed_is_lost(ui, dialogs):
+    dialog = FormDialog(title="Add robot")
+    field = FormField(label="Name", text="Aino")
+    dialog.add_widget(field)
+    dialogs.open(dialog)
+    ui.advance()
+    ui.type(field, "!")
+    field.focus = False
+    ui.key(ESCAPE)
+    assert isinstance(dialogs.top, ConfirmDialog)
+    press(ui, "Go on")
+    ui.advance(.3)
+    assert dialogs.top is dialog
+    ui.key(ESCAPE)
+    press(ui, "Discard")
+    ui.advance(.3)
+    assert dialogs.top is None
+
+
+def test_escape_closes_a_form_in_which_nothing_was_typed(ui, dialogs):
+    dialog = FormDialog(title="Add robot")
+    dialog.add_widget(FormField(label="Name", text="Aino"))
+    dialogs.open(dialog)
+    ui.advance()
+    ui.key(ESCAPE)
+    assert dialogs.top is None
 
 
 def test_a_tap_beside_a_question_does_not_answer_it(ui, dialogs):

@@ -171,6 +171,17 @@ def test_the_present_screen_is_marked_in_the_colours_of_the_theme(ui, stage, the
     assert [list(label.color) for label in marks["home"].children] == [list(tk.ink2)] * 2
 
 
+@pytest.mark.parametrize("width", range(640, 1280, 40))
+def test_the_date_stays_or_is_gone_however_old_what_is_known_is(ui, width):
+    bar = ui.show(TopBar(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino"), (width, 64))
+    narrow = set()
+    for age in ("now", "2 s ago", "58 s ago", "59 min ago"):
+        bar.link = f"Connected · {age}"
+        ui.advance()
+        narrow.add(bar.narrow)
+    assert len(narrow) == 1
+
+
 def test_the_robot_in_the_bar_can_be_tapped(ui):
     window = frame(ui)
     calls = fired(window, "on_pick_robot")

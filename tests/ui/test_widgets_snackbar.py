@@ -4,6 +4,7 @@ from __future__ import annotations
 import pytest
 from kivy.core.window import Window
 
+from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.snackbar import Snackbars
 from app.widgets.text import Ico, Txt
@@ -23,6 +24,15 @@ def test_a_message_comes_and_goes(ui, bars):
     ui.advance(4)
     assert bars.texts == []
     assert Window.children == []
+
+
+def test_a_message_stays_in_sight_when_a_dialog_opens_over_it(ui, bars):
+    bars.show("Saved")
+    dialog = Dialogs(animate=False).confirm("Sure?", "", "Yes", lambda: None)
+    ui.advance(.3)
+    assert Window.children[0] is bars.stack
+    dialog.dismiss()
+    ui.advance(.3)
 
 
 def test_undo_lasts_eight_seconds_and_runs_once(ui, bars):

@@ -228,7 +228,7 @@ def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Option]
         if mission.robot_id is None and mission.name in own and robot_id is not None:
             continue
         robot = facts.robot(mission.robot_id)
-        options.append(Option(mission.id, mission.name, "star" if mission.favourite else "flag-outline",
+        options.append(Option(mission.id, mission.name, "star" if mission.favourite else "star-outline",
                               _("only on {robot}").format(robot=robot.name) if robot else ""))
     return options
 

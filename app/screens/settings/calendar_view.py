@@ -17,7 +17,7 @@ from app.services.files.calendar_import import Imported
 from app.services.planning.working_days import DayStatus, Ground, spans
 
 YEARS = (1970, 2199)                     # whose months are shown
-CLOSED, HOLIDAY, EXTRA = "lock-outline", "flag-outline", "plus-circle-outline"
+CLOSED, HOLIDAY, EXTRA = "lock-outline", "calendar-star", "plus-circle-outline"
 
 EntryKey = tuple[int, date]              # id of the exception, 0 for a public holiday; the first day
 

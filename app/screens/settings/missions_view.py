@@ -182,7 +182,7 @@ def mission_options(facts: SettingsFacts, robot: Robot) -> list[Option]:
     for mission in sorted(facts.missions, key=lambda m: m.robot_id or 0):
         if mission.robot_id in (None, robot.id) and (not there or mission.guid in there):
             by_name[mission.name] = mission
-    return [Option(mission.id, mission.name, "star" if mission.favourite else "flag-outline")
+    return [Option(mission.id, mission.name, "star" if mission.favourite else "star-outline")
             for mission in sorted(by_name.values(), key=lambda m: (not m.favourite, m.name.casefold()))]
 
 

@@ -471,6 +471,7 @@ def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
     assert [row.key for row in form_view.mission_options(known, 1)] == [2, 3]
     assert [row.note for row in form_view.mission_options(known, 1)] == ["", "only on Aino"]
     assert {row.key for row in form_view.mission_options(known, None)} == {1, 2, 3, 4}
+    assert {row.icon for row in form_view.mission_options(known, None)} == {"star", "star-outline"}      # a flag is every mission's
 
 
 def test_pickers_offer_the_setting_first_and_keep_odd_values():

@@ -254,6 +254,7 @@ def test_a_robots_own_mission_hides_the_common_one_of_its_name():
     given = facts(missions=(CHARGE, DELIVER, own))
     assert [option.key for option in missions_view.mission_options(given, SISU)] == [11, 13]
     assert [option.key for option in missions_view.mission_options(given, AINO)] == [11, 10]
+    assert {option.icon for option in missions_view.mission_options(given, AINO)} <= {"star", "star-outline"}
 
 
 # ---------------------------------------------------------------------- idle automation
