@@ -176,7 +176,7 @@ PAGES = """
                         size_hint_y: None
                         height: tk.h_touch
                         spacing: S8
-                        options: [("once", "Once"), ("daily", "Daily"), ("weekly", "Weekly"), ("every", "Every …")]
+                        options: [("once", "Once"), ("daily", "Daily"), ("weekly", "Weekly"), ("every", "Interval")]
                         selected: "weekly"
                     StackLayout:
                         size_hint_y: None

@@ -1,7 +1,7 @@
 """Home in small windows, with an alarm and a question of a robot that talks too much: nothing overlaps, and what matters is reached."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import product
 
@@ -19,12 +19,15 @@ from app.i18n import _, translator
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.facts import OpenIssues
 from app.screens.home.cards import Answers, HomeColumn, HomeTall, PlaceMap, PromptOption, QueueCard
+from app.screens.home.fleet_page import Counts
 from app.screens.home.screen import HomeScreen
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.number_pad import PadKey
+from app.widgets.panel_grid import PanelGrid
 from app.widgets.tokens import tk
+from tests.screenshots.fleet import fleet
 from tests.screenshots.home import home
 from tests.support import home_facts as sample
 from tests.ui import checks
@@ -43,7 +46,11 @@ class Rig:
     """What tests/screenshots/home.py asks of a studio."""
 
     def __init__(self, ui) -> None:
-        self.dialogs, self._ui = None, ui
+        self.dialogs, self._ui, self.driver = None, ui, ui
+        self.after: list[Callable[[], object]] = []
+
+    def afterwards(self, close: Callable[[], object]) -> None:
+        self.after.append(close)
 
     def show(self, widget: Widget) -> None:
         self._ui.show(widget)
@@ -58,7 +65,10 @@ def small(ui, request) -> Iterator[Rig]:
     Metrics.fontscale = 1.3 if mode == "large" else 1.0
     tk.use("light", gloves=mode == "gloves")
     translator.use("fi" if mode == "large" else "en")          # Finnish words are the longer ones
-    yield Rig(ui)
+    rig = Rig(ui)
+    yield rig
+    for close in rig.after:
+        close()
     Metrics.fontscale = 1.0
     Window.size = before
 
@@ -109,6 +119,15 @@ def test_a_map_is_not_cut_where_the_page_ends(ui, small):
         shown = seen[3] - seen[1] if seen else 0
         page = any(isinstance(view, HomeColumn | HomeTall) for view in checks.parents(plan))       # scrolls as a whole
         assert page or shown <= 1 or shown >= plan.height - 1
+
+
+def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small):
+    page = fleet(small, 12)
+    ui.advance(.5)
+    assert page.is_shown
+    head, tiles = ui.find(Counts), ui.find(PanelGrid)
+    assert head.to_window(0, head.top)[1] <= ui.find(Frame).ids.body.to_window(0, ui.find(Frame).ids.body.top)[1] + 1
+    assert tiles.height >= 40
 
 
 def test_the_words_of_a_robot_without_a_map_can_be_reached(ui, small):

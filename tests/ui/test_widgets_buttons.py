@@ -4,7 +4,9 @@ from __future__ import annotations
 import gc
 import weakref
 
+import pytest
 from kivy.graphics import SmoothLine
+from kivy.metrics import Metrics
 from kivy.uix.widget import Widget
 
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segments, Toggle
@@ -114,6 +116,19 @@ def test_segments_follow_the_view_model(ui):
     assert [s.text for s in segments.children if s.selected] == ["B"]
     segments.options = [("b", "Bee"), ("c", "Cee")]
     assert [s.text for s in segments.children if s.selected] == ["Bee"]
+
+
+@pytest.mark.parametrize("scale", [1, 1.3])
+def test_words_of_segments_keep_off_their_borders_however_little_room_there_is(ui, scale):
+    Metrics.fontscale = scale
+    try:
+        segments = ui.show(Segments(options=[("7", "7 päivää"), ("30", "30 päivää"), ("all", "Kaikki")]), (10, 48))
+        for segment in segments.children:
+            word = ui.find(Txt, root=segment)
+            assert word.x - segment.x >= 5
+            assert segment.right - word.right >= 5
+    finally:
+        Metrics.fontscale = 1
 
 
 def test_a_toggle_flips_and_says_what_is_wanted(ui):

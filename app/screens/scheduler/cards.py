@@ -57,6 +57,7 @@ class SchedulesCard(SectionCard):
     note = StringProperty()
     tools = BooleanProperty(False)
     listing = ObjectProperty(Listing(), rebind=True)
+    empty = StringProperty()
 
 
 class FormCard(SectionCard):

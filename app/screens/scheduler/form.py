@@ -140,7 +140,7 @@ class FormModel(EventDispatcher):
                                       today=self._local_now().date(), first=self._draft.day)
 
     def choose_kind(self, kind: str) -> None:
-        """"Every …" begins with an end that is after its beginning."""
+        """"Interval" begins with an end that is after its beginning."""
         draft = self._draft
         later = {}
         if kind == Kind.EVERY and draft.until_time <= draft.at:

@@ -178,7 +178,7 @@ def form_field(problem: InvalidInput) -> str:
 # ---------------------------------------------------------------------- what is chosen
 def kinds(draft: Draft) -> tuple[tuple[str, str], ...]:
     own = ((Kind.OTHER, _("Own rule")),) if draft.kind is Kind.OTHER or draft.other_rule else ()
-    return ((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (Kind.EVERY, _("Every …")),
+    return ((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (Kind.EVERY, _("Interval")),
             (Kind.MONTHLY, _("Monthly")), *own)
 
 

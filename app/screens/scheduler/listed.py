@@ -23,6 +23,7 @@ class ScheduleList(EventDispatcher):
     """``rows`` is what is shown; ``has_tools``: there are enough of them to be searched, sorted and narrowed to a robot."""
     rows = ListProperty()
     note = StringProperty()
+    empty = StringProperty()             # said once it is known that there are none
     listing = ObjectProperty(view.Listing(), rebind=True)
     has_tools = BooleanProperty(False)
 
@@ -38,7 +39,7 @@ class ScheduleList(EventDispatcher):
         self.has_tools = len(facts.schedules) >= TOOLS_FROM
         listing = self.listing if self.has_tools else view.Listing()
         self.rows = view.schedule_rows(facts, self._now(), editing, listing)
-        self.note = view.schedules_note(facts, listing.robot_id)
+        self.note, self.empty = view.schedules_note(facts, listing.robot_id), view.schedules_empty(facts)
 
     def set(self, **values: Any) -> None:
         self.listing = replace(self.listing, **values)

@@ -228,6 +228,12 @@ def export_result(done: PlanExport, zone: str) -> str:
                     done.count).format(n=done.count, path=done.path)
 
 
+def schedules_empty(facts: SchedulerFacts) -> str:
+    """In the place of the rows that there are none of."""
+    return "" if facts.schedules else _(
+        "No schedule yet. Fill in the form and save it: it appears here with its next start and how it last went.")
+
+
 def schedules_note(facts: SchedulerFacts, robot_id: int | None = None) -> str:
     """How many are on, of all or of one robot."""
     listed, robot = [schedule for schedule in facts.schedules if robot_id in (None, schedule.robot_id)], facts.robot(robot_id)

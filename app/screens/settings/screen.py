@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from kivy.clock import Clock
+from kivy.metrics import sp
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -151,7 +152,7 @@ class SettingsScreen(ScreenBase):
         self._list = SectionList(vm=self.vm, screen=self)
         self._content = SectionContent(vm=self.vm, screen=self)
         self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
-        self.fbind("portrait", self._arrange)
+        self.fbind("size", self._resized)
         self._arrange()
 
     # ------------------------------------------------------------------ coming on screen
@@ -177,7 +178,7 @@ class SettingsScreen(ScreenBase):
         self.page.reached(**intent)
 
     def close(self) -> None:
-        """Portrait: back to the list."""
+        """Where it is narrow: back to the list."""
         self.vm.is_narrow_open = False
 
     @property
@@ -195,13 +196,21 @@ class SettingsScreen(ScreenBase):
             place.add_widget(page)
         page.show()
 
+    def _is_narrow(self) -> bool:
+        """Whether words of the list would be broken beside a section."""
+        return bool(self.height > self.width or self.width < sp(700))
+
+    def _resized(self, *_args: Any) -> None:
+        if self._is_narrow() != self.vm.is_narrow:
+            self._arrange()
+
     def _arrange(self, *_args: Any) -> None:
         """List and section beside each other, or one of them alone."""
-        self._content.narrow = self.vm.is_narrow = self.portrait
+        narrow = self._content.narrow = self.vm.is_narrow = self._is_narrow()
         shown = [self._list, self._content]
-        if self.portrait:
+        if narrow:
             shown = [self._content if self.vm.is_narrow_open else self._list]
-        self._list.size_hint_x, self._content.size_hint_x = (1, 1) if self.portrait else (.26, .74)
+        self._list.size_hint_x, self._content.size_hint_x = (1, 1) if narrow else (.26, .74)
         self._columns.clear_widgets()
         for widget in shown:
             self._columns.add_widget(widget)

@@ -87,7 +87,7 @@ def test_a_one_time_mission_is_planned(screen, container, ui):
 
 def test_every_so_many_minutes_between_two_times(screen, container, ui):
     choose(screen, ui, "Mission", "Bring pallet to dock")
-    kind(screen, ui, "Every …")
+    kind(screen, ui, "Interval")
     stepper = ui.find(StepField, value=1)
     ui.find(Segment, text="minutes")
     ui.tap(ui.find(Segment, text="minutes"))

@@ -47,7 +47,7 @@ def reveal(ui, schedule) -> None:
 
 # ---------------------------------------------------------------------- holding
 def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, container, ui):
-    press(screen, ui, "Hold …")
+    press(screen, ui, "Hold")
     chip(screen, ui, "Cleaning")
     ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
     settle(screen, ui)
@@ -68,7 +68,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
 
 
 def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
-    press(screen, ui, "Hold …")
+    press(screen, ui, "Hold")
     dialog = ui.find(HoldDialog)
     ui.tap(ui.find(PickField, root=dialog, label="What is held"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
@@ -94,7 +94,7 @@ def test_what_is_held_already_is_shown_and_released_in_the_dialog(screen, contai
     veikko = named(container, "Collect empties", "Veikko").robot_id
     container.holds.hold("Audit", robot_id=veikko)
     settle(screen, ui)
-    press(screen, ui, "Hold …")
+    press(screen, ui, "Hold")
     dialog = ui.find(HoldDialog)
     ui.tap(ui.find(PickField, root=dialog, label="What is held"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
@@ -120,7 +120,7 @@ def test_the_timeline_says_until_when_everything_is_held_and_its_button_releases
 
 
 def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, container, ui):
-    press(screen, ui, "Hold …")
+    press(screen, ui, "Hold")
     chip(screen, ui, "Audit")
     chip(screen, ui, "Audit")
     chip(screen, ui, "Until released")

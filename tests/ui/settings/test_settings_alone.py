@@ -52,12 +52,13 @@ def restored(screen, ui, asked):
     return asked
 
 
-def test_in_portrait_list_and_section_take_turns(screen, ui):
-    ui.show(screen, size=(752, 790))
+@pytest.mark.parametrize("size", [(752, 790), (552, 360)])        # portrait, and where the words of the list would be broken
+def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
+    ui.show(screen, size=size)
     screen.shown()
     ui.wait(lambda: ui.find_all(SectionRow))
     assert not ui.find_all(StepField)
-    ui.tap(ui.find(SectionRow, key="scheduler"))
+    ui.tap(ui.find(SectionRow, key="constraints"))
     ui.wait(lambda: ui.find_all(StepField))
     assert not ui.find_all(SectionRow)
     ui.tap(ui.find(IconButton, icon="arrow-left"))

@@ -360,6 +360,8 @@ def test_a_schedule_shows_how_it_last_went():
     assert (row.icon, row.tone, row.last) == ("skip-next-circle", "attention", "Skipped")
     assert view.schedules_note(facts()) == "1 of 1 on"
     assert view.schedules_note(facts(schedules=())) == ""
+    assert view.schedules_empty(facts()) == ""
+    assert view.schedules_empty(facts(schedules=())).startswith("No schedule yet.")
 
 
 # ---------------------------------------------------------------------- the form
