@@ -60,7 +60,7 @@ def group_note(group: Together, settings: Settings, now: datetime) -> str:
     """Which robots, and what to do, or since when it is over."""
     names = ", ".join(str(alarm.details.get("robot", "–")) for alarm in group[:NAMED])
     if len(group) > NAMED:
-        names = _("{robots} …").format(robots=names)
+        names += " …"
     if is_over(group[0]):
         last = max(alarm.cleared_at for alarm in group if alarm.cleared_at is not None)
         return " · ".join((_("Over since {time}").format(time=formats.day_and_time(last, settings.timezone, now)), names))

@@ -198,7 +198,7 @@ def _done_about(facts: HomeFacts, now: datetime, old: bool) -> TileView | None:
     end = since + timedelta(seconds=usual.median_s)
     left = (end - now).total_seconds()
     if left <= 0:
-        return TileView("timer-outline", _("Longer than usual"), _("+{time}").format(time=formats.rough_duration(-left)))
+        return TileView("timer-outline", _("Longer than usual"), f"+{formats.rough_duration(-left)}")
     return TileView("timer-outline", _("Done about"), formats.day_and_time(end, facts.settings.timezone, now),
                     _("{time} left").format(time=formats.rough_duration(left)))
 
