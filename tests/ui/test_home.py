@@ -8,7 +8,7 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.domain.models import Mission, ReasonCode, Schedule, State, Trigger
-from app.screens.home.cards import BlockedLine, FinishedRow, PlannedRow, QueueCard
+from app.screens.home.cards import BlockedLine, FinishedRow, PlannedRow, QueueCard, RobotHead
 from app.screens.home.run_dialog import RunDialog
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
@@ -33,7 +33,7 @@ def app(tmp_path_factory, ui):
         site.add_missions("Deliver", "Home", "Collect empties")
         with shown(site.container, ui) as app:
             app.site, app.aino, began = site, site.fleet.robots[0], site.container.clock.now()
-            ui.wait(lambda: site.is_at_rest(began) and "Ready" in ui.texts())
+            ui.wait(lambda: site.is_at_rest(began) and "Ready" in ui.texts(ui.find(RobotHead)))
             app.stored, app.root_vm = Stored(site.container), app.shell.navigator.screen("home").vm
             yield app
 
@@ -47,7 +47,7 @@ def home(app, ui):
 
     begin_anew(app, ui, put_back)
     app.root_vm.choose_mission(None)
-    ui.wait(lambda: "Ready" in ui.texts() and ui.find(TopBar).robot == "Aino" and not ui.find_all(AlarmBanner))
+    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)) and ui.find(TopBar).robot == "Aino" and not ui.find_all(AlarmBanner))
     assert (len(ui.find_all(RobotChip)), rows(ui), ui.find_all(FinishedRow), app.root_vm.busy) == (2, [], [], [])
     return app
 
@@ -114,7 +114,7 @@ def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
     ui.wait(lambda: "Paused" in ui.texts())
     ui.advance(1)
     press(ui, "Resume")
-    ui.wait(lambda: "Ready" in ui.texts())
+    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)))
 
 
 # ---------------------------------------------------------------------- run now
@@ -177,6 +177,7 @@ def test_under_the_minimum_the_operator_is_asked_first(home, ui):
     home.aino.control({"battery": 20.0})
     ui.wait(lambda: any(chip.battery == "20 %" for chip in ui.find_all(RobotChip)))
     run(ui, "Home")
+    ui.wait(lambda: ui.find_all(ConfirmDialog))              # once it is known that the mission has no parameters
     assert ui.find(ConfirmDialog).text == "The battery of Aino is at 20 %, under the minimum of 50 %."
     assert not home.site.container.history.open()
     press(ui, "Run")
@@ -257,7 +258,7 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     assert home.aino.state()["state_id"] == 4
     ui.advance(1)
     press(ui, "Resume")
-    ui.wait(lambda: "Ready" in ui.texts())
+    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)))
     assert home.aino.state()["state_id"] == 3
 
 
