@@ -7,13 +7,14 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.activities import KEPT_FOR
-from app.domain.activity import NO_DATA, ActivitySpan, as_drawn, seen_seconds
+from app.domain.activity import NO_DATA, ActivitySpan, as_drawn
 from app.domain.clock import midnight
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.kpi_view import Explanation, FactLine
 from app.screens.logs.view import Filters, period_start
+from app.services.history.kpi import RobotKpis
 from app.services.history.robot_states import RobotTimeline
 
 COLUMNS = 600                        # of a band; finer can't be seen
@@ -139,8 +140,10 @@ def legend() -> list[LegendEntry]:
     return [LegendEntry(kind, word(kind)) for kind in KINDS]
 
 
-def lanes(facts: StatesFacts) -> list[Lane]:
-    return [Lane(one.robot_id, one.robot, _share_on_missions(one), tuple(
+def lanes(facts: StatesFacts, robots: Sequence[RobotKpis]) -> list[Lane]:
+    """``robots``: their figures of the same period, as what is said here is their utilisation too."""
+    figures = {robot.robot_id: robot for robot in robots}
+    return [Lane(one.robot_id, one.robot, _share_on_missions(figures.get(one.robot_id)), tuple(
                 Span(facts.place(span.start), facts.place(span.end), span.activity) for span in as_drawn(_drawn(facts, one), COLUMNS)))
             for one in facts.timelines]
 
@@ -150,13 +153,13 @@ def _drawn(facts: StatesFacts, one: RobotTimeline) -> list[ActivitySpan]:
             if span.end > facts.start and span.start < facts.end]
 
 
-def _share_on_missions(one: RobotTimeline) -> str:
-    """Of the time for which it was observed."""
-    seconds = one.seconds
-    observed = seen_seconds(seconds)
-    if not observed:
+def _share_on_missions(figures: RobotKpis | None) -> str:
+    """Of the time for which it was observed; nothing before that is known."""
+    if figures is None:
+        return ""
+    if figures.utilisation is None:
         return _("never observed")
-    return _("{share} on missions").format(share=formats.percent(seconds.get("executing", 0.0) / observed * 100))
+    return _("{share} on missions").format(share=formats.percent(figures.utilisation * 100))
 
 
 def ticks(facts: StatesFacts, zone: ZoneInfo) -> list[Tick]:

@@ -184,7 +184,8 @@ class LogsViewModel(ViewModel):
             if self.part == "figures":
                 self.figures = more_view.page(self._figures, self._more)
         if self._states is not None and self.part == "robots":
-            self.lanes, self.ticks = robot_states.lanes(self._states), robot_states.ticks(self._states, self._facts.zone)
+            robots = self._figures.thesis.robots if self._figures is not None else ()
+            self.lanes, self.ticks = robot_states.lanes(self._states, robots), robot_states.ticks(self._states, self._facts.zone)
             self.legend, self.steps = robot_states.legend(), self._states.steps
 
     def explain(self, key: str) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from app.domain.activity import ACTIVITIES, NO_DATA, ActivitySpan
 from app.screens.logs import robot_states as states
+from app.services.history.kpi import RobotKpis
 from app.services.history.robot_states import RobotTimeline
 
 ZONE = ZoneInfo("Europe/Helsinki")
@@ -33,12 +34,18 @@ def test_the_night_of_a_clock_change_has_a_tick_for_each_midnight():
     assert [round(tick.place * 73) for tick in states.ticks(found, ZONE)] == [0, 24, 49]
 
 
-def test_the_share_on_missions_leaves_out_what_was_not_observed():
-    [lane] = states.lanes(facts(8, ("executing", 0, 1), ("idle", 1, 4), ("offline", 4, 6), (NO_DATA, 6, 8)))
+def test_the_share_on_missions_is_the_utilisation_of_the_figures():
+    spans = facts(8, ("executing", 0, 1), ("idle", 1, 4), ("offline", 4, 6), (NO_DATA, 6, 8))
+    figures = [RobotKpis(2, "Sisu", mission_s=1., observed_s=2.), RobotKpis(1, "Aino", mission_s=3600., observed_s=4 * 3600.)]
+    [lane] = states.lanes(spans, figures)
     assert lane.note == "25 % on missions"
     assert lane.spans[0] == states.Span(0, .125, "executing")
-    [lane] = states.lanes(facts(8, (NO_DATA, 0, 8)))
+    [lane] = states.lanes(spans, [RobotKpis(1, "Aino", mission_s=3600., observed_s=3 * 3600.)])       # whatever else was seen of it
+    assert lane.note == "33 % on missions"
+    [lane] = states.lanes(facts(8, (NO_DATA, 0, 8)), [RobotKpis(1, "Aino")])
     assert lane.note == "never observed"
+    [lane] = states.lanes(spans, ())
+    assert lane.note == ""
 
 
 @pytest.mark.parametrize("activity", [*ACTIVITIES, NO_DATA])
