@@ -199,7 +199,7 @@ class ScrollPage(CalmScroll):
 
 
 class ScrollRows(FloatLayout):
-    """``Rows`` that scroll and come to rest on whole rows, for up to some dozens. ``empty_text`` is shown while there are none.
+    """``Rows`` that scroll and come to rest on whole rows, for up to some dozens.
 
     ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width while they fit; when
     they don't, an arrow at each end scrolls by a page, which is easier with gloves.
@@ -208,7 +208,6 @@ class ScrollRows(FloatLayout):
     data = ListProperty()
     spacing = NumericProperty(0)
     direction = OptionProperty("y", options=("x", "y"))
-    empty_text = StringProperty()
     whole = BooleanProperty(True)
     view_height = NumericProperty(0)
     bar_margin = NumericProperty(0)     # px between the bar and the right edge; < 0: outside, in the padding around the rows
