@@ -8,7 +8,7 @@ PAGES = """
     date: "Fri 20 Nov 2026"
     clock: "14:38"
     robot: "Aino"
-    link: "Connected · 2 s ago"
+    link: "Connected · now"
     link_icon: "wifi"
     items: samples.NAV
     current: "home"
@@ -226,7 +226,7 @@ PAGES = """
                         StatusBadge:
                             tone: "attention"
                             icon: "wifi-strength-2-alert"
-                            text: "Slow · 9 s ago"
+                            text: "Slow · 10 s ago"
                         StatusBadge:
                             tone: "fault"
                             loud: True

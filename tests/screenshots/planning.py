@@ -41,7 +41,7 @@ class Stand:
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background)
         kind = SCREENS[name]
         self.screen = kind(pick(kind.Services, self.container), self.shell)
-        frame = Factory.Frame(date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · 2 s ago", link_icon="wifi")
+        frame = Factory.Frame(date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now", link_icon="wifi")
         frame.items = [(key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION]
         frame.current, frame.title = name, frame_controller.screen_word(name)
         frame.add_widget(self.screen)

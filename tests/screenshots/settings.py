@@ -49,7 +49,7 @@ def guid(name: str) -> str:
 
 def framed(screen: SettingsScreen):
     """Top bar and navigation around the screen, so that it has the room it really has."""
-    frame = Factory.Frame(title="Settings", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · 2 s ago",
+    frame = Factory.Frame(title="Settings", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now",
                           link_icon="wifi", items=NAV, current="settings")
     frame.add_widget(screen)
     return frame

@@ -68,6 +68,20 @@ class Driver:
         self._time.now += seconds
         self.advance()
 
+    def frames_drawn(self, seconds: float) -> int:
+        """Run the frames of ``seconds``; returns how many of them had something new to draw."""
+        drawn: list[None] = []
+
+        def note(_window: Window) -> None:
+            drawn.append(None)
+
+        Window.bind(on_draw=note)
+        for _n in range(round(seconds / FRAME)):
+            self._time.now += FRAME
+            EventLoop.idle()
+        Window.unbind(on_draw=note)
+        return len(drawn)
+
     def wait(self, condition: Callable[[], object], seconds: float = 60.) -> None:
         """Run frames until ``condition()`` holds that another thread brings about; AssertionError after ``seconds`` of wall time."""
         end, pause = time.monotonic() + seconds, .002

@@ -3,7 +3,7 @@ rarely sets; no kivy. The functions write in the language of the app; instants a
 
     duration(200)                        "3 min 20 s"
     until(at, now, zone)                 "in 2 h 10 min"; further off than a day "Mon 23 Nov 06:30"
-    ago(2)                               "2 s ago"
+    ago(20)                              "20 s ago"
     clock_time(at, zone)                 "14:38"
     day(at, zone, year=True)             "Fri 20 Nov 2026"
     number(98.13, 1, "%")                "98.1 %"
@@ -169,11 +169,13 @@ def rough_duration(seconds: float | None) -> str:
 
 
 def ago(seconds: float | None) -> str:
-    """2 s ago, 3 min ago; "now" below a second."""
+    """20 s ago, 3 min ago; "now" below ten seconds, then whole tens: what is read every few seconds would change all the time, and each
+    change draws the window."""
     if seconds is None:
         return NOTHING
     table = current()
-    return table.now_word if seconds < 1 else table.ago_pattern.format(rough_duration(seconds))
+    tens = seconds if seconds >= 60 else seconds // 10 * 10
+    return table.ago_pattern.format(rough_duration(tens)) if tens else table.now_word
 
 
 def ahead(seconds: float) -> str:

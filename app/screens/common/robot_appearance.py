@@ -71,7 +71,7 @@ def _appearance_of(status: RobotStatus) -> Appearance:
 
 
 def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settings: Settings) -> Appearance:
-    """How the robot answers, with the age of what is known: "Connected · 2 s ago"; of one that doesn't, since when."""
+    """How the robot answers, with the age of what is known: "Connected · 20 s ago"; of one that doesn't, since when."""
     connection = snapshot.connection
     if not robot.enabled or connection is Connection.DISABLED:
         return off_appearance(robot)

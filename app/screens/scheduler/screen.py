@@ -36,7 +36,7 @@ from app.widgets import load_kv
 
 REFRESH_SECONDS = 60.0       # after which the plan is read again although nothing has been published
 EXPORT_SECONDS = 12.0        # that the path of an export stays on screen
-NOW_LINE_SECONDS = 5.0       # between two positions of the now-line
+NOW_LINE_SECONDS = 15.0      # between two positions of the now-line: at its widest the timeline has 17 s per pixel
 MANY = 200                   # schedules, from which on their texts are not rebuilt every second
 PAGE = 0.5                   # of what the timeline shows, that a press moves it by
 

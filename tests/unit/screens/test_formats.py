@@ -27,7 +27,8 @@ def test_durations(seconds, words):
 
 
 @pytest.mark.parametrize(("seconds", "words"), [
-    (None, "–"), (0.4, "now"), (2, "2 s ago"), (185, "3 min ago"), (7800, "2 h 10 min ago"), (180000, "2 d 2 h ago")])
+    (None, "–"), (0.4, "now"), (9.9, "now"), (10, "10 s ago"), (59.9, "50 s ago"), (185, "3 min ago"),
+    (7800, "2 h 10 min ago"), (180000, "2 d 2 h ago")])
 def test_ages(seconds, words):
     assert formats.ago(seconds) == words
 
@@ -77,7 +78,7 @@ def test_addresses_without_what_goes_without_saying(url, words):
 def test_finnish_writes_differently():
     assert formats.day(NOW, ZONE, year=True) == "pe 20.11.2026"
     assert formats.day_and_time(NOW, ZONE) == "pe 20.11. 14.38"
-    assert formats.ago(2) == "2 s sitten"
+    assert formats.ago(20) == "20 s sitten"
     assert formats.until(NOW + timedelta(minutes=22), NOW, ZONE) == "22 min kuluttua"
     assert formats.number(98.1, 1, "%") == "98,1 %"
     assert formats.duration(273600) == "3 pv 4 h"

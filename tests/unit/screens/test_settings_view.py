@@ -87,7 +87,7 @@ def test_day_options_show_the_working_days():
 def test_a_robots_panel_is_its_data_sheet():
     [aino, _sisu] = view.robot_panels(facts(snapshots={1: snapshot()}), NOW)
     assert aino == view.RobotPanelView(1, "Aino", "MiR250 · software 3.5.4", "10.40.12.21", "200104012", "–", missions="1 in use",
-                                       badge="Connected · 2 s ago", badge_icon="wifi", tone="neutral")
+                                       badge="Connected · now", badge_icon="wifi", tone="neutral")
 
 
 def test_what_is_not_known_of_a_robot_is_a_dash():

@@ -1,0 +1,41 @@
+"""Hardly anything is drawn while nothing happens: where the graphics are drawn by the processor a frame takes 30 ms of it."""
+from __future__ import annotations
+
+import pytest
+
+from app.domain.models import Connection
+from tests.support.home_facts import READY
+from tests.ui.wear import SECTIONS
+from tests.ui.whole_app import shown
+
+SECONDS = 10
+AT_MOST = 1                              # frames in SECONDS: the line of the timeline that says what time it is
+PLACES = [("home", {}), ("scheduler", {}), ("logs", {}), *[("settings", {"section": section}) for section in SECTIONS]]
+
+
+def robots_answer(container) -> None:
+    """All are ready, and have been read just now."""
+    now = container.clock.now()
+    for robot in container.catalogue.robots():
+        container.snapshots.update(robot.id, connection=Connection.CONNECTED, status=READY, read_at=now, queue=(), queue_read_at=now)
+
+
+@pytest.mark.parametrize("place", PLACES, ids=lambda place: "-".join([place[0], *place[1].values()]))
+def test_at_rest_next_to_nothing_is_drawn(container, silent_robots, ui, place):
+    """The robots are read every two seconds, and answer the same each time."""
+    name, intent = place
+    container.ledger.make([container.ledger.completed(run, 240.0, 2.0) for run in container.history.open()])
+    robots_answer(container)
+    with shown(container, ui) as app:
+        app.shell.go(name, **intent)
+        for _second in range(5):             # until all has been read and made
+            ui.wait(lambda: app.shell.background.idle)
+            ui.advance(1)
+        drawn = 0
+        for second in range(SECONDS):
+            container.clock.advance(1)
+            if second % 2:
+                robots_answer(container)
+            drawn += ui.frames_drawn(1)
+            ui.wait(lambda: app.shell.background.idle)
+    assert drawn <= AT_MOST
