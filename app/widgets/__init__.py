@@ -28,9 +28,10 @@ def load() -> None:
     """Cure KivyMD, register all widgets and load their kv; once per process, before the app is made."""
     from kivy.clock import Clock
 
-    from app.widgets import kivymd_cures
+    from app.widgets import fonts, kivymd_cures
 
     kivymd_cures.apply()
+    fonts.apply()
     Clock.max_iteration = 60                 # wrapped texts in columns that fit settle in up to 25 rounds; kivy stops, and logs it, at 20
     for name in MODULES:
         importlib.import_module(f"app.widgets.{name}")
