@@ -104,9 +104,13 @@ class NavBar(MDNavigationBar):
         self.dispatch("on_switch_tabs", item, item.icon, item.text)
 
     def _build(self, *_):
-        self.clear_widgets()
-        for name, label, icon, icon_selected in self.items:
-            self.add_widget(NavItem(name=name, text=label, icon=icon, icon_selected=icon_selected))
+        """Other labels for the same screens go into the items that are there: a finger may be on one of them."""
+        if [item.name for item in reversed(self.children)] != [name for name, *_rest in self.items]:
+            self.clear_widgets()
+            for name, *_rest in self.items:
+                self.add_widget(NavItem(name=name))
+        for item, (_name, label, icon, icon_selected) in zip(reversed(self.children), self.items, strict=True):
+            item.text, item.icon, item.icon_selected = label, icon, icon_selected
         self._mark()
 
     def _mark(self, *_):

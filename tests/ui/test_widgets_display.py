@@ -158,6 +158,16 @@ def test_a_finger_on_a_screen_of_the_bar_shows(ui):
     assert indicator.state_layer_color[3] == 0
 
 
+def test_a_finger_on_the_bar_gets_there_though_its_words_change_meanwhile(ui):
+    window = frame(ui)
+    calls = fired(window, "on_go")
+    lift = ui.press(ui.find(NavItem, name="logs"))
+    window.items = [("home", "Koti", "home-variant-outline", "home-variant"), ("logs", "Loki", "text-box-outline", "text-box")]
+    lift()
+    assert calls == [("logs",)]
+    assert {"Koti", "Loki"} <= set(ui.texts())
+
+
 @pytest.mark.parametrize("theme", THEMES)
 def test_the_present_screen_is_marked_in_the_colours_of_the_theme(ui, stage, theme):
     window = frame(ui)
