@@ -5,7 +5,6 @@ import contextlib
 import os
 import signal
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import FrameType
@@ -134,7 +133,7 @@ def quiet_garbage() -> Iterator[None]:
     """Garbage is collected between frames, as long as the block lasts."""
     from kivy.clock import Clock
     from kivy.core.window import Window
-    garbage = Garbage(time.monotonic)
+    garbage = Garbage(Clock.get_time)
     garbage.begin()
     Window.fbind("on_touch_down", garbage.touched)
     collections = Clock.schedule_interval(garbage.collect_due, 0)

@@ -2,13 +2,16 @@
 from __future__ import annotations
 
 import gc
+import os
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from app.window.garbage import ALIVE, AT_THE_LATEST, EVERY, FROZEN, NEW, REST, Garbage
 from tests.support.clock import VirtualClock
 
+STATM = Path("/proc/self/statm")
 FINGER = 1.0                             # s between two touches
 
 
@@ -47,6 +50,11 @@ class Window:
 
     def rest(self) -> None:
         self.frames(round(REST / FINGER) + 1, finger=False)
+
+
+def resident() -> float:
+    """MiB."""
+    return int(STATM.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2 ** 20
 
 
 @pytest.fixture
@@ -111,6 +119,31 @@ def test_frozen_garbage_does_not_wait_for_a_rest_for_ever(window: Window) -> Non
     window.frames()
     assert Ring.alive == 0
     assert 2 * len(new) >= AT_THE_LATEST
+
+
+def test_what_closes_soon_after_it_was_opened_is_no_frozen_garbage(window: Window) -> None:
+    """Dialogs, as large as the largest, one after the other: not one of them waits for the long scan."""
+    for _n in range(3):
+        dialog = [Ring() for _m in range(2 * NEW)]
+        window.frames()
+        assert Ring.alive == len(dialog)
+        del dialog
+    many_more(window, NEW)
+    assert Ring.alive == 0
+
+
+def test_freed_memory_goes_back_to_the_system_when_everything_is_scanned(window: Window) -> None:
+    size = 2_000                             # bytes, which malloc takes from one heap
+    blocks = [bytes(size) for _n in range(50_000)]
+    stays = blocks[-1]                       # above all others, so that the heap can't shrink by itself
+    frozen_garbage(window)
+    del blocks
+    before = resident()
+    many_more(window, AT_THE_LATEST)
+    window.frames()
+    assert Ring.alive == 0
+    assert before - resident() > 30_000 * size / 2 ** 20
+    assert stays
 
 
 def test_a_little_garbage_waits_for_a_rest(window: Window) -> None:
