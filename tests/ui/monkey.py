@@ -2,8 +2,9 @@
 
     uv run python -m tests.ui.monkey [--acts 20000] [--seed 1]
 
-prints what the process has resident every thousand acts and ends with an error at the first exception, the first error in the log, or when
-memory has grown by more than ``MOST_GROWTH_MIB`` since act ``WARM``. The same seed does the same, but for what robots answer meanwhile.
+prints what the process has resident every ``WARM`` acts, with the same on screen each time, and ends with an error at the first
+exception, the first error in the log, or when memory has grown by more than ``MOST_GROWTH_MIB`` since act ``WARM``. The robots, which keep
+all they did, are in a process of their own. The same seed does the same, but for what robots answer meanwhile.
 """
 from __future__ import annotations
 
@@ -14,9 +15,12 @@ import os
 import random
 import tempfile
 from collections.abc import Callable
+from contextlib import closing
+from dataclasses import asdict
 from pathlib import Path
 from unittest import mock
 
+from tests.support.fleet_process import serve_apart
 from tests.ui import headless
 
 headless.install()
@@ -27,16 +31,19 @@ from kivy.uix.behaviors import ButtonBehavior  # noqa: E402
 import app.widgets  # noqa: E402
 from app.widgets.dialogs import Overlay  # noqa: E402
 from app.window.application import SchedulerApp  # noqa: E402
+from app.window.garbage import give_back  # noqa: E402
 from app.window.window import quiet_garbage  # noqa: E402
 from mir_sim.faults import FaultKind  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
-from tests.ui.whole_app import GUIDS, Plant, plant, shown  # noqa: E402
+from tests.ui.wear import SECTIONS  # noqa: E402
+from tests.ui.whole_app import GUIDS, Plant, shown  # noqa: E402
 
 ROBOTS = 5
 WARM = 2_000                             # acts, after which all there is has been built
 MOST_GROWTH_MIB = 10.0
 SIZES = ((1280, 800), (800, 1280), (1024, 600), (1920, 1200), (600, 480))
 KEYS = {"tab": 9, "enter": 13, "escape": 27, "space": 32, "backspace": 8, "up": 273, "down": 274, "right": 275, "left": 276}
+WELL = {"fault": None, "error": None, "emergency_stop": False, "user_prompt": None}
 PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2 ** 20
 
 
@@ -51,6 +58,8 @@ class Monkey:
             self.type: 3, self.turn: 1, self.trouble: 3,
         }
         self.done = 0
+        settings = asdict(site.container.settings())
+        self._settings = {name: settings[name] for name in ("language", "theme", "gloves", "font_scale_percent", "keyboard")}
 
     def act(self) -> str:
         """One act; returns its name."""
@@ -119,7 +128,7 @@ class Monkey:
             {"battery": self._rng.uniform(1, 100)}, {"emergency_stop": True}, {"error": {"code": 7, "description": "Cart not found"}},
             {"user_prompt": {"question": "May I go on?", "options": ["Yes", "No", "Later"], "timeout": 60}}, {"reboot_seconds": 2},
             {"fault": {"kind": self._rng.choice(list(FaultKind)), "count": 3, "seconds": .2}},
-            *[{"fault": None, "error": None, "emergency_stop": False, "user_prompt": None}] * 4)))
+            *[WELL] * 4)))
 
     # ------------------------------------------------------------------ around it
     @property
@@ -129,17 +138,30 @@ class Monkey:
         return " ".join([self._app.shell.navigator.current, *opened])
 
     def rest(self) -> None:
-        """Back on Home in the first size, with nothing open and nothing under way."""
+        """The same on screen each time, whatever was done before, so that memory can be compared: everything as it was set at first, all
+        screens and sections built anew, and nothing open or under way on Home."""
         Window.size = SIZES[0]
         self._keep_going()
+        self._site.container.catalogue.change_settings(**self._settings)
+        for robot in self._site.fleet.robots:
+            robot.control(WELL)
         self._app.shell.dialogs.close_all()
-        self._app.shell.go("home")
-        self._ui.wait(lambda: self._app.shell.background.idle)
+        self._app.shell.navigator.rebuild()
+        self._collect()                      # before everything is built a second time
+        for name, intent in (*(("settings", {"section": section}) for section in SECTIONS), ("scheduler", {}), ("logs", {}), ("home", {})):
+            self._app.shell.go(name, **intent)
+            self._ui.wait(lambda: self._app.shell.background.idle)
+        self._collect()
+
+    def _collect(self) -> None:
         self._ui.skip(200)                   # kivy's caches forget
         self._ui.advance(1)
         for _n in range(3):
+            gc.unfreeze()
             gc.collect()
             self._ui.advance()
+        gc.freeze()                          # as before
+        give_back()
 
     def _keep_going(self) -> None:
         catalogue = self._site.container.catalogue
@@ -186,12 +208,13 @@ def play(directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str]
     """``acts`` acts on a fresh tablet; returns the errors in the log and the growth of resident memory since act ``WARM`` in MiB."""
     errors = Errors()
     logging.getLogger().addHandler(errors)
-    before, first = Path.cwd(), 0.0
+    before, first, last = Path.cwd(), 0.0, 0.0
     os.chdir(directory)                      # for what is exported to a name without a directory
     home = mock.patch.dict(os.environ, HOME=str(directory))       # and with the one that is proposed
     home.start()
     try:
-        with plant(directory / "data", robots=ROBOTS, time_scale=20) as site:
+        with serve_apart(ROBOTS, time_scale=20) as fleet, closing(Plant(directory / "data", fleet)) as site:
+            site.container.runner.start()
             site.add_robots()
             site.add_missions(*list(GUIDS)[:6])
             with shown(site.container, ui) as app, quiet_garbage():
@@ -204,12 +227,13 @@ def play(directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str]
                         raise
                     if errors.said:
                         tell(f"act {monkey.done} with seed {seed}, {name}, at {Window.size} on {monkey.where}")
-                    if monkey.done in (WARM, acts):
+                    if monkey.done % WARM == 0 or monkey.done == acts:
+                        in_use = resident()
                         monkey.rest()
-                        first = first or resident()
-                    if monkey.done % 1000 == 0:
-                        tell(f"{monkey.done:>6} acts, the last was {name}; resident {resident():.1f} MiB")
-                return errors.said, resident() - first
+                        last = resident()
+                        first = first or last
+                        tell(f"{monkey.done:>6} acts, the last was {name}; resident {in_use:.1f} MiB in use, {last:.1f} at rest")
+                return errors.said, last - first
     finally:
         home.stop()
         os.chdir(before)

@@ -17,6 +17,7 @@ from app.mir.credentials import Token
 from app.screens.common.shell import Loudspeaker
 from app.window import application
 from app.window.application import SchedulerApp
+from tests.support.fleet_process import DistantFleet
 from tests.ui.driver import Driver
 
 USER, PASSWORD = "distributor", "distributor"
@@ -29,10 +30,13 @@ application.INPUT_DEVICES = Path("/nowhere/devices")    # whether the machine of
 class Plant:
     """A tablet and its robots. ``fleet.robots[n].control({...})`` does something to a robot."""
 
-    def __init__(self, directory: Path, fleet: mir_sim.Fleet) -> None:
+    def __init__(self, directory: Path, fleet: mir_sim.Fleet | DistantFleet) -> None:
         self.fleet = fleet
         self.container = Container.open(directory, with_window=True)
         self.container.catalogue.change_settings(poll_interval_seconds=POLL)
+
+    def close(self) -> None:
+        self.container.close()
 
     def add_robots(self) -> list[Robot]:
         return [self.container.catalogue.save_robot(Robot(robot.name, robot.url, USER), password=PASSWORD) for robot in self.fleet.robots]
@@ -90,7 +94,7 @@ def plant(directory: Path, *, robots: int = 1, time_scale: float = 1.0, start: b
         try:
             yield site
         finally:
-            site.container.close()
+            site.close()
 
 
 @contextmanager
