@@ -72,6 +72,7 @@ class SchedulerApp(MDApp):
         self._shown: Settings | None = None      # as they look now
         self._font_scale = Metrics.fontscale     # the system's own, that the setting multiplies
         self._exception_handler = UiExceptionHandler(self._show_unexpected)
+        self.much_has_gone: Callable[[], object] = lambda: None      # to be called when all screens were thrown away
 
     # ------------------------------------------------------------------ life
     def build(self) -> Widget:
@@ -143,6 +144,7 @@ class SchedulerApp(MDApp):
             self.shell.navigator.close()
             self.shell.background.close()
         self.container = self.shell = self._frame = self._gate = self._keyboard = self._poll = None
+        self.much_has_gone()
 
     # ------------------------------------------------------------------ going back to a backup
     def _restore(self, path: Path) -> None:
@@ -243,6 +245,7 @@ class SchedulerApp(MDApp):
             translator.use(settings.language)
         if self.shell is not None and len(set(sizes)) > 1:
             self.shell.navigator.rebuild()
+            self.much_has_gone()
 
     def _wants_keyboard(self) -> bool:
         """On the screen. Linux says whether the tablet has one; other systems, Android among them, bring up their own."""

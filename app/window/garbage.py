@@ -21,6 +21,7 @@ ALIVE = 100_000              # objects that are frozen when so many are alive: s
 FROZEN = 150_000             # objects frozen since everything was scanned, after which it is again, at the next rest: 0.3 s
 AT_THE_LATEST = 250_000      # also while the screen is in use
 EVERY = 300.0                # s between collections at rest, however little there is
+LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
 REST = 5.0                   # s without a touch, after which a pause goes unnoticed
 FALLBACK = (10 * NEW, 5, 5)  # Python's own thresholds, for when no frames are drawn (behind other apps on Android)
 
@@ -32,6 +33,7 @@ class Garbage:
         self._now = now
         self._touched_at = self._collected_at = now()
         self._frozen = 0                     # objects, since everything was scanned
+        self._gone_at: float | None = None
         self._before: tuple[int, int, int] | None = None
 
     def begin(self) -> None:
@@ -50,6 +52,10 @@ class Garbage:
     def touched(self, *_args: object) -> None:
         self._touched_at = self._now()
 
+    def much_has_gone(self) -> None:
+        """Most of the window was thrown away, to be built anew: what is frozen is garbage, and as large as all that comes."""
+        self._gone_at = self._now()
+
     def collect_due(self, *_args: object) -> None:
         """Collect what it is time for; mostly nothing."""
         now = self._now()
@@ -61,11 +67,11 @@ class Garbage:
             if alive >= ALIVE:
                 gc.freeze()
                 self._frozen += alive
-        elif self._frozen >= (FROZEN if rests else AT_THE_LATEST):
+        elif self._frozen >= (FROZEN if rests else AT_THE_LATEST) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
             gc.unfreeze()
             gc.collect()
             gc.freeze()
-            self._frozen = 0
+            self._frozen, self._gone_at = 0, None
             give_back()
 
 

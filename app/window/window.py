@@ -124,17 +124,19 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
-    with quiet_garbage():
+    with quiet_garbage(app):
         app.run()
 
 
 @contextlib.contextmanager
-def quiet_garbage() -> Iterator[None]:
-    """Garbage is collected between frames, as long as the block lasts."""
+def quiet_garbage(app=None) -> Iterator[None]:  # type: ignore[no-untyped-def]
+    """Garbage is collected between frames, as long as the block lasts; ``app`` says when it throws its screens away."""
     from kivy.clock import Clock
     from kivy.core.window import Window
     garbage = Garbage(Clock.get_time)
     garbage.begin()
+    if app is not None:
+        app.much_has_gone = garbage.much_has_gone
     Window.fbind("on_touch_down", garbage.touched)
     collections = Clock.schedule_interval(garbage.collect_due, 0)
     try:

@@ -217,7 +217,7 @@ def play(directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str]
             site.container.runner.start()
             site.add_robots()
             site.add_missions(*list(GUIDS)[:6])
-            with shown(site.container, ui) as app, quiet_garbage():
+            with shown(site.container, ui) as app, quiet_garbage(app):
                 monkey = Monkey(site, app, ui, seed)
                 while monkey.done < acts and not errors.said:
                     try:

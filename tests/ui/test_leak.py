@@ -2,10 +2,12 @@
 from __future__ import annotations
 
 import gc
+import weakref
 
 import pytest
 
 from app.screens.home.cards import RobotStrip
+from app.window.garbage import LET_GO
 from app.window.window import quiet_garbage
 from tests.support import month
 from tests.ui.wear import Wear, widgets
@@ -50,3 +52,15 @@ def test_what_a_turn_of_the_window_replaces_is_collected_while_it_is_used(contai
     assert built == TURNS
     assert piled <= PILED
     assert {name: count - before[name] for name, count in after.items() if count - before[name] >= TURNS} == {}
+
+
+def test_screens_that_another_size_of_texts_replaces_are_gone_before_as_much_has_come(container, ui):
+    with shown(container, ui) as app, quiet_garbage(app):
+        Wear(app, ui).turn(0)
+        old = weakref.ref(app.shell.navigator.screen("home"))
+        gc.collect()
+        gc.freeze()                          # as what is on screen for a while
+        container.catalogue.change_settings(font_scale_percent=130)
+        ui.wait(lambda: app.shell.navigator.screen("home") is not old())
+        ui.advance(LET_GO + .5)
+        assert old() is None

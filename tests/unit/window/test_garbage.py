@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.window.garbage import ALIVE, AT_THE_LATEST, EVERY, FROZEN, NEW, REST, Garbage
+from app.window.garbage import ALIVE, AT_THE_LATEST, EVERY, FROZEN, LET_GO, NEW, REST, Garbage
 from tests.support.clock import VirtualClock
 
 STATM = Path("/proc/self/statm")
@@ -129,6 +129,13 @@ def test_what_closes_soon_after_it_was_opened_is_no_frozen_garbage(window: Windo
         assert Ring.alive == len(dialog)
         del dialog
     many_more(window, NEW)
+    assert Ring.alive == 0
+
+
+def test_what_was_frozen_is_collected_as_soon_as_most_of_the_window_has_gone(window: Window) -> None:
+    frozen_garbage(window)
+    window.garbage.much_has_gone()
+    window.frames(round(LET_GO / FINGER))
     assert Ring.alive == 0
 
 
