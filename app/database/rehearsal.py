@@ -62,9 +62,10 @@ class Rehearsal:
                                              ORDER BY type <> 'table'"""):
                 self.copy.execute(statement)
             for table, query in [*((table, f"SELECT * FROM {table}") for table in _TABLES), ("executions", f"SELECT * FROM {_UNSENT}")]:
+                self.copy.execute(f"DELETE FROM {table}")        # of ids what SQLite has noted of the rows just copied, which may be less
                 rows = c.execute(query)
                 marks = ", ".join("?" for _ in rows.description)
-                self.copy.executemany(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", map(tuple, rows))
+                self.copy.executemany(f"INSERT INTO {table} VALUES ({marks})", map(tuple, rows))
         finally:
             c.execute("COMMIT")
         self.copy.execute("PRAGMA foreign_keys = ON")

@@ -19,6 +19,7 @@ from app.domain.models import (
     IdleRule,
     InvalidInput,
     Overlap,
+    Robot,
     Schedule,
     Settings,
     State,
@@ -90,6 +91,29 @@ def test_sections_may_be_left_out_and_nothing_is_ever_deleted(world):
     assert world.take({"format": FORMAT}) == []
     assert world.take({"format": FORMAT, "settings": {}, "robots": [], "missions": [], "schedules": []}) == []
     assert world.everything() == before
+
+
+def test_what_was_deleted_can_be_brought_back_by_the_file_that_had_it(world):
+    """With new ids: those of deleted robots and missions never come back."""
+    world.take(FULL)
+    before = world.robots["R2"].id
+    world.catalogue.remove_mission(next(mission.id for mission in world.missions if mission.guid == "home-2"))
+    for robot in world.robots.values():
+        world.catalogue.remove_robot(robot.id)
+    world.take(FULL)
+    assert world.robots["R1"].id > before
+    assert {schedule.robot_id for schedule in world.schedules.values()} == {world.robots["R1"].id}
+
+
+def test_a_file_read_in_after_a_robot_was_deleted_plans_on_the_robots_that_it_names(world):
+    for number, name in enumerate(("Stays", "Goes")):
+        last = world.catalogue.save_robot(Robot(name, f"http://192.168.12.{90 + number}", "distributor"), password="secret")
+    world.catalogue.remove_robot(last.id)
+    document = changed("schedules.0.robot", "R2")
+    document["schedules"], document["missions"] = document["schedules"][:1], document["missions"][:1]
+    del document["robots"][0]["idle"]
+    world.take(document)
+    assert world.schedules["Morning"].robot_id == world.robots["R2"].id
 
 
 def test_keys_given_are_set_and_the_others_stay(world):
