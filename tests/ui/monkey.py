@@ -29,17 +29,20 @@ from kivy.core.window import Window  # noqa: E402
 from kivy.uix.behaviors import ButtonBehavior  # noqa: E402
 
 import app.widgets  # noqa: E402
+from app.services.planning import public_holidays  # noqa: E402
 from app.widgets.dialogs import Overlay  # noqa: E402
+from app.widgets.fields import FieldInput  # noqa: E402
 from app.window.application import SchedulerApp  # noqa: E402
 from app.window.garbage import give_back  # noqa: E402
 from app.window.window import quiet_garbage  # noqa: E402
 from mir_sim.faults import FaultKind  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
-from tests.ui.wear import SECTIONS  # noqa: E402
+from tests.ui.wear import SECTIONS, Wear  # noqa: E402
 from tests.ui.whole_app import GUIDS, Plant, shown  # noqa: E402
 
 ROBOTS = 5
-WARM = 2_000                             # acts, after which all there is has been built
+ROUNDS = 9                               # a dialog each
+WARM = 2_000                             # acts, after which caches are full
 MOST_GROWTH_MIB = 10.0
 SIZES = ((1280, 800), (800, 1280), (1024, 600), (1920, 1200), (600, 480))
 KEYS = {"tab": 9, "enter": 13, "escape": 27, "space": 32, "backspace": 8, "up": 273, "down": 274, "right": 275, "left": 276}
@@ -131,6 +134,20 @@ class Monkey:
             *[WELL] * 4)))
 
     # ------------------------------------------------------------------ around it
+    def see_all(self) -> None:
+        """Once every screen and dialog in every size, the keyboard and the library of holidays, which a finger finds sooner or later."""
+        wear = Wear(self._app, self._ui)
+        self._site.container.catalogue.change_settings(keyboard="on")
+        for size in SIZES:
+            Window.size = size
+            wear.rounds(ROUNDS)
+        self._app.shell.go("settings", section="robots", add=True)
+        self._ui.wait(lambda: self._ui.find_all(FieldInput))
+        self._ui.find(FieldInput).focus = True
+        self._ui.advance(1)
+        public_holidays.of_year("FI", "", 2026, "en")
+        self.rest()
+
     @property
     def where(self) -> str:
         """The screen, and what was opened on it."""
@@ -219,6 +236,8 @@ def play(directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str]
             site.add_missions(*list(GUIDS)[:6])
             with shown(site.container, ui) as app, quiet_garbage(app):
                 monkey = Monkey(site, app, ui, seed)
+                if acts > WARM:
+                    monkey.see_all()
                 while monkey.done < acts and not errors.said:
                     try:
                         name = monkey.act()
