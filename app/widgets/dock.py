@@ -16,5 +16,13 @@ class Dock(EventDispatcher):
         if self.field is field:
             self.field = None
 
+    def leave(self, widget) -> None:
+        """Take the focus from the field inside ``widget``, which goes: it would be kept with all that is around it."""
+        around = self.field
+        while around is not None and around is not widget:
+            around = around.parent if around.parent is not around else None      # a window is its own parent
+        if around is not None:
+            self.field.focus = False
+
 
 dock = Dock()

@@ -7,10 +7,11 @@ import weakref
 import pytest
 
 from app.screens.home.cards import RobotStrip
+from app.widgets.fields import FieldInput
 from app.window.garbage import LET_GO
 from app.window.window import quiet_garbage
 from tests.support import month
-from tests.ui.wear import Wear, widgets
+from tests.ui.wear import CACHED, Wear, widgets
 from tests.ui.whole_app import shown
 
 WARM = 36                                # rounds: all there is has been built once
@@ -63,4 +64,18 @@ def test_screens_that_another_size_of_texts_replaces_are_gone_before_as_much_has
         container.catalogue.change_settings(font_scale_percent=130)
         ui.wait(lambda: app.shell.navigator.screen("home") is not old())
         ui.advance(LET_GO + .5)
+        assert old() is None
+
+
+def test_a_field_that_had_the_focus_keeps_no_screen_that_was_thrown_away(container, silent_robots, ui):
+    with shown(container, ui) as app:
+        app.shell.go("settings", section="scheduler")
+        ui.wait(lambda: app.shell.background.idle and ui.find_all(FieldInput))
+        ui.find(FieldInput).focus = True
+        ui.advance(.5)
+        old = weakref.ref(app.shell.navigator.screen("settings"))
+        app.shell.navigator.rebuild()
+        ui.wait(lambda: app.shell.background.idle)
+        ui.skip(CACHED)
+        gc.collect()
         assert old() is None

@@ -78,6 +78,7 @@ from kivymd.uix.screenmanager import MDScreenManager
 from app.i18n import translator
 from app.screens.common.overlays import Dialogs
 from app.screens.common.threads import Background, Changed, Job, UiBus
+from app.widgets.dock import dock
 from app.widgets.snackbar import Snackbars
 
 if TYPE_CHECKING:
@@ -262,5 +263,6 @@ class Navigator(EventDispatcher):
 
     def _hide(self) -> None:
         if self._shown is not None:
+            dock.leave(self._shown)
             self._shown.hidden()
             self._shown = None
