@@ -12,14 +12,14 @@ from app.screens.common.alarms_view import alarm_text, menu_of
 from app.screens.frame.alarm_list import AlarmList, AlarmRow, NoteDialog
 from app.screens.frame.facts import OpenIssues
 from app.services.live.holds import Hold
-from tests.screenshots.home import ALARMS, home
+from tests.screenshots.home import ALARMS, home, stopped
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
 from tests.support import home_facts as sample
 
 SIZES = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
 STANDING = (
     ALARMS[0],
-    replace(ALARMS[1], raised_at=sample.ago(hours=2), last_at=sample.ago(minutes=36), acknowledged_at=sample.ago(minutes=30),
+    replace(ALARMS[1], raised_at=sample.ago(hours=2), last_at=sample.ago(minutes=9), acknowledged_at=sample.ago(minutes=5),
             note="Access point in hall B is being replaced"),
     *ALARMS[2:],
     replace(ALARMS[1], id=5, key="robot:3", details={"robot": "Sisu"}, shelved_until=sample.NOW + timedelta(hours=1, minutes=52)),
@@ -35,7 +35,7 @@ class Desk:
 
     def __init__(self, studio: Any, past: Sequence[Alarm] = PAST, standing: Sequence[Alarm] = STANDING) -> None:
         issues = OpenIssues(standing, [Hold("Fire drill in hall B", sample.NOW + timedelta(hours=1))])
-        home(studio, sample.with_aino(sample.STOPPED), issues=issues)
+        home(studio, stopped(), issues=issues)
         services: Any = SimpleNamespace(clock=SimpleNamespace(now=lambda: sample.NOW),
                                         alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)))
         shell: Any = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)

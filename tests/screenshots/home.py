@@ -36,11 +36,17 @@ PARAMETERS = (MissionParameter("place", "Pick-up place", choices=(("K1", "Kittin
 ALARMS = (
     Alarm("emergency_stop", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino"}, id=1),
     Alarm("unreachable", "robot:2", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko"}, id=2, count=3),
-    Alarm("executions_missed", "plan", Priority.MEDIUM, sample.ago(minutes=50), {"count": 4, "reason": "off from 10:12 to 11:48"}, id=3,
-          cleared_at=sample.ago(minutes=50)),
+    Alarm("executions_missed", "plan", Priority.MEDIUM, sample.ago(minutes=170), {"count": 4, "reason": "off from 10:12 to 11:48"}, id=3,
+          cleared_at=sample.ago(minutes=170)),
     Alarm("robot_error", "robot:3", Priority.HIGH, sample.ago(minutes=70), {"robot": "Sisu", "problem": "Failed to reach goal"}, id=4,
           cleared_at=sample.ago(minutes=60)),
 )
+ERROR = Alarm("robot_error", "robot:1", Priority.HIGH, sample.ago(minutes=1),
+              {"robot": "Aino", "robot_id": 1, "problem": "Failed to reach goal position 'Line 2'"}, id=6)
+QUESTION = Alarm("question", "robot:1", Priority.HIGH, sample.ago(minutes=1),
+                 {"robot": "Aino", "robot_id": 1, "question": "Is the pallet loaded at Dock 3?", "answers": ["Yes", "No", "Skip this stop"]},
+                 id=7)
+SILENT = Alarm("unreachable", "robot:1", Priority.MEDIUM, sample.ago(minutes=4), {"robot": "Aino", "robot_id": 1}, id=8)
 LATE = tuple(replace(sample.HELD, id=number, mission=mission, wait=Wait.LATE_START, hold_until=sample.NOW + timedelta(seconds=24))
              for number, mission in ((21, "Waste to compactor"), (22, "Collect empties")))
 
@@ -80,6 +86,13 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenI
     return screen
 
 
+def stopped() -> HomeFacts:
+    """Aino's emergency stop is pressed, and Veikko has not answered for nine minutes, as ``ALARMS`` say."""
+    facts = sample.with_aino(sample.STOPPED)
+    silent = replace(sample.snapshot(2, sample.READY, age=540, connection=Connection.UNREACHABLE), since=sample.ago(minutes=9))
+    return replace(facts, snapshots={**facts.snapshots, 2: silent})
+
+
 @picture("home", sizes=EVERY_SIZE)
 def running(studio: Any) -> None:
     home(studio, sample.FACTS)
@@ -87,28 +100,30 @@ def running(studio: Any) -> None:
 
 @picture("home-estop", sizes=(*BOTH, SMALL))
 def emergency_stop(studio: Any) -> None:
-    home(studio, sample.with_aino(sample.STOPPED), issues=OpenIssues(ALARMS))
+    home(studio, stopped(), issues=OpenIssues(ALARMS))
 
 
 @picture("home-overdue", sizes=(*BOTH, SMALL, LARGE_TEXT))
 def overdue(studio: Any) -> None:
-    home(studio, sample.with_aino(sample.STOPPED), issues=OpenIssues([replace(ALARMS[0], raised_at=sample.ago(minutes=7)), *ALARMS[1:]]))
+    home(studio, stopped(), issues=OpenIssues([replace(ALARMS[0], raised_at=sample.ago(minutes=7)), *ALARMS[1:]]))
 
 
 @picture("home-error", sizes=(LANDSCAPE,))
 def error(studio: Any) -> None:
-    home(studio, sample.with_aino(sample.FAILED))
+    home(studio, sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR]))
 
 
 @picture("home-question", sizes=(*BOTH, SMALL))
 def question(studio: Any) -> None:
-    home(studio, sample.with_aino(sample.ASKING))
+    home(studio, sample.with_aino(sample.ASKING), issues=OpenIssues([QUESTION]))
 
 
 @picture("home-unreachable", sizes=(LANDSCAPE,))
 def unreachable(studio: Any) -> None:
-    home(studio, sample.with_aino(sample.EXECUTING, age=300, connection=Connection.UNREACHABLE,
-                                  problem="10.40.12.21 doesn't answer; is the robot switched on and on this network?"))
+    facts = sample.with_aino(sample.EXECUTING, age=250, connection=Connection.UNREACHABLE,
+                             problem="10.40.12.21 doesn't answer; is the robot switched on and on this network?")
+    aino = replace(facts.snapshots[1], since=sample.ago(minutes=4))
+    home(studio, replace(facts, snapshots={**facts.snapshots, 1: aino}), issues=OpenIssues([SILENT]))
 
 
 @picture("home-idle", sizes=BOTH)
