@@ -40,7 +40,9 @@ class Standing:
     def note(self, before, after, rows) -> None:
         """The keys of a list are about to change; ``rows`` are those that exist."""
         gone = set(before) - set(after)
-        if dock.field is None and len(gone) == 1 and set(after) <= set(before):
+        if not after:
+            self._ends = 0.                  # nothing is left that could slide
+        elif dock.field is None and len(gone) == 1 and set(after) <= set(before):
             self._places = {row.key: row.to_window(*row.pos) for row in rows}
             self._ends = Clock.get_time() + STILL
 

@@ -44,8 +44,8 @@ ALARMS = (
 ERROR = Alarm("robot_error", "robot:1", Priority.HIGH, sample.ago(minutes=1),
               {"robot": "Aino", "robot_id": 1, "problem": "Failed to reach goal position 'Line 2'"}, id=6)
 QUESTION = Alarm("question", "robot:1", Priority.HIGH, sample.ago(minutes=1),
-                 {"robot": "Aino", "robot_id": 1, "question": "Is the pallet loaded at Dock 3?", "answers": ["Yes", "No", "Skip this stop"]},
-                 id=7)
+                 {"robot": "Aino", "robot_id": 1, "question": "Is the pallet loaded at Dock 3?",
+                  "answers": ["Yes", "No", "Skip this stop"]}, id=7)
 SILENT = Alarm("unreachable", "robot:1", Priority.MEDIUM, sample.ago(minutes=4), {"robot": "Aino", "robot_id": 1}, id=8)
 LATE = tuple(replace(sample.HELD, id=number, mission=mission, wait=Wait.LATE_START, hold_until=sample.NOW + timedelta(seconds=24))
              for number, mission in ((21, "Waste to compactor"), (22, "Collect empties")))

@@ -74,6 +74,19 @@ def test_what_slides_under_the_finger_after_a_row_has_gone_is_not_pressed(ui, ki
     assert happened == [(2, "cancel"), (1, "cancel"), (3, "cancel")]
 
 
+@pytest.mark.parametrize("kind", [ScrollRows, LongList])
+def test_what_comes_after_the_last_row_has_gone_can_be_pressed_at_once(ui, kind):
+    """Another tab, for example."""
+    rows = ui.show(kind(viewclass="QueueRow", data=queue(1)), (400, 300))
+    happened = actions_of(rows)
+    rows.data = []
+    ui.advance(.1)
+    rows.data = queue(2, 1)
+    ui.advance(.1)
+    ui.tap(ui.find(IconButton, root=ui.find(QueueRow, key=1)))
+    assert happened == [(1, "cancel")]
+
+
 def test_a_long_queue_is_only_the_rows_in_sight_also_when_all_of_it_changes(ui):
     rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(200))), (400, 300))
     calls = actions_of(rows)
