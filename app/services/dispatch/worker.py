@@ -18,7 +18,7 @@ from app.domain import rules
 from app.domain.models import Execution, Robot, Trigger
 from app.domain.robot import RobotStatus
 from app.mir.client import RobotClient
-from app.mir.errors import AnotherRobot, RobotError
+from app.mir.errors import AnotherRobot, Rejected, RobotError
 from app.services.dispatch import messages
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.following import Following
@@ -255,12 +255,25 @@ class RobotWorker:
         if rule is None:
             return
         last, idle_seconds = self._s.robots.idle_queue_id(db, self.robot.id), self._idle.seconds(self._clock.monotonic())
-        if not self._idle_mission_is_due(last, idle_seconds) or self._s.ledger.has_open_idle(self.robot.id):
+        if not self._idle_mission_is_due(last, idle_seconds) or self._s.ledger.has_open_idle(self.robot.id) or self._seems_anew(last):
             return
         if mission := self._s.missions.get(db, rule.mission_id):
             self._s.ledger.add(rules.one_off(Trigger.IDLE, self.robot, mission, self._s.settings(), self._clock.now(), str(uuid.uuid4()),
                                              queue_floor=self.seen.highest))
             self._ledger_changed = True
+
+    def _seems_anew(self, last_queue_id: int | None) -> bool:
+        """Whether the robot's numbers seem to have begun anew, though its last idle mission is still there or can't be asked for: a list
+        that ends too early gives a number that is too low."""
+        if last_queue_id is None or self.seen.highest is None or self.seen.highest >= last_queue_id:
+            return False
+        try:
+            self._client.queue_item(last_queue_id)
+        except Rejected:
+            return False
+        except RobotError:
+            pass
+        return True
 
     def _is_still_idle(self, row: Execution) -> bool:
         """An idle mission that could not be sent at once is judged anew: nothing else may have run. Raises RobotError."""

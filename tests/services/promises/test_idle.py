@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import pytest
 
+from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
 from tests.support.seen import robot_of, sent_at, states
 
@@ -31,6 +32,30 @@ def test_an_idle_start_whose_outcome_is_unknown_is_not_tried_again_once_somebody
     site.run(180)
     assert sent_at(site) == [first]
     assert [row.state.is_open for row in site.executions()] == [False]
+
+
+def test_an_item_that_cannot_be_read_does_not_make_the_queue_seem_to_begin_anew(resting):
+    """The list of such a robot ends with its oldest items, so what is newer is tried one by one."""
+    site = resting
+    site.network.short_lists = 1
+    site.stranger_queues("Deliver")
+    site.run(120)
+    site.run_until(lambda: states(site) == ["Done", "Done"], within=1800)
+    [number] = [item.id for item in site.machines["R1"].queue if item.description]
+    site.network.unreadable.add(("R1", number))
+    site.run(2400)
+    assert len(sent_at(site)) == 1
+
+
+def test_a_queue_that_really_begins_anew_ends_the_rest(resting):
+    site = resting
+    for _ in range(3):
+        site.stranger_queues("Deliver")
+    site.run_until(lambda: len(sent_at(site)) == 1, within=2400)
+    site.run(300)
+    site.machines["R1"].queue = MissionQueue()
+    site.run(900)
+    assert len(sent_at(site)) == 2
 
 
 def test_a_robot_that_is_deleted_and_put_back_is_not_sent_home_again(resting):
