@@ -4,20 +4,12 @@
 """
 from __future__ import annotations
 
-import sqlite3
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import Any
 
-from app.database.alarms import AlarmRepository
-from app.database.calendar import CalendarRepository
-from app.database.executions import ExecutionRepository
-from app.database.holds import HoldRepository
-from app.database.missions import MissionRepository
-from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository, Skip
-from app.database.settings import SettingsRepository
+from app.database.schedules import Skip
 from app.domain import names, rules
 from app.domain.models import (
     DayException,
@@ -34,12 +26,13 @@ from app.domain.models import (
 )
 from app.mir.credentials import token_for
 from app.services.catalogue import validation
+from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
 from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
 from app.services.planning import public_holidays
 from app.services.planning.first_due import first_due
-from app.services.planning.working_days import WorkingCalendar, working_calendar
+from app.services.planning.working_days import WorkingCalendar
 
 NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
                 "started_through": None}                 # of a schedule
@@ -47,20 +40,8 @@ _TOLD = ("name", "address", "username", "enabled", "needs_password", "certificat
 _MOMENT = timedelta(microseconds=1)
 
 
-@dataclass
-class Edit:
+class Edit(Transaction):
     """Changes inside one transaction at one moment. Every method raises InvalidInput before it has written anything."""
-    c: sqlite3.Connection
-    now: datetime
-    topics: set[Topic] = field(default_factory=set)      # what changed, to be published after the commit
-    notes: list[str] = field(default_factory=list)       # the same in lines for the log
-    _calendar: WorkingCalendar | None = None             # as long as no day has changed
-
-    def __post_init__(self) -> None:
-        self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
-        self.executions, self._settings, self.holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
-        self.days, self._alarms = CalendarRepository(), AlarmRepository()
-        self.settings = self._settings.load(self.c)
 
     # ------------------------------------------------------------------ settings
     def change_settings(self, **changes: Any) -> Settings:
@@ -94,13 +75,6 @@ class Edit:
                 self.schedules.update(self.c, replace(known, next_at=self.first_due(known, calendar)))
                 self.topics.add(Topic.SCHEDULES)
         return lines
-
-    @property
-    def calendar(self) -> WorkingCalendar:
-        """The working days, changes of this transaction included."""
-        if self._calendar is None:
-            self._calendar = working_calendar(self.c, self.settings)
-        return self._calendar
 
     def _plan_anew(self) -> None:
         """What is due already stays due; a one-time schedule runs whatever the working days are."""
@@ -399,29 +373,6 @@ class Edit:
             self.topics.add(Topic.EXECUTIONS)
         return ids
 
-    # ------------------------------------------------------------------ what there is
-    def the_robot(self, robot_id: int) -> Robot:
-        if robot := self.robots.get(self.c, robot_id):
-            return robot
-        raise InvalidInput("robot", "there is no such robot any more")
-
-    def the_mission(self, mission_id: int) -> Mission:
-        if mission := self.missions.get(self.c, mission_id):
-            return mission
-        raise InvalidInput("mission", "there is no such mission any more")
-
-    def the_schedule(self, schedule_id: int) -> Schedule:
-        if schedule := self.schedules.get(self.c, schedule_id):
-            return schedule
-        raise InvalidInput("schedule", "there is no such schedule any more")
-
-    def _mission_on(self, robot_id: int, mission_id: int) -> Mission:
-        """The mission of that name on that robot."""
-        mission = self.the_mission(mission_id)
-        meant = self.missions.for_robot(self.c, mission.name, robot_id)
-        if meant is None:
-            raise InvalidInput("mission", "the mission {name} is for another robot only", name=mission.name)
-        return meant
 
 
 def _when(schedule: Schedule) -> tuple[object, ...]:
