@@ -25,7 +25,7 @@ from app.services.catalogue.configuration.document import LARGEST_FILE
 from tests.support.process import PATIENCE, run, running
 from tests.support.site import Site
 
-OFTEN = 20               # times that somebody else gets on meanwhile; once or twice where an import holds them up
+OFTEN = 8                # times that somebody else gets on meanwhile; once or twice where an import holds them up
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def somebody_else(container: Container) -> Iterator[list[int]]:
     wrote, ends = list[int](), threading.Event()
 
     def write() -> None:
-        while not ends.wait(0.002):
+        while not ends.wait(0.001):
             wrote.append(container.db.write(lambda c: c.execute("UPDATE settings SET value = value WHERE name = 'install_id'").rowcount))
 
     writer = threading.Thread(target=write)
