@@ -41,6 +41,9 @@ class ScheduleRepository:
     def by_name(self, c: sqlite3.Connection, name: str) -> Schedule | None:
         return self._one(c, "name = ?", name)
 
+    def names(self, c: sqlite3.Connection) -> set[str]:
+        return {row[0] for row in c.execute("SELECT name FROM schedules")}
+
     def for_robot(self, c: sqlite3.Connection, robot_id: int) -> list[Schedule]:
         return self._list(c, "WHERE robot_id = ? ORDER BY name", robot_id)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterator
-from itertools import count, islice
+from itertools import count
 
 LONGEST = 80                             # characters
 
@@ -53,16 +53,19 @@ def visible(text: str) -> str:
 
 def of_schedule(mission: str, robot: str) -> Iterator[str]:
     """"<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
-    for number in count(1):
-        ending = f" {number}" if number > 1 else ""
-        yield cleaned(f"{mission} on {robot}", LONGEST - len(ending)) + ending
+    return (_of_schedule(mission, robot, number) for number in count(1))
+
+
+def _of_schedule(mission: str, robot: str, number: int) -> str:
+    ending = f" {number}" if number > 1 else ""
+    return cleaned(f"{mission} on {robot}", LONGEST - len(ending)) + ending
 
 
 def is_of_schedule(name: str, mission: str, robot: str) -> bool:
     """Whether ``of_schedule`` makes this name."""
     number = name.rpartition(" ")[2]
-    most = int(number) if number.isascii() and number.isdecimal() and len(number) < 5 else 1
-    return name in (next(of_schedule(mission, robot)), next(islice(of_schedule(mission, robot), max(most, 1) - 1, None)))
+    is_numbered = number.isascii() and number.isdecimal() and len(number) < 4
+    return name in (_of_schedule(mission, robot, 1), _of_schedule(mission, robot, int(number)) if is_numbered else "")
 
 
 def _is_unwanted(character: str) -> bool:

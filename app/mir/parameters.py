@@ -48,7 +48,7 @@ def from_actions(value: Any) -> list[MissionParameter]:
 def is_way_to_charger(value: Any) -> bool:
     """Whether a mission with these actions charges the robot, and does nothing else but go there."""
     types = {str(action.get("action_type")) for action in _objects(value)}
-    return CHARGING in types and types <= WAY_TO_CHARGER
+    return isinstance(value, list) and len(value) <= LONGEST_LIST and CHARGING in types and types <= WAY_TO_CHARGER
 
 
 def with_meaning(found: Sequence[MissionParameter], of_actions: Sequence[MissionParameter]) -> list[MissionParameter]:

@@ -117,7 +117,7 @@ def _script_of(text: str) -> str:
 def fonts_at_hand() -> tuple[str, ...]:
     """Files of fonts, kivy's own first, then the machine's, plain ones before bold and italic ones."""
     found = [Path(folder, name) for place in CoreLabel.get_system_fonts_dir() for folder, _folders, names in os.walk(place)
-             for name in names if name.lower().endswith(KINDS)]
+             for name in names if name.lower().endswith(KINDS) and os.path.isfile(os.path.join(folder, name))]
     found.sort(key=lambda path: (sum(word in path.stem.lower() for word in SPECIAL), path.name))
     return str(Path(kivy_data_dir, "fonts", "DejaVuSans.ttf")), *map(str, found[:MOST_FONTS])
 

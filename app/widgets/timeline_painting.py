@@ -251,7 +251,7 @@ def paint_narrow(look: str, colours: Colours, spans: Sequence[Span], y: float, h
     _mesh(spans, y, height, colours.edge)
     if colours.fill != colours.edge:
         inset = dp(1.5)
-        _mesh([(x + inset, x2 - inset) for x, x2 in spans if x2 - x > 2 * inset], y, height - 2 * inset, colours.fill)
+        _mesh([(x + inset, max(x2 - inset, x + inset + 1)) for x, x2 in spans], y, height - 2 * inset, colours.fill)
     if look == "held":
         for part in (-.25, .25):
             _mesh(spans, y + height * part, dp(4), colours.fill)
@@ -276,7 +276,8 @@ def paint_words(frame: Frame, bars: Sequence[Any], y: float, seen: Span) -> None
     for n, bar in enumerate(bars):
         x, hand = frame.at(bar.start), dp(14) if bar.state == "held" else 0
         x2 = x + bar_width(x, frame.at(bar.end))
-        room_ends = min((start for start in (*[frame.at(bar.start) for bar in bars[n + 1:n + 2]], *ends) if start > x), default=math.inf)
+        room_ends = min((start for start in (*[frame.at(next_bar.start) for next_bar in bars[n + 1:n + 2]], *ends) if start >= x),
+                        default=math.inf)
         for words in filter(None, (bar.label, bar.short)):
             left, right = (max(x, seen[0]), min(x2, seen[1])) if x < seen[1] and x2 > seen[0] else (x, x2)
             need, beside = width_of(words) + dp(16) + hand, max(x2, _late_end(frame, bar))

@@ -38,8 +38,11 @@ class Loudspeaker:
 
     def play(self) -> None:
         """Without waiting for its end; nothing where there is no sound."""
-        if self._sound is not None:
-            self._sound.play()
+        try:
+            if self._sound is not None:
+                self._sound.play()
+        except Exception as problem:         # as below
+            log.warning("There is no sound: %s", problem)
 
     @cached_property
     def _sound(self) -> Any:

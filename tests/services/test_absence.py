@@ -1,6 +1,7 @@
 """The app was off, the tablet slept, its clock was moved: nothing doubled, nothing lost without a word."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -117,6 +118,39 @@ def test_a_start_held_beyond_its_window_is_skipped(late):
     run = the_start(late, "R1")
     assert (run.state, run.reason.code, run.attempts) == (State.SKIPPED, ReasonCode.HOLD, 0)
     assert len(late.machines["R1"].queue) == 0
+
+
+def schedule_of(site, robot):
+    return next(schedule for schedule in site.container.catalogue.schedules() if schedule.name == robot)
+
+
+def switched_off_and_on(site):
+    for enabled in (False, True):
+        site.container.catalogue.set_schedule_enabled(schedule_of(site, "R1").id, enabled)
+        site.run(5)
+
+
+def moved_and_moved_back(site):
+    for hours in (2, -2):
+        schedule = schedule_of(site, "R1")
+        site.container.catalogue.save_schedule(replace(schedule, start=schedule.start + timedelta(hours=hours)))
+        site.run(5)
+
+
+@pytest.mark.parametrize("edit", [switched_off_and_on, moved_and_moved_back])
+def test_a_held_start_is_not_sent_because_its_schedule_was_edited_there_and_back(late, edit):
+    late.container.operator.hold_starts([the_start(late, "R1").id])
+    edit(late)
+    late.run(200)
+    assert len(late.machines["R1"].queue) == 0
+
+
+def test_after_another_sleep_late_starts_are_listed_for_as_long_again(late):
+    late.suspend(60)
+    late.run(20)
+    assert [run.wait for run in late.executions()] == [Wait.LATE_START] * 2
+    late.run(60)
+    assert all(run.state in (State.EXECUTING, State.COMPLETED) for run in late.executions())
 
 
 def test_a_held_start_stays_held_over_another_absence(late):

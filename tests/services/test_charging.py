@@ -7,6 +7,7 @@ import pytest
 
 import mir_sim
 from app.domain.models import Mission
+from tests.support.network import Fate
 from tests.support.seen import robot_of, sent_at
 
 GUIDS = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
@@ -26,7 +27,7 @@ def low(site):
 
 def learn(site):
     charging = site.container.charging_missions
-    charging.ask(charging.not_asked())
+    charging.ask(charging.not_told())
 
 
 def named(site, name="Return to charger"):
@@ -71,13 +72,13 @@ def test_a_schedule_of_it_is_not_held_up_either(low, plan):
 def test_a_robot_that_does_not_answer_is_asked_again_and_none_twice(low):
     charging = low.container.charging_missions
     low.network.down.add("R1")
-    [(_robot, guids)] = charging.not_asked()
+    [(_robot, guids)] = charging.not_told()
     assert guids == [GUIDS["Return to charger"]]
     learn(low)
     low.network.down.clear()
-    assert len(charging.not_asked()) == 1
+    assert len(charging.not_told()) == 1
     learn(low)
-    assert charging.not_asked() == []
+    assert charging.not_told() == []
 
 
 def test_another_guid_is_another_mission(low):
@@ -86,3 +87,27 @@ def test_another_guid_is_another_mission(low):
     mission = low.container.catalogue.save_mission(replace(learnt, guid=GUIDS["Deliver kits to line 2"]))
     assert learnt.charges
     assert not mission.charges
+
+
+def test_a_robot_that_does_not_tell_takes_nothing_back_and_is_asked_again(low):
+    learn(low)
+    low.switch_off()
+    low.switch_on()
+    low.run(60)
+    low.network.next("GET", "/missions/" + named(low).guid, Fate.NOT_FOUND)
+    learn(low)
+    assert named(low).charges
+    assert low.container.charging_missions.not_told() == []
+    low.run(700)
+    assert len(sent_at(low)) == 1
+    assert len(low.container.charging_missions.not_told()) == 1
+
+
+def test_what_is_known_of_a_guid_holds_for_every_mission_with_it(low):
+    learn(low)
+    guid = named(low).guid
+    other = low.container.catalogue.save_mission(replace(named(low), guid=GUIDS["Deliver kits to line 2"]))
+    assert not other.charges
+    low.container.catalogue.save_mission(replace(other, guid=guid))
+    learn(low)
+    assert named(low).charges

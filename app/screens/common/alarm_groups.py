@@ -26,7 +26,7 @@ def together(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
     silent: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     for alarm in alarms:
         if alarm.code == "unreachable":
-            silent[is_over(alarm), alarm.acknowledged_at is None, alarm.shelved_until if is_shelved(alarm, now) else None].append(alarm)
+            silent[is_over(alarm), alarm.acknowledged_at is None, is_shelved(alarm, now)].append(alarm)
         else:
             lines.append((alarm,))
     for same in silent.values():

@@ -29,6 +29,7 @@ from app.widgets.frame import Frame
 NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
               ("logs", "text-box-outline", "text-box"), ("settings", "cog-outline", "cog"))
 LONGEST_QUESTION = 240                   # characters in the title of a dialog
+SECOND_TAP = 1.0                         # s within which it is the same press
 T = TypeVar("T")
 
 
@@ -46,6 +47,11 @@ def show_banner(frame: Frame, view: BannerView) -> None:
     frame.alarm_others, frame.alarm_action, frame.alarm_urgent = view.others, view.action, view.urgent
 
 
+def _listed(executions: Sequence[Execution]) -> frozenset[object]:
+    """After another absence they are listed anew."""
+    return frozenset((e.id, e.hold_until) for e in executions)
+
+
 class FrameController:
     """Fills the Frame widget and does what its bar and banner ask for."""
     Services = FrameServices
@@ -58,7 +64,8 @@ class FrameController:
         self._alarms = AlarmList(services, shell, self._do)
         self._sounding = Sounding()
         self._late: LateStartsDialog | None = None
-        self._late_seen: frozenset[int] = frozenset()         # executions whose list the operator has closed
+        self._rests_until = 0.0                               # the banner, after it was pressed
+        self._late_seen: frozenset[object] = frozenset()      # executions, as listed, whose list the operator has closed
         self._release: list[Callable[[], object]] = []
 
     # ------------------------------------------------------------------ life
@@ -150,7 +157,10 @@ class FrameController:
 
     # ------------------------------------------------------------------ the banner
     def _press_banner(self, _frame: Frame) -> None:
-        self._do(self._banner.act, self._banner.about)
+        """What it says has changed under the finger by a second tap at once."""
+        if Clock.get_time() >= self._rests_until:
+            self._rests_until = Clock.get_time() + SECOND_TAP
+            self._do(self._banner.act, self._banner.about)
 
     def _do(self, act: Act, about: int | None) -> None:
         """What a button of the banner or of the list asks for."""
@@ -234,7 +244,7 @@ class FrameController:
 
     def _show_late_starts(self) -> None:
         """Opens by itself: a robot must not start because somebody plugged the tablet in."""
-        waiting = frozenset(e.id for e in self._facts.issues.late_starts)
+        waiting = _listed(self._facts.issues.late_starts)
         if self._late is not None and not waiting:
             self._late.dismiss()
         elif self._late is None and waiting - self._late_seen:
@@ -248,4 +258,4 @@ class FrameController:
 
     def _late_closed(self, _dialog: LateStartsDialog) -> None:
         self._late = None
-        self._late_seen = frozenset(e.id for e in self._facts.issues.late_starts)
+        self._late_seen = _listed(self._facts.issues.late_starts)

@@ -173,10 +173,14 @@ def ticks(facts: StatesFacts, zone: ZoneInfo) -> list[Tick]:
 def _hours(facts: StatesFacts, zone: ZoneInfo) -> Iterator[Tick]:
     step = next(step for step in (1, 2, 3, 6, 24) if (facts.end - facts.start).total_seconds() / HOUR / step <= 12)
     at = facts.start.astimezone(zone).replace(minute=0, second=0, microsecond=0)
+    is_named = False
     for number in range(27):
         instant = at + timedelta(hours=number)
         if facts.start <= instant < facts.end and instant.hour % step == 0:
-            yield Tick(facts.place(instant), formats.wall_time(instant), instant.hour == 0)
+            time, day = formats.wall_time(instant), formats.wall_day(instant.date())
+            label = day if instant.hour == 0 else time if is_named else f"{day} {time}"
+            is_named = True
+            yield Tick(facts.place(instant), label, instant.hour == 0)
 
 
 def _days(facts: StatesFacts, zone: ZoneInfo) -> Iterator[Tick]:

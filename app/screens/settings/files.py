@@ -76,7 +76,7 @@ class FileModel(EventDispatcher):
                 self.path = str(free) if free else self.path or str(found[0].path if found else "")
             self._show()
             then()
-        self._context.run(self._look, shown, key=("settings file", self))
+        self._context.run(self._look, shown, key=("settings file", self), apart="files")       # a share may hang
 
     def _look(self) -> Offer:
         places = self._files.places()

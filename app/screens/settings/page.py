@@ -64,14 +64,14 @@ class PageContext:
         return self.now().astimezone(ZoneInfo(self.facts.settings.timezone)).date()
 
     def run(self, work: Callable[[], T], done: Callable[[T], object] | None = None,
-            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None) -> None:
+            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None, apart: str = "") -> None:
         """Run ``work`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread; without ``failed`` a snackbar
         shows the problem. Of several runs with one ``key`` only the newest delivers."""
         def not_done(problem: BaseException) -> None:
             if not isinstance(problem, EXPECTED):
                 log.error("work for Settings failed", exc_info=problem)
             (failed or self.shell.say_problem)(problem)
-        self.shell.background.run(work, done, not_done, key=key)
+        self.shell.background.run(work, done, not_done, key=key, apart=apart)
 
     def change(self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None) -> None:
         """Make a change, then read the facts again."""

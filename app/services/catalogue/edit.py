@@ -187,10 +187,14 @@ class Edit(Transaction):
         """Schedules that were named after it by the app carry its new name."""
         if robot.name == old:
             return
-        named = {mission.id: mission.name for mission in self.missions.all(self.c)}
-        for schedule in self.schedules.for_robot(self.c, robot.id):
-            if names.is_of_schedule(schedule.name, named[schedule.mission_id], old):
-                self.schedules.update(self.c, replace(schedule, name=self.free_schedule_name(named[schedule.mission_id], robot.name)))
+        missions, taken = {mission.id: mission.name for mission in self.missions.all(self.c)}, self.schedules.names(self.c)
+        made = {mission: names.of_schedule(mission, robot.name) for mission in missions.values()}
+        schedules = self.schedules.for_robot(self.c, robot.id)
+        for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):
+            mission = missions[schedule.mission_id]
+            if names.is_of_schedule(schedule.name, mission, old):
+                name = next(name for name in made[mission] if name not in taken)
+                self.schedules.update(self.c, replace(schedule, name=name))
                 self.topics.add(Topic.SCHEDULES)
 
     def set_idle_rule(self, robot_id: int, rule: IdleRule | None) -> Robot:
@@ -313,7 +317,7 @@ class Edit(Transaction):
         kept = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id)
                 if schedule.enabled and schedule.robot_id == stored.robot_id
                 and first_due(replace(schedule, planned_through=None), self.settings, row.planned_at, calendar) == row.planned_at]
-        gone = [row for row in self._take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0]
+        gone = [row for row in self._take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0 and not row.held]
         if gone:                               # never sent: as if they had never been planned
             last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
             schedule = replace(schedule, planned_through=last)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Iterable, Sequence
+from datetime import datetime
 
 from app.database.executions import Unsent
 from app.domain import rules
@@ -44,7 +45,7 @@ class Submission:
         self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
         self.attempts = Attempts()
         self._recovered: set[int] = set()         # executions that were looked for as those of a process that is gone
-        self._listed_until: dict[int, float] = {}        # late starts that are listed first, on the monotonic clock
+        self._listed_until: dict[tuple[int, datetime], float] = {}       # late starts that are listed first, on the monotonic clock
 
     # ------------------------------------------------------------------ what the worker asks for
     def recover(self, up_to: float) -> None:
@@ -159,7 +160,7 @@ class Submission:
     def _forget_all_but(self, unsent: set[int]) -> None:
         for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
             del self.attempts[key]
-        self._listed_until = {key: until for key, until in self._listed_until.items() if key in unsent}
+        self._listed_until = {key: until for key, until in self._listed_until.items() if key[0] in unsent}
 
     def _is_awake(self, unsent: Unsent, is_held: bool) -> bool:
         """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
@@ -203,7 +204,7 @@ class Submission:
         if row.hold_until is None or row.wait is not Wait.LATE_START:
             return False
         mono, left = self._clock.monotonic(), (row.hold_until - self._clock.now()).total_seconds()
-        until = self._listed_until.setdefault(row.id, mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds()))
+        until = self._listed_until.setdefault((row.id, row.hold_until), mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds()))
         if until > mono:
             self._later(row, until - mono)
         return until > mono

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 
 MOUNTS = Path("/proc/self/mounts")
@@ -61,10 +61,25 @@ def _plain(field: str) -> str:
 
 def found_in(directory: Path, suffix: str) -> list[FoundFile]:
     """The files of that kind in a directory and in those in it, newest first; hidden ones left out."""
-    found = []
-    for path in islice(chain(directory.glob(f"*{suffix}"), directory.glob(f"*/*{suffix}")), MOST_SEEN):
-        with contextlib.suppress(OSError):
+    found: list[FoundFile] = []
+    for path in islice(_named(directory, suffix), MOST_SEEN):
+        with contextlib.suppress(OSError, ValueError, OverflowError):        # gone, or of a day that no calendar has
             if not any(part.startswith(".") for part in path.relative_to(directory).parts) and path.is_file() and os.access(path, os.R_OK):
                 stat = path.stat()
                 found.append(FoundFile(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
     return sorted(found, key=lambda file: (file.changed_at, file.path), reverse=True)[:MOST_FILES]
+
+
+def _named(directory: Path, suffix: str) -> Iterator[Path]:
+    """What can't be read, or has a name in no known encoding, is left out."""
+    for pattern in (f"*{suffix}", f"*/*{suffix}"):
+        with contextlib.suppress(OSError):
+            yield from (path for path in directory.glob(pattern) if _is_text(path.name))
+
+
+def _is_text(name: str) -> bool:
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

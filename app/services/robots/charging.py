@@ -9,6 +9,7 @@ from contextlib import closing
 from dataclasses import replace
 
 from app.database.connection import Database
+from app.database.errors import DatabaseError
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.domain.clock import Clock
@@ -21,17 +22,19 @@ from app.services.live.snapshots import Snapshots
 log = logging.getLogger(__name__)
 
 LOOK_EVERY = 60.0            # s
+ASK_AGAIN_AFTER = 600.0      # s, a robot that told nothing
 
 
 class ChargingMissions:
-    """Asks a robot for the actions of each mission that is planned on it, once while the app runs. ``tick`` is called every now and then
+    """Asks a robot for the actions of each mission that is planned on it, until one has told them. ``tick`` is called every now and then
     (a chore of the poll loop) and returns at once; robots are asked on a thread of its own."""
 
     def __init__(self, db: Database, catalogue: Catalogue, snapshots: Snapshots, make_client: Callable[[Robot], RobotClient],
                  clock: Clock) -> None:
         self._db, self._catalogue, self._snapshots, self._make_client, self._clock = db, catalogue, snapshots, make_client, clock
         self._robots, self._missions = RobotRepository(), MissionRepository()
-        self._asked = set[str]()                 # guids
+        self._told = dict[str, bool]()           # by guid
+        self._ask_at = dict[tuple[int, str], float]()        # monotonic, where a robot told nothing about a guid
         self._look_at = -math.inf                # monotonic
         self._thread: threading.Thread | None = None
 
@@ -40,38 +43,50 @@ class ChargingMissions:
         if now < self._look_at or (self._thread and self._thread.is_alive()):
             return
         self._look_at = now + LOOK_EVERY
-        if wanted := self.not_asked():
+        wanted = self.not_told()
+        if wanted or self._is_behind():
             self._thread = threading.Thread(target=self.ask, args=(wanted,), name="charging missions", daemon=True)
             self._thread.start()
 
     def ask(self, wanted: Sequence[tuple[Robot, list[str]]]) -> None:
-        """Guids by robot. A robot that does not answer is asked again later."""
-        charging = dict[str, bool]()
-        for robot, guids in wanted:
-            try:
-                with closing(self._make_client(robot)) as client:
-                    charging |= {guid: _charges(client, guid) for guid in guids if guid not in charging}
-            except (RobotError, InvalidInput) as error:
-                log.info("What its missions do was not told by %r: %s", robot.name, error)
-        self._asked |= charging.keys()
-        if any(mission.charges != charging.get(mission.guid, mission.charges) for mission in self._catalogue.missions()):
-            self._catalogue.edit(lambda edit: _note(edit, charging))
+        """Guids by robot. A robot that does not answer, or does not tell, is asked again later; what is known stays meanwhile."""
+        try:
+            for robot, guids in wanted:
+                self._ask(robot, guids)
+                self._store()
+            self._store()
+        except DatabaseError as problem:         # stored the next time
+            log.info("Which missions charge could not be stored: %s", problem)
 
-    def not_asked(self) -> list[tuple[Robot, list[str]]]:
+    def _ask(self, robot: Robot, guids: Sequence[str]) -> None:
+        try:
+            with closing(self._make_client(robot)) as client:
+                for guid in guids:
+                    if self._catalogue.robot(robot.id) is None:
+                        return                   # removed meanwhile
+                    try:
+                        self._told[guid] = client.charges(guid)
+                    except (Rejected, Unreadable):       # it lacks the mission, or does not tell its actions
+                        self._ask_at[robot.id, guid] = self._clock.monotonic() + ASK_AGAIN_AFTER
+        except (RobotError, InvalidInput) as error:
+            log.info("What its missions do was not told by %r: %s", robot.name, error)
+
+    def not_told(self) -> list[tuple[Robot, list[str]]]:
         """Guids of what is planned on robots that answer."""
-        c = self._db.read()
+        c, now = self._db.read(), self._clock.monotonic()
         answering = [robot for robot in self._robots.all(c)
                      if robot.enabled and self._snapshots.get(robot.id).connection in (Connection.CONNECTED, Connection.SLOW)]
-        planned = ((robot, [guid for guid in self._missions.planned_on(c, robot.id) if guid not in self._asked]) for robot in answering)
+        planned = ((robot, [guid for guid in self._missions.planned_on(c, robot.id)
+                            if guid not in self._told and self._ask_at.get((robot.id, guid), now) <= now]) for robot in answering)
         return [(robot, guids) for robot, guids in planned if guids]
 
+    def _is_behind(self) -> bool:
+        return any(mission.charges != self._told.get(mission.guid, mission.charges) for mission in self._missions.all(self._db.read()))
 
-def _charges(client: RobotClient, guid: str) -> bool:
-    """False for a mission that the robot lacks, or of which it does not tell the actions. Raises RobotError when it does not answer."""
-    try:
-        return client.charges(guid)
-    except (Rejected, Unreadable):
-        return False
+    def _store(self) -> None:
+        if self._is_behind():
+            told = dict(self._told)
+            self._catalogue.edit(lambda edit: _note(edit, told))
 
 
 def _note(edit: Edit, charging: Mapping[str, bool]) -> None:

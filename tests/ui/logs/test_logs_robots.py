@@ -101,7 +101,7 @@ def test_the_bands_are_zoomed_and_moved_by_buttons(screen, ui):
     for _ in range(3):
         tap(screen, ui, by_icon(ui, "magnify-plus-outline"))
     assert [lane.spans for lane in bands.lanes] != whole
-    assert all(tick.label.endswith(":00") for tick in bands.ticks)         # less than a day
+    assert sum(tick.label.endswith(":00") for tick in bands.ticks) > 2      # less than a day
     assert [(lane.spans[0].start, lane.spans[-1].end) for lane in bands.lanes] == [pytest.approx((0, 1))] * 3
     assert by_icon(ui, "chevron-right").disabled                            # it still ends with the period
     tap(screen, ui, by_icon(ui, "chevron-left"))

@@ -275,6 +275,15 @@ def test_schedules_that_the_app_named_carry_the_new_name_of_their_robot(world):
     assert set(world.told) == {Topic.ROBOTS, Topic.SCHEDULES}
 
 
+def test_renaming_keeps_the_order_of_numbers_and_leaves_what_a_person_typed(world):
+    made = [world.schedule(name="").id for _ in range(12)]
+    typed = world.schedule(name="Deliver on Aino 2026")
+    world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    names = [SCHEDULES.get(world.db.read(), number).name for number in made]
+    assert names == ["Deliver on Alma", *(f"Deliver on Alma {number}" for number in range(2, 13))]
+    assert world.stored(typed).name == "Deliver on Aino 2026"
+
+
 def test_every_change_of_the_plan_is_a_line_of_the_log(world, caplog):
     caplog.set_level("INFO", "app.services.catalogue")
     schedule = world.schedule()

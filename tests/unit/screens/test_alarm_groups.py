@@ -48,6 +48,11 @@ def test_what_has_another_cause_or_state_has_a_line_of_its_own(alarms, expected)
     assert sizes(alarms) == expected
 
 
+def test_what_is_shelved_one_after_the_other_is_one_line():
+    shelved = [replace(each, shelved_until=NOW + timedelta(hours=4, milliseconds=n)) for n, each in enumerate(silent(12))]
+    assert sizes(shelved) == [12]
+
+
 def test_an_alarm_that_came_back_is_with_those_that_fell_silent_now():
     again = replace(silent(1)[0], id=9, raised_at=ago(hours=20), last_at=ago(minutes=35), count=2)
     assert sizes([again, *silent(2)]) == [3]

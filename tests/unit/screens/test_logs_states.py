@@ -22,8 +22,10 @@ def facts(hours: float, *spans: tuple[str, float, float]) -> states.StatesFacts:
 
 
 def test_a_day_has_hours_and_more_has_days():
-    assert [tick.label for tick in states.ticks(facts(8), ZONE)] == [f"{hour:02}:00" for hour in range(8)]
-    assert [tick.label for tick in states.ticks(facts(24), ZONE)] == [f"{hour:02}:00" for hour in range(0, 24, 2)]
+    assert [tick.label for tick in states.ticks(facts(8), ZONE)] == ["Fri 20 Nov", *(f"{hour:02}:00" for hour in range(1, 8))]
+    assert [tick.label for tick in states.ticks(facts(24), ZONE)] == ["Fri 20 Nov", *(f"{hour:02}:00" for hour in range(2, 24, 2))]
+    night = facts(8).within(facts(8).start + timedelta(hours=2), timedelta(hours=4))
+    assert [tick.label for tick in states.ticks(night, ZONE)] == ["Fri 20 Nov 02:00", "03:00", "04:00", "05:00"]
     assert [tick.label for tick in states.ticks(facts(72), ZONE)] == ["Fri 20 Nov", "Sat 21 Nov", "Sun 22 Nov"]
     assert [tick.label for tick in states.ticks(facts(20 * 24), ZONE)][:2] == ["20 Nov", "21 Nov"]
 
