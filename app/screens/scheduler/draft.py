@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from datetime import date, datetime, time, timedelta
+from datetime import UTC, date, datetime, time, timedelta
 from enum import StrEnum
 from typing import Any
+from zoneinfo import ZoneInfo
 
 from app.domain.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
+from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 
 LAST = -1                                # day of month or number of a weekday: the last one
@@ -145,6 +147,14 @@ class Draft:
         old, new = WEEKDAYS[before.weekday()], WEEKDAYS[after.weekday()]
         return replace(draft, weekdays=tuple({new if day == old else day: None for day in self.weekdays}), **(
             Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}))
+
+    def starts_at(self, local: datetime, calendar: WorkingCalendar) -> bool:
+        """Whether it would, at that naive local time."""
+        try:
+            begins = local.replace(second=0, microsecond=0, tzinfo=ZoneInfo(self.timezone))
+            return next_occurrence(self.schedule(), begins.astimezone(UTC) - timedelta(seconds=1), calendar) == begins
+        except InvalidInput:
+            return False
 
     @staticmethod
     def derived(day: date) -> dict[str, Any]:

@@ -228,7 +228,12 @@ class SchedulerViewModel(ViewModel):
         if (schedule := self._facts.schedule(number)) is None or not self._is_ahead(hour):
             return
         before, after = (instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None) for instant in (at, self._instant(hour)))
-        self.form.begin(Draft.of(schedule).moved(before, after))
+        draft = Draft.of(schedule).moved(before, after)
+        if draft.starts_at(after, self._facts.calendar):
+            self.form.begin(draft)
+        else:
+            self.edit(number)
+            self._say(_("No start of this rule can be moved there: change the rule itself"), "calendar-edit-outline")
 
     def _instant(self, hour: float) -> datetime:
         return (self.timeline.origin or self._services.clock.now()) + timedelta(hours=hour)

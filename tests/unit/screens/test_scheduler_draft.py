@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
 from app.screens.scheduler.draft import LAST, Draft, Kind, Unit
+from app.services.planning.working_days import WorkingCalendar
 
 MONDAY = date(2026, 11, 23)
 
@@ -131,3 +132,14 @@ def test_a_start_that_is_moved_takes_along_what_is_ruled_with_it(values, before,
     moved = chosen.moved(old, new)
     assert {name: getattr(moved, name) for name in changed} == changed
     assert chosen.moved(old, old) == chosen
+
+
+@pytest.mark.parametrize(("rule", "before", "after", "can"), [
+    ("FREQ=DAILY", "2026-11-24T08:00", "2026-11-25T09:00", True), ("FREQ=WEEKLY;BYDAY=MO,WE", "2026-11-25T08:00", "2026-11-26T09:00", True),
+    ("FREQ=DAILY;INTERVAL=2", "2026-11-25T08:00", "2026-11-26T08:00", False),
+    ("FREQ=DAILY;BYHOUR=8,12;COUNT=10", "2026-11-24T12:00", "2026-11-24T15:00", False),
+    ("FREQ=DAILY", "2026-11-23T08:00", "2026-11-22T08:00", False)])
+def test_a_start_can_be_dragged_only_where_the_rule_has_one_then(rule, before, after, can):
+    schedule = Schedule("S", 1, 1, datetime(2026, 11, 23, 8), "Europe/Helsinki", rule, respect_working_days=False)
+    draft = Draft.of(schedule).moved(datetime.fromisoformat(before), datetime.fromisoformat(after))
+    assert draft.starts_at(datetime.fromisoformat(after), WorkingCalendar(Settings())) is can
