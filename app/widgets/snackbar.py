@@ -119,6 +119,7 @@ class Snackbars:
             return
         message, timer = self._shown.pop(bar)
         timer.cancel()
+        Animation.cancel_all(bar)               # one that never ends keeps it
         self.stack.remove_widget(bar)
         if not self._shown:
             Window.remove_widget(self.stack)

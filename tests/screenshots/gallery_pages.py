@@ -34,7 +34,7 @@ PAGES = """
                         direction: "x"
                         spacing: S8
                         size_hint_y: None
-                        height: tk.h_action
+                        height: max(tk.h_action, sp(72))
                         viewclass: "RobotChip"
                         data: samples.CHIPS
                     BoxLayout:

@@ -96,14 +96,6 @@ def span_text(hours: float) -> str:
     return ngettext("{n} day", "{n} days", round(hours / 24)).format(n=round(hours / 24))
 
 
-def _span(window: Window, left: datetime, now: datetime, zone: ZoneInfo) -> str:
-    """And on which day, where today is not in sight: at most times of one day no midnight is."""
-    day, right = left.astimezone(zone).date(), left + timedelta(hours=window.hours)
-    if left <= now < right or window.hours > 24:
-        return span_text(window.hours)
-    return _("{day} · {span}").format(day=formats.wall_day(day), span=span_text(window.hours))
-
-
 def zoomed(window: Window, further: bool, now: datetime, zone: ZoneInfo) -> Window:
     """The next of SPANS around the same middle; a window that moves with the time still does."""
     wider = [span for span in SPANS if span > window.hours + 0.5]
@@ -146,7 +138,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
         ticks=tuple(tick for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
                     if not any(fold.start <= tick.hour < fold.end for fold in folds)),
         first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
-        span=_span(window, left, now, facts.zone))
+        span=span_text(window.hours))
 
 
 def _with_idle_last(lanes: Sequence[Lane], idle_too: bool) -> tuple[Lane, ...]:

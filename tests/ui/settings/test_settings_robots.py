@@ -144,7 +144,7 @@ def test_editing_keeps_the_password_and_never_shows_it(site, app, ui):
     press(ui, "Save robot", dialog)
     ui.wait(lambda: not ui.find_all(RobotDialog))
     assert {robot.name: robot.token for robot in robots(site)}["Aino 2"] == token
-    assert says(ui, "Aino 2 saved")
+    ui.wait(lambda: says(ui, "Aino 2 saved"))
 
 
 def test_another_user_needs_the_users_own_password(site, app, ui):

@@ -162,9 +162,8 @@ def test_a_clock_change_is_marked_and_the_hours_stay_true():
 def test_a_window_that_was_moved_stays_where_it_is():
     left = datetime(2026, 11, 22, 6, 20, tzinfo=UTC)
     shown = timeline(facts(), NOW, Window(left, 12))
-    assert (shown.origin, shown.first, shown.hours, shown.span) == (left.replace(minute=0), pytest.approx(1 / 3), 12, "Sun 22 Nov · 12 h")
+    assert (shown.origin, shown.first, shown.hours, shown.span) == (left.replace(minute=0), pytest.approx(1 / 3), 12, "12 h")
     assert shown.now < 0
-    assert timeline(facts(), NOW, Window(None, 12)).span == "12 h"
     assert moved(Window(left, 12), .5, NOW, HELSINKI) == Window(left + timedelta(hours=6), 12)
 
 
