@@ -59,6 +59,7 @@ class Unsent(NamedTuple):
     state: State
     closes_at: datetime
     is_cancelled: bool
+    wait: Wait
 
 
 class Surplus(NamedTuple):
@@ -207,9 +208,10 @@ class ExecutionRepository:
 
     def unsent_of(self, c: sqlite3.Connection, robot_id: int) -> list[Unsent]:
         """What waits for a robot or is on its way to it, in no order."""
-        rows = c.execute(f"""SELECT id, state, closes_at, cancel_code FROM executions
+        rows = c.execute(f"""SELECT id, state, closes_at, cancel_code IS NOT NULL, wait FROM executions
                              WHERE robot_id = ? AND {_OPEN} AND state IN ('waiting', 'submitting')""", (robot_id,))
-        return [Unsent(id_, State(state), to_instant(closes_at), cancel_code is not None) for id_, state, closes_at, cancel_code in rows]
+        return [Unsent(id_, State(state), to_instant(closes_at), bool(is_cancelled), Wait(wait))
+                for id_, state, closes_at, is_cancelled, wait in rows]
 
     def in_states(self, c: sqlite3.Connection, ids: Sequence[int], states: Sequence[State]) -> list[Execution]:
         """Those of these rows that are in one of the states, in no order."""

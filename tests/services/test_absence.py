@@ -112,6 +112,12 @@ def test_a_held_start_goes_when_it_is_released(late):
     assert len(late.machines["R1"].queue) == 1
 
 
+def test_a_listed_start_that_is_let_go_goes_at_once(late):
+    late.container.operator.hold_starts([the_start(late, "R1").id], held=False)
+    late.run(2)
+    assert [len(late.machines[name].queue) for name in ("R1", "R2")] == [1, 0]
+
+
 def test_a_start_held_beyond_its_window_is_skipped(late):
     late.container.operator.hold_starts([the_start(late, "R1").id])
     late.run(900)

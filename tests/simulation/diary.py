@@ -58,6 +58,7 @@ class Wishes:
     skipped: set[Key] = field(default_factory=set)
     stopped: set[Key] = field(default_factory=set)  # for good, by a pause or a robot that was switched off
     cancelled: set[str] = field(default_factory=set)  # tokens
+    kept_back: set[str] = field(default_factory=set)  # the same: until they are let go
     manual: dict[str, Manual] = field(default_factory=dict)
     idle: dict[str, str] = field(default_factory=dict)  # robot: guid of its mission
     working_days: tuple[str, ...] = WEEKDAYS

@@ -34,6 +34,9 @@ BUSY = Profile(acts_per_hour=60, events_per_hour=20).only(
     longest_outage=300.0,
     site={"quiet_s": 90, "fleet": "normal", "robots": 2, "poll_interval": 30, "every_minutes": 3},
 )
+KEPT_BACK = Profile(acts_per_hour=60, events_per_hour=20).only(
+    acts="keep_back", events="outage", fault_rate=0.0, crash_rate=0.0, site={"quiet_s": 90, "fleet": "normal", "every_minutes": 3}
+)
 LOST = Profile(events_per_hour=40).only(
     acts="run_now", events="lost_request very_late_request", fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3, "fleet": "normal"}
 )
@@ -424,6 +427,7 @@ MUTANTS = (
         BUSY,
         seed=2,
     ),
+    Mutant("what is kept back is sent", "services.dispatch.ledger:Ledger.hold", '"held": held,', '"held": False,', "kept back", KEPT_BACK),
     Mutant("a low battery is enough", f"{RULES}:battery_allows", "return minimum is None or", "return True or", "low battery", ROBOTS),
     Mutant(
         "starts overlap",

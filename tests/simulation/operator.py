@@ -330,6 +330,22 @@ class Person:
         self._app.operator.cancel_execution(row.id)
         self.diary.decide(self.world.site.seconds()).cancelled.add(row.token)
 
+    def keep_back(self) -> None:
+        """One that waits, whatever for; let go again after a while."""
+        row = self.rng.choice(self._app.history.open())
+        with self.world.without_crash():
+            if not self._app.operator.hold_starts([row.id]):
+                raise LookupError
+        self.diary.decide(self.world.site.seconds()).kept_back.add(row.token)
+        self.world.site.at(self.rng.choice((0.5, 20.0, 200.0, 1200.0)), lambda: self._let_go(row.id, row.token))
+
+    def _let_go(self, row_id: int, token: str) -> None:
+        if self.world.is_on and token in self.diary.now.kept_back:
+            try:
+                self._decide(lambda: self._app.operator.hold_starts([row_id], False), lambda wishes: wishes.kept_back.discard(token))
+            except DatabaseError:
+                self.world.site.at(60.0, lambda: self._let_go(row_id, token))
+
     def clear(self) -> None:
         robot_id = self._id(self._robot())
         tokens = {row.token for row in self._app.history.open() if row.robot_id == robot_id}

@@ -84,6 +84,8 @@ class Judge:
             self.object(f"safety: sent to another machine: {name}")
         if all(post.token in each.cancelled for each in wishes):
             self.object(f"safety: sent though it was cancelled: {name}")
+        if all(post.token in each.kept_back for each in wishes):
+            self.object(f"safety: sent though it was kept back: {name}")
         self._judge_clock(post, name)
         manual = next((each.manual[post.token] for each in wishes if post.token in each.manual), None)
         if manual is not None:
@@ -210,9 +212,9 @@ class Judge:
                 yield at
 
     def _is_settled(self, key: Key, start: float, end: float) -> bool:
-        """Whether it was wanted all this time, on the same robot and within the same window."""
-        wishes = self.diary.between(start, end)
-        if not all(self.diary.wants(each, key) for each in wishes):
+        """Whether it was wanted all this time and not kept back, on the same robot and within the same window."""
+        wishes, token = self.diary.between(start, end), self.diary.token(key)
+        if not all(self.diary.wants(each, key) and token not in each.kept_back for each in wishes):
             return False
         plans = [each.plans[key[0]] for each in wishes]
         return (

@@ -291,6 +291,12 @@ class LateStartsDialog(FormDialog):
         self.all_held = not going
         self.rows = [LateStart(e.id, late_line(e, settings), e.schedule, e.held) for e in executions]
 
+    def start(self) -> None:
+        """At once, what is not held."""
+        if going := [row.key for row in self.rows if not row.held]:
+            self._hold(going, False)
+        self.dismiss()
+
     def hold_one(self, execution_id: int) -> None:
         self._hold([execution_id], not next(row.held for row in self.rows if row.key == execution_id))
 

@@ -168,7 +168,8 @@ class Submission:
         is_due = attempt is None or attempt.wake_at <= self._clock.monotonic()
         if unsent.state is State.SUBMITTING:
             return is_due and attempt is not None and attempt.phase is Phase.IN_DOUBT
-        return is_due or is_held or unsent.is_cancelled or self._clock.now() >= unsent.closes_at
+        is_let_go = unsent.wait is Wait.DUE              # by a person; what had it wait is over
+        return is_due or is_held or is_let_go or unsent.is_cancelled or self._clock.now() >= unsent.closes_at
 
     def _later(self, row: Execution, seconds: float) -> None:
         """Look at it again then, or when its window closes."""
