@@ -78,6 +78,26 @@ def test_with_a_window_late_starts_are_listed_for_30_seconds_first(tmp_path):
     site.switch_off()
 
 
+def test_late_starts_are_listed_when_the_clock_was_behind_at_the_start_and_is_set_right(tmp_path):
+    site = Site(tmp_path, with_window=True)
+    [robot], mission = site.add_robots(), site.add_mission("Deliver")
+    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime(2026, 11, 23, 6, 5), "UTC"))
+    site.run(60)
+    site.switch_off(cleanly=False)
+    site.clock.advance(600)
+    site.clock.step(-1 * 86400)
+    site.switch_on()
+    site.run(2)
+    site.clock.step(1 * 86400)
+    site.run(20)
+    [run] = site.executions()
+    assert (run.state, run.wait) == (State.WAITING, Wait.LATE_START)
+    site.run(300)
+    assert outcome(site) == [("06:05", State.COMPLETED, None)]
+    assert "app_was_off" in [alarm.code for alarm in site.container.alarms.open()]
+    site.switch_off()
+
+
 @pytest.fixture
 def late(tmp_path):
     """Two late starts on the list of a window, on R1 and R2."""

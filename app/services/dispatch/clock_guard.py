@@ -57,6 +57,7 @@ class ClockGuard:
         self._doubt: _Doubt | None = None
         self._absent_since: datetime | None = None
         self._unreported: Gap | None = None                      # an absence that is told once the clock is trusted
+        self._is_behind_heartbeat = False                        # so it could not be told for how long the app was off
         self._went_back = False
         self._overruled: dict[int, float] = {}                   # robots against whose clocks a person decided, and when they last differed
         self.is_proven = False                                  # by a robot or a person; else one robot's word counts
@@ -65,8 +66,8 @@ class ClockGuard:
         """Find out for how long the app was off. Called once, before the first round."""
         self._last_heartbeat = self._settings.heartbeat(self._db.read())
         now = self._clock.now()
-        if self._last_heartbeat is not None and now - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
-            self._away(self._last_heartbeat, now)
+        self._notice_absence(now)
+        self._is_behind_heartbeat = self._last_heartbeat is not None and now < self._last_heartbeat
         self._begin_doubt(now)
 
     def judge(self, readings: Readings, can_ask: bool) -> Judgement:
@@ -114,6 +115,9 @@ class ClockGuard:
             self._absent_since = self._absent_since or min(doubt.since, now)
         if doubt is not None and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:             # it was right to jump: the tablet slept
             self._away(doubt.since, now)
+        if self._is_behind_heartbeat:
+            self._is_behind_heartbeat = False
+            self._notice_absence(now)
         self._went_back = True                     # perhaps before this run
         self._holds.distrust_clock(None)
         self._alarms.clear("clock_implausible", "clock")
@@ -209,6 +213,11 @@ class ClockGuard:
     def _shortest_doubtful(self) -> float:
         """s; a jump ahead beyond a start window would make starts late that a wrong clock only pretends to be."""
         return 60.0 * self._settings.load(self._db.read()).start_window_minutes
+
+    def _notice_absence(self, now: datetime) -> None:
+        """Since the previous run."""
+        if self._last_heartbeat is not None and now - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
+            self._away(self._last_heartbeat, now)
 
     def _away(self, start: datetime, end: datetime) -> None:
         self._downtime.add(Gap(start, end))
