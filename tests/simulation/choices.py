@@ -13,7 +13,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, Protocol
 
-from app.domain.models import Execution, Schedule, State
+from app.domain.models import Execution, ReasonCode, Schedule, State
 from app.mir.errors import RobotError
 from tests.simulation.memory import memory_of, rounded
 from tests.simulation.world import ShakyWriter
@@ -265,7 +265,7 @@ class ChoiceSite(Site):
             if wanted.taken_back == math.inf:
                 if row is None:
                     yield f"no row: {wanted.schedule} {wanted.instant:%H:%M}"
-                elif row.state is not State.COMPLETED:
+                elif row.state is not State.COMPLETED and not self._was_overlapped(row, rows):
                     yield f"did not run: {told(row)}"
             elif row is not None:
                 yield from (f"sent {post.at - wanted.taken_back:.1f} s after it was taken back: {told(row)}"
@@ -285,6 +285,13 @@ class ChoiceSite(Site):
             yield f"the robot says {', '.join(str(item.state) for item in items) or 'nothing'}: {told(row)}"
         if row.state is State.COMPLETED and row.queue_id not in {item.id for item in done}:
             yield f"another item than the one that ran: {told(row)}"
+
+    @staticmethod
+    def _was_overlapped(row: Execution, rows: list[Execution]) -> bool:
+        """Whether a late start of the same schedule was still with the robot, which it has executed."""
+        return row.reason is not None and row.reason.code is ReasonCode.OVERLAP and any(
+            other.schedule == row.schedule and other.planned_at < row.planned_at and other.state is State.COMPLETED
+            and other.ended_at is not None and other.ended_at > row.planned_at for other in rows)
 
     def _is_told(self, row: Execution) -> bool:
         codes = self.container.db.read().execute("SELECT code FROM alarms WHERE key = ?", (f"execution:{row.id}",))
