@@ -89,6 +89,11 @@ class ScheduleRepository:
         rows = c.execute(f"SELECT schedule_id, planned_at FROM skips WHERE schedule_id IN ({placeholders(schedule_ids)})", schedule_ids)
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
+    def skips_from(self, c: sqlite3.Connection, instant: datetime) -> set[Skip]:
+        """All starts at that instant or later that are left out."""
+        rows = c.execute("SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ?", (to_text(instant),))
+        return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
+
     def next_due(self, c: sqlite3.Connection, robot_id: int | None = None) -> datetime | None:
         """The earliest next occurrence of all robots, or of one."""
         if robot_id is None:

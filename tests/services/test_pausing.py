@@ -165,3 +165,102 @@ def test_undoing_a_skip_leaves_a_schedule_off_that_was_switched_off_meanwhile(pl
     plant.container.catalogue.set_schedule_enabled(plant.daily.id, False)
     plant.skipping.take_again(plant.daily.id, at)
     assert plant.stored().next_at is None
+
+
+# ---------------------------------------------------------------------- a later start is skipped
+def at(day: int) -> datetime:
+    """When the daily schedule starts on that day."""
+    return datetime(2026, 11, day, 6, 30, tzinfo=UTC)
+
+
+def planned(plant, count: int = 3) -> list[int]:
+    return [run.at.day for run in plant.container.plan.next(count)]
+
+
+def reopened(plant, path) -> None:
+    plant.container.close()
+    plant.container = Container(Database.open(path / "a.db", clock=plant.clock, durable=False, threaded=False), plant.clock)
+    plant.skipping = Pausing(plant.container.db, plant.clock, plant.container.changes)
+
+
+def test_a_later_start_is_skipped_and_only_that_one(plant, tmp_path):
+    plant.skipping.skip(plant.daily.id, at(25))
+    assert (plant.stored().next_at, planned(plant)) == (at(23), [23, 24, 26])
+    assert [(row.planned_at, row.state, row.reason.code) for row in plant.rows()] == [(at(25), State.SKIPPED, ReasonCode.HOLD)]
+    reopened(plant, tmp_path)
+    for day in (23, 24, 25, 26):
+        plant.go_to(at(day) + timedelta(seconds=1))
+    assert {row.planned_at.day: row.state for row in plant.rows()} == {
+        23: State.WAITING, 24: State.SKIPPED, 25: State.SKIPPED, 26: State.SKIPPED}      # 24, 26: the first one is still open
+    assert [row.reason.code for row in plant.rows() if row.planned_at.day in (24, 25, 26)] == [
+        ReasonCode.OVERLAP, ReasonCode.HOLD, ReasonCode.OVERLAP]
+    assert len(plant.rows()) == 4
+
+
+def test_a_later_skip_that_is_undone_runs(plant):
+    plant.skipping.skip(plant.daily.id, at(24))
+    plant.skipping.take_again(plant.daily.id, at(24))
+    assert (plant.rows(), planned(plant), plant.stored().next_at) == ([], [23, 24, 25], at(23))
+    plant.go_to(at(24) + timedelta(seconds=1))
+    assert at(24) in [row.planned_at for row in plant.rows()]
+
+
+def test_undoing_a_later_skip_leaves_a_start_that_is_due_just_now(plant):
+    plant.skipping.skip(plant.daily.id, at(24))
+    plant.clock.step((at(23) + timedelta(seconds=1) - plant.clock.now()).total_seconds())        # and not planned yet
+    plant.skipping.take_again(plant.daily.id, at(24))
+    insert_due(plant.container)
+    assert [(row.planned_at, row.state) for row in plant.rows()] == [(at(23), State.WAITING)]
+
+
+def test_after_a_later_skip_comes_up_it_is_passed_over_by_the_next_one(plant):
+    plant.skipping.skip(plant.daily.id, at(24))
+    assert plant.skipping.skip_next(plant.daily.id) == at(23)
+    assert (plant.stored().next_at, planned(plant)) == (at(25), [25, 26, 27])
+    assert [row.planned_at for row in plant.rows()] == [at(23), at(24)]
+    plant.skipping.take_again(plant.daily.id, at(23))
+    assert (plant.stored().next_at, planned(plant)) == (at(23), [23, 25, 26])
+
+
+def test_skip_next_skips_the_one_that_would_run(plant):
+    """Where the planner has come to a start that was skipped before, that is no next start."""
+    plant.skipping.skip(plant.daily.id, at(24))
+    plant.go_to(at(23) + timedelta(seconds=1))
+    assert plant.stored().next_at == at(24)
+    assert plant.skipping.skip_next(plant.daily.id) == at(25)
+    assert planned(plant, 2) == [26, 27]
+    plant.skipping.take_again(plant.daily.id, at(25))
+    assert planned(plant) == [25, 26, 27]
+
+
+def test_skipping_a_start_twice_is_as_skipping_it_once(plant):
+    for _ in range(2):
+        plant.skipping.skip(plant.daily.id, at(24))
+        plant.skipping.skip(plant.daily.id, at(23))
+    assert (plant.stored().next_at, len(plant.rows())) == (at(25), 2)
+
+
+def test_the_preview_and_its_warnings_leave_out_what_is_skipped(plant):
+    plant.skipping.skip(plant.daily.id, at(24))
+    assert [start.instant.day for start in plant.container.forecasts.of(plant.stored(), count=3).starts] == [23, 25, 26]
+    other = Schedule("Other", 1, 1, datetime(2026, 11, 24, 6, 30), "UTC")
+    assert plant.container.forecasts.of(other).concerns == ()
+    other = replace(other, start=datetime(2026, 11, 25, 6, 30))
+    assert [concern.code for concern in plant.container.forecasts.of(other).concerns] == ["overlap"]
+
+
+@pytest.mark.parametrize("instant", [at(23) - timedelta(days=1), at(24) + timedelta(minutes=1), at(28)])
+def test_only_what_is_planned_can_be_skipped(plant, instant):
+    """Not what has passed, nor another time, nor a day without work."""
+    with pytest.raises(InvalidInput) as caught:
+        plant.skipping.skip(plant.daily.id, instant)
+    assert (caught.value.field, plant.rows(), planned(plant, 1)) == ("schedule", [], [23])
+
+
+def test_a_one_time_start_that_is_skipped_is_over(plant):
+    once = plant.container.catalogue.save_schedule(Schedule("Once", 1, 1, datetime(2026, 11, 24, 9, 0), "UTC"))
+    nine = datetime(2026, 11, 24, 9, 0, tzinfo=UTC)
+    plant.skipping.skip(once.id, nine)
+    assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at is None
+    plant.skipping.take_again(once.id, nine)
+    assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at == nine

@@ -1,4 +1,4 @@
-"""Skip next and pause until: a person leaves out starts of a schedule.
+"""Skip a start and pause until: a person leaves out starts of a schedule.
 
 A skipped start gets its row in the ledger at once; those in a pause get theirs when they fall due, so that it can be ended at any time.
 """
@@ -21,8 +21,9 @@ from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
 from app.services.live.changes import Changes, Topic
 from app.services.planning.first_due import first_due
+from app.services.planning.plan import MOMENT
 from app.services.planning.recurrence import next_occurrence
-from app.services.planning.working_days import working_calendar
+from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 T = TypeVar("T")
 
@@ -35,7 +36,28 @@ class Pausing:
 
     def skip_next(self, schedule_id: int) -> datetime:
         """Returns the instant (UTC) that was skipped. Raises InvalidInput when no start is left."""
-        return self._write(lambda c: self._skip(c, schedule_id))
+        def work(c: sqlite3.Connection) -> datetime:
+            schedule = self._the_schedule(c, schedule_id)
+            at = self._next_to_run(c, schedule)
+            if not schedule.enabled or at is None:
+                raise _nothing_to_skip(schedule)
+            return self._skip(c, schedule, at)
+        return self._write(work)
+
+    def skip(self, schedule_id: int, instant: datetime) -> datetime:
+        """Leave out the start planned at that instant (UTC), which is returned. Raises InvalidInput when there is none, or not any more."""
+        def work(c: sqlite3.Connection) -> datetime:
+            schedule = self._the_schedule(c, schedule_id)
+            if instant in self._schedules.skipped(c, schedule_id):
+                return instant
+            if not schedule.enabled or schedule.next_at is None:
+                raise _nothing_to_skip(schedule)
+            if instant < schedule.next_at:
+                raise InvalidInput("schedule", "the time of this start has passed")
+            if instant not in (schedule.next_at, next_occurrence(schedule, instant - MOMENT, self._calendar(c))):
+                raise _nothing_to_skip(schedule)
+            return self._skip(c, schedule, instant)
+        return self._write(work)
 
     def take_again(self, schedule_id: int, instant: datetime) -> None:
         """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed."""
@@ -45,8 +67,9 @@ class Pausing:
                 raise InvalidInput("schedule", "the time of this start has passed")
             self._schedules.take_again(c, schedule_id, instant)
             self._executions.drop_skipped(c, schedule_id, instant)
-            skipped = self._schedules.skipped(c, schedule_id)
-            self._schedules.advance(c, schedule_id, first_due(schedule, settings, now, working_calendar(c, settings), skipped))
+            if schedule.next_at is None or instant < schedule.next_at:       # else what is due just now would be passed over
+                skipped = self._schedules.skipped(c, schedule_id)
+                self._schedules.advance(c, schedule_id, first_due(schedule, settings, now, self._calendar(c), skipped))
         self._write(work)
 
     def pause(self, schedule_id: int, until: datetime) -> Schedule:
@@ -79,20 +102,27 @@ class Pausing:
             return schedule
         raise InvalidInput("schedule", "there is no such schedule any more")
 
-    def _skip(self, c: sqlite3.Connection, schedule_id: int) -> datetime:
-        schedule = self._the_schedule(c, schedule_id)
-        if not schedule.enabled or schedule.next_at is None:
-            raise InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)
+    def _calendar(self, c: sqlite3.Connection) -> WorkingCalendar:
+        return working_calendar(c, self._settings.load(c))
+
+    def _next_to_run(self, c: sqlite3.Connection, schedule: Schedule) -> datetime | None:
+        """The next start, which may be due as well, that is not skipped."""
+        at, skipped, calendar = schedule.next_at, self._schedules.skipped(c, schedule.id), self._calendar(c)
+        while at is not None and at in skipped:
+            at = next_occurrence(schedule, at, calendar)
+        return at
+
+    def _skip(self, c: sqlite3.Connection, schedule: Schedule, at: datetime) -> datetime:
         settings, now = self._settings.load(c), self._clock.now()
         robot, mission = self._robots.get(c, schedule.robot_id), self._missions.get(c, schedule.mission_id)
         if robot is None or mission is None:             # foreign keys prevent that
             raise InvalidInput("schedule", "there is no such schedule any more")
-        row = rules.scheduled(schedule, robot, mission, settings, self._settings.install_id(c), schedule.next_at, now)
+        row = rules.scheduled(schedule, robot, mission, settings, self._settings.install_id(c), at, now)
         self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
-        self._schedules.skip(c, schedule.id, schedule.next_at)
-        calendar, skipped = working_calendar(c, settings), self._schedules.skipped(c, schedule.id)
-        following = next_occurrence(schedule, schedule.next_at, calendar)         # which may be due as well: it is not skipped
-        while following in skipped:
-            following = next_occurrence(schedule, following, calendar)
-        self._schedules.advance(c, schedule.id, following)
-        return schedule.next_at
+        self._schedules.skip(c, schedule.id, at)
+        self._schedules.advance(c, schedule.id, self._next_to_run(c, schedule))
+        return at
+
+
+def _nothing_to_skip(schedule: Schedule) -> InvalidInput:
+    return InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)

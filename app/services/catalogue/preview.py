@@ -5,7 +5,7 @@ A concern forbids nothing. What can't be saved at all is raised as InvalidInput,
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime, timedelta
 from enum import StrEnum
@@ -17,7 +17,7 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository
+from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
@@ -91,7 +91,9 @@ class Forecasts:
         now = self._clock.now()
         paused_until = draft.paused_until if draft.paused_until is not None and draft.paused_until > now else None
         begins = paused_until - MOMENT if paused_until else now
-        starts = tuple(islice(occurrences(draft, begins, calendar), count)) if draft.enabled else ()
+        skips = self._schedules.skips_from(c, now)
+        ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
+        starts = tuple(islice(ahead, count)) if draft.enabled else ()
         usual = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission) if mission else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
@@ -110,7 +112,7 @@ class Forecasts:
         if passed_over := tuple(_closed_days(draft, starts, begins, calendar)):
             concerns.append(Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
-        others = self._others(c, draft)
+        others = self._others(c, draft, skips)
         near = nearby(starts, usual, others, calendar)
         met = list(conflicts(starts, usual, near))
         concerns += [*(_overlap(conflict) for conflict in met), *self._low_battery(c, draft, settings)]
@@ -118,7 +120,7 @@ class Forecasts:
         shift = free_shift(starts, usual, near, self._clock.now()) if can_shift else None
         return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift)
 
-    def _others(self, c: sqlite3.Connection, draft: Schedule) -> list[Other]:
+    def _others(self, c: sqlite3.Connection, draft: Schedule, skips: Collection[Skip]) -> list[Other]:
         """The robot's other schedules that are on and still to come."""
         missions = {mission.id: mission for mission in self._missions.all(c)}
         usual: dict[int, DurationEstimate | None] = {}
@@ -128,7 +130,7 @@ class Forecasts:
                 mission = missions[schedule.mission_id]
                 if mission.id not in usual:
                     usual[mission.id] = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission)
-                others.append(Other(schedule, mission.name, usual[mission.id]))
+                others.append(Other(schedule, mission.name, usual[mission.id], {at for skipped, at in skips if skipped == schedule.id}))
         return others
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:

@@ -4,7 +4,7 @@ A run is assumed to last as long as the 90th percentile of the latest runs or, w
 """
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
@@ -24,6 +24,7 @@ class Other:
     schedule: Schedule
     mission: str
     usual: DurationEstimate | None
+    skipped: Collection[datetime] = ()       # its starts that are left out
 
     @property
     def lasts(self) -> timedelta:
@@ -57,7 +58,8 @@ def nearby(starts: Sequence[Occurrence], usual: DurationEstimate | None, others:
     """For each start, earliest first: the runs of others as far around it as it may be shifted."""
     beyond = FURTHEST + lasts(usual)
     walks = [(other, FURTHEST + other.lasts, _Walk(other.schedule, calendar)) for other in others]
-    return [[(other, begins) for other, before, walk in walks for begins in walk.between(start.instant - before, start.instant + beyond)]
+    return [[(other, begins) for other, before, walk in walks for begins in walk.between(start.instant - before, start.instant + beyond)
+             if begins not in other.skipped]
             for start in starts]
 
 

@@ -71,6 +71,7 @@ class Plan:
         calendar = working_calendar(c, self._settings.load(c))
         robots = {robot.id: robot for robot in self._robots.all(c) if robot.enabled}
         missions = {mission.id: mission for mission in self._missions.all(c)}
+        skips = self._schedules.skips_from(c, self._clock.now())
         learned: dict[tuple[int, str], DurationEstimate | None] = {}
         streams = []
         for schedule in schedules:
@@ -79,7 +80,8 @@ class Plan:
                 key = (robot.id, mission.guid)
                 if key not in learned:
                     learned[key] = self._executions.usual(c, *key)
-                streams.append(_runs(schedule, robot, mission, expected(learned[key], mission), calendar, most_each, start))
+                runs = _runs(schedule, robot, mission, expected(learned[key], mission), calendar, most_each, start)
+                streams.append(run for run in runs if (run.schedule.id, run.at) not in skips)
         return heapq.merge(*streams, key=lambda run: (run.at, -run.schedule.priority, run.schedule.name))
 
 
