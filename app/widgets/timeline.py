@@ -49,10 +49,11 @@ class Timeline(Chart):
     ``assumed`` (the length is not known), ``typed`` (a person has entered it) and ``movable`` (by a finger).
     bands = [(from, to, words, kind)], which are "closed", "folded" (a break, however long) or "held"; ticks = [(hour, label, strong)].
 
-    A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, one on closed time ``on_fold(hour)``; a finger that rests on free
-    time ``on_free(lane's key, hour)``, one that takes a bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it.
-    ``on_window(first, hours)`` is what is seen after fingers have moved it. In a page that scrolls, ``seen_from`` and ``seen_height`` (px
-    from the top; 0: all) say which lanes need drawing, and where the axis is.
+    A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, with the keys of those that lie under it behind it; one on closed
+    time ``on_fold(hour)``; a finger that rests on free time ``on_free(lane's key, hour)``, one that takes a bar to another time
+    ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first, hours)`` is what is seen after fingers have moved it;
+    ``day_text(first)`` stands above the names. In a page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say
+    which lanes need drawing, and where the axis is.
     """
     lanes = ListProperty()
     bands = ListProperty()
@@ -66,6 +67,7 @@ class Timeline(Chart):
     seen_from = NumericProperty(0)
     seen_height = NumericProperty(0)
     time_text = ObjectProperty(str)          # words for an hour
+    day_text = ObjectProperty(lambda _hour: "")      # the day of one
     watch = ("lanes", "bands", "ticks", "hours")
 
     touched = BooleanProperty(False)         # fingers move it just now
@@ -88,8 +90,8 @@ class Timeline(Chart):
         for name in ("seen_from", "seen_height"):
             self.fbind(name, self._scrolled)
 
-    def on_bar(self, key):
-        """A bar was tapped."""
+    def on_bar(self, key, *below):
+        """A bar was tapped; those under it there."""
 
     def on_window(self, first, hours):
         """Fingers have chosen another part of time."""
@@ -163,12 +165,12 @@ class Timeline(Chart):
         x, y = next(iter(self._fingers.values()))
         if (lane := self._lane_at(y)) is None or lane.line or x < self._drawing.frame.left:
             return
-        if (key := self._bar_near(x, y)) is None:
+        if not (keys := self._bars_near(x, y)):
             self._moved = True                   # its end is no tap
             self.dispatch("on_free", lane.key, self._time_at(x))
-        elif (bar := next((bar for bar in lane.bars if bar.key == key and bar.movable), None)) is not None:
+        elif (bar := next((bar for bar in lane.bars if bar.key == keys[0] and bar.movable), None)) is not None:
             self._moved = self.touched = True
-            self._lifted = bar, next(box for box in self.boxes() if box[4] == key), bar.start
+            self._lifted = bar, next(box for box in self.boxes() if box[4] == bar.key), bar.start
             self._lift(0)
 
     def _time_at(self, x) -> float:
@@ -247,8 +249,8 @@ class Timeline(Chart):
         frame = self._drawing.frame
         hour = frame.hour_at(x - self._drawing.moved) if x >= frame.left else math.inf
         closed = next((kind for start, end, _words, kind in self.bands if kind != "held" and start <= hour < end), "")
-        if closed != "folded" and (key := self._bar_near(x, y)) is not None:
-            self.dispatch("on_bar", key)
+        if closed != "folded" and (keys := self._bars_near(x, y)):
+            self.dispatch("on_bar", *keys)
         elif closed:
             self.dispatch("on_fold", hour)
         else:
@@ -260,13 +262,17 @@ class Timeline(Chart):
         frame = self._drawing.frame if self._drawing is not None else None
         return frame.lanes[frame.lane_at(y)] if frame is not None and y < frame.bottom_of_axis - self.seen_from else None
 
-    def _bar_near(self, x, y):
+    def _bars_near(self, x, y):
+        """Keys: the bar nearest to a finger, the uppermost of several, and those that share its place and are as near."""
         reach, slack = dp(24), dp(8)
         lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
-        near = [(max(left - x, x - right, 0), key) for lane in lanes for left, bottom, right, top, key in self._drawing.boxes(lane)
-                if bottom - slack <= y <= top + slack]
-        distance, key = min(near, key=lambda hit: hit[0], default=(reach + 1, None))
-        return key if distance <= reach else None
+        near = sorted(((max(box[0] - x, x - box[2], 0), box) for lane in lanes for box in reversed([*self._drawing.boxes(lane)])
+                       if box[1] - slack <= y <= box[3] + slack), key=lambda hit: hit[0])
+        if not near or near[0][0] > reach:
+            return []
+        nearest, (left, bottom, right, _top, first) = near[0]
+        return [first, *(key for distance, (x1, y1, x2, _y2, key) in near[1:]
+                         if distance <= nearest + slack and y1 == bottom and x1 < right and left < x2)]
 
     def _drag(self, dx):
         """Move what is drawn; ``first`` follows at once."""
@@ -304,7 +310,7 @@ class Timeline(Chart):
     def draw(self):
         """Begin a new drawing; it is seen when it is complete."""
         self._is_stale = False
-        frame = Frame.of(self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size)
+        frame = Frame.of(self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self.day_text(self.first))
         self._next = Drawing(frame, self.seen_from, self.seen_height)
         self._make()
 
@@ -324,6 +330,7 @@ class Timeline(Chart):
             else:
                 drawing.place(self.first)
             drawing.pin(self.seen_from)
+            drawing.name_day(self.day_text(self.first))
             drawing.draw_axis(self.now, self.now_label)
 
     def _place(self, *_):
@@ -335,6 +342,7 @@ class Timeline(Chart):
             self._trigger()
             return
         drawing.place(self.first)
+        drawing.name_day(self.day_text(self.first))
         if not self.touched:
             drawing.draw_axis(self.now, self.now_label)
 

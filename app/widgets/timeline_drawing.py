@@ -10,12 +10,15 @@ from contextlib import contextmanager
 from typing import Any
 
 from kivy.graphics import Canvas, PopMatrix, PushMatrix, Rectangle, StencilPop, StencilPush, StencilUnUse, StencilUse, Translate
+from kivy.metrics import dp
 
-from app.widgets.chart import box
+from app.widgets.chart import box, text
 from app.widgets.timeline_axis import paint_axis, paint_now
 from app.widgets.timeline_painting import (
+    AXIS,
     Frame,
     bar_width,
+    insets,
     paint_background,
     paint_bars,
     paint_bars_together,
@@ -53,6 +56,7 @@ class Drawing:
         self._bars_of: dict[int, list[Any]] = {}
         self._made: dict[int, tuple[Canvas, Canvas, Canvas]] = {}        # name, bars and their words, of a lane
         self._worded_at = 0.                                     # how far it was moved when the words were made
+        self._day = ""                                           # that is named
         self.is_crowded = self.would_be_crowded(seen_from, seen_height)
         self.canvas = Canvas()
         with self.canvas:
@@ -80,6 +84,7 @@ class Drawing:
             self._axis_pan = Translate(0, 0)
             self._axis = Canvas()
             PopMatrix()
+        self._corner = Canvas()
         PopMatrix()
 
     # ------------------------------------------------------------------ what is drawn
@@ -117,10 +122,10 @@ class Drawing:
         """Where its bars are seen now."""
         frame, bars = self.frame, self.bars_of(lane)
         y, height, together = frame.middle(lane), frame.bar_height, self._are_together(bars)
-        for bar in bars:
+        for bar, inset in zip(bars, [0.] * len(bars) if together else insets(bars), strict=True):
             x, x2 = frame.at(bar.start), frame.at(bar.end)
             x2 = max(x2, x + 2) if together else x + bar_width(x, x2)
-            yield x + self.moved, y - height / 2, x2 + self.moved, y + height / 2, bar.key
+            yield x + self.moved, y - height / 2, x2 + self.moved, y + height / 2 - inset, bar.key
 
     def _are_together(self, bars: list[Any]) -> bool:
         return self.is_crowded and len(bars) > BUSY
@@ -201,3 +206,11 @@ class Drawing:
         self._axis.clear()
         with self._axis:
             paint_axis(self.frame, self._seen, now, now_label)
+
+    def name_day(self, day: str) -> None:
+        """At the left edge, above the names."""
+        if day != self._day:
+            self._day = day
+            self._corner.clear()
+            with self._corner:
+                text(day, self.frame.x, self.frame.top - dp(AXIS) / 2 + dp(2), tk.ink, font="RobotoMedium")

@@ -2,8 +2,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Any, NamedTuple
 
 from kivy.graphics import Color, Mesh
@@ -17,6 +18,8 @@ from app.widgets.tokens import tk
 AXIS = 28                # dp, above the lanes
 NARROW = 12              # dp; such bars are drawn together
 FOLD = 72                # dp of folded time
+INSET = 5                # dp of the upper edge of a bar, below which one that begins on it is drawn
+MOMENT = 1 / 3600        # hours that bars may share without overlapping
 BEYOND = .5              # of what is seen, drawn on either side of it
 PIECES = 10_000          # bars of one mesh, whose indices have 16 bits
 
@@ -71,11 +74,11 @@ class Frame:
 
     @classmethod
     def of(cls, lanes: Sequence[Any], bands: Sequence[Any], ticks: Sequence[Any], first: float, hours: float,
-           pos: tuple[float, float], size: tuple[float, float]) -> Frame:
-        """The names take what they need of the width, up to a third."""
+           pos: tuple[float, float], size: tuple[float, float], day: str = "") -> Frame:
+        """The names take what they need of the width, up to a third, and the ``day`` above them what it needs."""
         (x, y), (width, height) = pos, size
         names = max(max(width_of(lane.name, 16, "RobotoMedium"), width_of(lane.note)) for lane in lanes)
-        left = x + max(dp(88), min(names + dp(16), width * .3))
+        left = x + max(dp(88), min(names + dp(16), width * .3), width_of(day, font="RobotoMedium") + dp(12))
         unit = (x + width - left) / hours
         scale = TimeScale([band[:2] for band in bands if band[3] == "folded"], dp(FOLD) / unit)
         begins = scale.drawn(first)
@@ -180,17 +183,28 @@ def paint_name(frame: Frame, lane: int) -> None:
     text(shown.note, frame.x, y - dp(10), tk.ink3)
 
 
+def insets(bars: Sequence[Any]) -> list[float]:
+    """How much lower than a lane's other bars each ends, px: one that begins on others leaves the upper edges of two of them in sight."""
+    found: list[float] = []
+    ends: list[float] = []                       # of those that the present one begins on
+    for bar in bars:
+        ends = [end for end in ends if end > bar.start + MOMENT]
+        found.append(dp(INSET) * min(len(ends), 2))
+        ends.append(bar.end)
+    return found
+
+
 def paint_bars(frame: Frame, bars: Sequence[Any], y: float) -> None:
     """Each with its whisker, but for narrow ones."""
-    narrow: dict[str, list[Span]] = {}
-    for bar in bars:
+    narrow: dict[tuple[float, str], list[Span]] = {}
+    for bar, inset in zip(bars, insets(bars), strict=True):
         x, x2 = frame.at(bar.start), frame.at(bar.end)
         if x2 - x < dp(NARROW):
-            narrow.setdefault(look_of(bar), []).append((x, x + bar_width(x, x2)))
+            narrow.setdefault((inset, look_of(bar)), []).append((x, x + bar_width(x, x2)))
         else:
-            _paint_bar(frame, bar, x, x2, y)
-    for look, spans in narrow.items():
-        paint_narrow(look, frame.colours[look], spans, y, frame.bar_height)
+            _paint_bar(frame, bar, x, x2, y, inset)
+    for (inset, look), spans in sorted(narrow.items()):
+        paint_narrow(look, frame.colours[look], spans, y - inset / 2, frame.bar_height - inset)
 
 
 def paint_bars_together(frame: Frame, bars: Sequence[Any], y: float) -> None:
@@ -204,9 +218,9 @@ def paint_bars_together(frame: Frame, bars: Sequence[Any], y: float) -> None:
         paint_narrow(look, frame.colours[look], spans, y, frame.bar_height)
 
 
-def _paint_bar(frame: Frame, bar: Any, x: float, x2: float, y: float) -> None:
-    width, height, colours = x2 - x - 1, frame.bar_height, frame.colours[look_of(bar)]
-    bottom = y - height / 2
+def _paint_bar(frame: Frame, bar: Any, x: float, x2: float, y: float, inset: float) -> None:
+    width, height, colours = x2 - x - 1, frame.bar_height - inset, frame.colours[look_of(bar)]
+    bottom = y - frame.bar_height / 2
     if (late := _late_end(frame, bar)) > x2 + dp(2):
         box(x2, y - dp(1), late - x2, dp(2), colours.edge)
         box(late - dp(2), y - dp(6), dp(2), dp(12), colours.edge)
@@ -273,26 +287,40 @@ def paint_words(frame: Frame, bars: Sequence[Any], y: float, seen: Span) -> None
     """Whole names only: in what is seen of the bar, or beside it where nothing follows too soon; else a number, where there is one.
     ``seen``: left and right end of what is seen."""
     ends = [frame.at(start) for start, *_ in frame.bands]
-    for n, bar in enumerate(bars):
+    for n, (bar, inset) in enumerate(zip(bars, insets(bars), strict=True)):
         x, hand = frame.at(bar.start), dp(14) if bar.state == "held" else 0
         x2 = x + bar_width(x, frame.at(bar.end))
         room_ends = min((start for start in (*[frame.at(next_bar.start) for next_bar in bars[n + 1:n + 2]], *ends) if start >= x),
                         default=math.inf)
+        left, right = (max(x, seen[0]), min(x2, seen[1])) if x < seen[1] and x2 > seen[0] else (x, x2)
+        left, right = _not_covered(frame, left, right, takewhile(lambda other, end=bar.end: other.start < end, bars[n + 1:]))
+        is_on_another = any(other.end > bar.end for other in bars[:n])
         for words in filter(None, (bar.label, bar.short)):
-            left, right = (max(x, seen[0]), min(x2, seen[1])) if x < seen[1] and x2 > seen[0] else (x, x2)
             need, beside = width_of(words) + dp(16) + hand, max(x2, _late_end(frame, bar))
             if need <= right - left:
-                text(words, left + dp(10) + hand, y, frame.colours[look_of(bar)].ink)
+                text(words, left + dp(10) + hand, y - inset / 2, frame.colours[look_of(bar)].ink)
                 break
             is_cut = any(beside < edge < beside + need for edge in seen)
-            if beside + need <= room_ends and not is_cut:
+            if beside + need <= room_ends and not is_cut and not is_on_another:
                 text(words, beside + dp(6), y, tk.ink2)
                 break
 
 
+def _not_covered(frame: Frame, left: float, right: float, above: Iterable[Any]) -> Span:
+    """The widest part of a bar, seen from ``left`` to ``right``, that those drawn above it leave in sight."""
+    parts: list[Span] = []
+    for other in above:                          # by their beginning
+        x = frame.at(other.start)
+        x2 = x + bar_width(x, frame.at(other.end))
+        if x2 > left and x < right:
+            parts.append((left, x))
+            left = x2
+    return max((*parts, (left, right)), key=lambda part: part[1] - part[0])
+
+
 def paint_overlaps(frame: Frame, lane: int) -> None:
     """What two bars share, hatched along their lower edge, so that they and their words stay legible; narrow ones as plain marks."""
-    height, bottom = dp(9), frame.middle(lane) - frame.bar_height / 2
+    height, bottom = dp(6), frame.middle(lane) - frame.bar_height / 2
     narrow: list[Span] = []
     for start, end in frame.lanes[lane].overlaps:
         if not frame.is_drawn(start, end):

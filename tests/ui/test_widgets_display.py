@@ -255,6 +255,32 @@ def test_a_tap_on_a_bar_says_which(ui):
     assert calls == [("b",), ("c",)]
 
 
+def test_a_tap_where_bars_lie_on_each_other_says_all_of_them_the_uppermost_first(ui):
+    bars = (Bar("a", 1, 2), Bar("b", 1.5, 3), Bar("long", 10, 14), Bar("same", 10, 14), Bar("next", 14, 15))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 100))
+    calls, y = fired(chart, "on_bar"), chart.top - 60
+    for hour in (1.2, 1.7, 2.6, 12, 14.8):
+        ui.tap_at(chart.left_of(hour), y)
+    assert calls == [("a",), ("b", "a"), ("b",), ("same", "long"), ("next",)]
+
+
+def test_bars_a_minute_apart_are_both_found_at_any_zoom(ui):
+    bars = (Bar("a", 10, 10.1), Bar("b", 10.02, 10.1))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=168), (800, 100))
+    calls = fired(chart, "on_bar")
+    ui.tap_at(chart.left_of(10) - 12, chart.top - 60)             # a fingertip beside them
+    assert sorted(calls[0]) == ["a", "b"]
+
+
+def test_a_bar_on_another_leaves_an_edge_of_it_in_sight_and_only_its_own_words(ui):
+    bars = (Bar("a", 8, 14, "Kits"), Bar("b", 8, 14, "Empties"), Bar("c", 8, 9.5, ""), Bar("d", 15, 20, "Waste"))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 100))
+    tops = {key: top for _left, _bottom, _right, top, key in chart.boxes()}
+    assert tops["a"] == tops["d"] == pytest.approx(tops["b"] + 5) == pytest.approx(tops["c"] + 10)
+    assert [texture for _x, texture in words_of(chart)] == [glyphs(words, sp(14), "Roboto") for words in ("Empties", "Waste")]
+    assert words_of(chart)[0][0] > chart.left_of(9.5)             # where it is in sight
+
+
 def fingers(chart, *paths):
     """Touches that move together: a list of points for each."""
     touches = [UnitTestTouch(*path[0]) for path in paths]
@@ -549,6 +575,53 @@ def test_times_at_the_edges_of_the_axis_are_whole_or_not_there(ui):
     drawn = [one for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture in seen]
     assert len(drawn) > 8
     assert not [seen[one.texture] for one in drawn if any(one.pos[0] < edge < one.pos[0] + one.size[0] for edge in (88, 800))]
+
+
+def day_of(hour: float) -> str:
+    return f"Day {int(hour // 24)}"
+
+
+def test_the_day_at_the_left_edge_is_named_beside_the_axis_also_while_it_is_dragged(ui):
+    chart = ui.show(Timeline(lanes=LANES, hours=6, first=44, day_text=day_of), (800, 150))
+
+    def named() -> list:
+        return [n for n in range(5) if glyphs(f"Day {n}", sp(14), "RobotoMedium") in textures(chart.canvas)]
+
+    assert named() == [1]
+    day = glyphs("Day 1", sp(14), "RobotoMedium")
+    where = next(one for one in instructions(chart.canvas) if isinstance(one, Rectangle) and one.texture == day)
+    assert where.pos[0] + where.size[0] < chart.left_of(44)
+    assert where.pos[1] > chart.top - 28
+    touch = put_down(700, chart.center_y)
+    for x in range(690, 600, -10):
+        touch.touch_move(x, chart.center_y)
+    ui.advance()
+    assert named() == [1]
+    for x in range(600, 100, -10):
+        touch.touch_move(x, chart.center_y)
+    ui.advance()
+    assert (round(chart.first), named()) == (49, [2])
+    touch.touch_up()
+    chart.first = 0
+    ui.advance(.1)
+    assert named() == [0]
+
+
+def test_a_long_name_of_a_day_moves_the_hours_rather_than_lie_on_them(ui):
+    day = "Keskiviikko 25.11. ja vielä vähän"
+    chart = ui.show(Timeline(lanes=LANES, hours=6, first=40, day_text=lambda _hour: day), (800, 150))
+    assert chart.left_of(40) > glyphs(day, sp(14), "RobotoMedium").width
+
+
+@pytest.mark.parametrize("now", [23.8, 24.0, 24.2])
+def test_the_day_that_begins_near_now_is_named_beside_the_time(ui, now):
+    ticks = [*((n, f"{n % 24:02d}:00", False) for n in range(18, 36) if n != 24), (24, "Tue 24 Nov", True)]
+    chart = ui.show(Timeline(lanes=LANES, hours=6, first=21, ticks=ticks, now=now, now_label="23:48"), (800, 150))
+    drawn = {one.texture: one.pos[0] for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture}
+    day, time = (glyphs(words, sp(14), "RobotoMedium") for words in ("Tue 24 Nov", "23:48"))
+    left, clock = drawn[day], drawn[time]
+    assert left + day.width + 6 <= clock - 8 or clock + time.width + 8 + 6 <= left + 1
+    assert abs(left - chart.left_of(24)) < 120
 
 
 def test_a_block_too_narrow_for_its_words_says_its_number(ui):
