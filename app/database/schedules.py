@@ -94,6 +94,12 @@ class ScheduleRepository:
         rows = c.execute("SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ?", (to_text(instant),))
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
+    def newest_row(self, c: sqlite3.Connection, schedule_id: int, until: datetime) -> int | None:
+        """Id of the execution with its latest planned instant up to then."""
+        row = c.execute("SELECT id FROM executions WHERE schedule_id = ? AND planned_at <= ? ORDER BY planned_at DESC LIMIT 1",
+                        (schedule_id, to_text(until))).fetchone()
+        return int(row[0]) if row else None
+
     def next_due(self, c: sqlite3.Connection, robot_id: int | None = None) -> datetime | None:
         """The earliest next occurrence of all robots, or of one."""
         if robot_id is None:

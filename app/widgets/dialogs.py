@@ -318,7 +318,10 @@ class MenuRow(Row, TonedTap):
 
 class Menu(Overlay):
     """Commands under the widget ``anchor``, or above it where there is no room: ``items`` have ``key``, ``text``, ``icon``, ``tone``,
-    ``disabled``; fires ``on_choose(key)``. With a ``title``, and ``text`` under it, it is a card about what it hangs on."""
+    ``disabled``; fires ``on_choose(key)``. With a ``title``, and ``text`` under it, it is a card about what it hangs on; of several
+    ``cards`` (with ``title``, ``text``, ``items``) it shows the one ``at`` that place, and arrows that lead to the others."""
+    cards = ListProperty()
+    at = NumericProperty(0)
     title = StringProperty()
     text = StringProperty()
     items = ListProperty()
@@ -326,8 +329,22 @@ class Menu(Overlay):
 
     __events__ = ("on_choose",)
 
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("at", self._turned)
+        if self.cards:
+            self._turned()
+
     def on_choose(self, key):
         """A command was tapped; the menu is closing."""
+
+    def turn(self, by: int) -> None:
+        """To the next card (1) or the one before (-1), round and round."""
+        self.at = (self.at + by) % len(self.cards)
+
+    def _turned(self, *_):
+        card = self.cards[self.at]
+        self.title, self.text, self.items = card.title, card.text, list(card.items)
 
     def corner(self):
         edge = dp(8)

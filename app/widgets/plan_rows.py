@@ -7,14 +7,15 @@ from app.widgets.surfaces import Tap
 
 
 class DayLine(RecycledRow, Tap):
-    """A heading of a day (``heading``), or a start on it: time, mission, robot, how soon; where there is room for ``columns`` until about
-    when instead, and what it needs. A start tapped fires "open"."""
+    """A heading of a day (``heading``), or a start on it: time, mission, the name that a person gave its schedule, robot, how soon; where
+    there is room for ``columns`` until about when instead, and what it needs. A start tapped fires "open"."""
     columns = BooleanProperty(False)
     until = StringProperty()
     condition = StringProperty()
     heading = StringProperty()
     time = StringProperty()
     mission = StringProperty()
+    name = StringProperty()
     robot = StringProperty()
     note = StringProperty()
 

@@ -71,9 +71,11 @@ class DoneRow(RecycledRow, Toned, BoxLayout):
 
 
 class ScheduleRow(Row, Toned, BoxLayout):
-    """A schedule: switch, mission and rule, next and last start; a tap on the texts opens it, one on the dots its menu. The switch shows
-    ``on`` until the data change."""
+    """A schedule: switch, name and mission, rule, next and last start; a tap on the texts opens it, one on the dots its menu. The switch
+    shows ``on`` until the data change; one that is ``over`` has none."""
     on = BooleanProperty(True)
+    over = BooleanProperty(False)
+    name = StringProperty()
     mission = StringProperty()
     rule = StringProperty()
     next = StringProperty()

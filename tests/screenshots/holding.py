@@ -53,5 +53,5 @@ def dialog(studio: Any) -> Any:
 @picture("scheduler-pause", sizes=(LANDSCAPE,))
 def pause(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
-    stand.vm.pause(stand.schedule("Waste to compactor"))
+    stand.vm.actions.pause(stand.schedule("Waste to compactor"))
     return studio.dialogs.top

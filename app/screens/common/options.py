@@ -1,4 +1,4 @@
-"""What can be chosen: options of a dialog or of a row of chips, and commands of a menu."""
+"""What can be chosen: options of a dialog or of a row of chips, commands of a menu, and a card with some."""
 from __future__ import annotations
 
 from collections.abc import Hashable
@@ -23,3 +23,11 @@ class MenuItem:
     icon: str = ""
     tone: str = "neutral"
     disabled: bool = False
+
+
+@dataclass(frozen=True)
+class Card:
+    """What something on screen stands for, and what can be done with it."""
+    title: str
+    text: str
+    items: tuple[MenuItem, ...]

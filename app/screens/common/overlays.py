@@ -9,7 +9,7 @@ from kivy.uix.widget import Widget
 
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import MenuItem, Option
+from app.screens.common.options import Card, MenuItem, Option
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, FormDialog, Menu, Overlay
 from app.widgets.pickers import DateDialog, TimeDialog
 
@@ -90,6 +90,12 @@ class Dialogs:
         """Hang a menu on ``anchor``; ``done(key)``. With a title it is a card about the anchor."""
         menu = Menu(items=list(items), anchor=anchor, title=title, text=text)
         menu.bind(on_choose=lambda _menu, key: done(key))
+        return self.open(menu)
+
+    def cards(self, anchor: Widget, cards: Sequence[Card], done: Callable[[int, Any], object]) -> Overlay:
+        """Cards about what lies on each other at ``anchor``, one at a time; ``done(number, key)``."""
+        menu = Menu(cards=list(cards), anchor=anchor)
+        menu.bind(on_choose=lambda _menu, key: done(menu.at, key))
         return self.open(menu)
 
     def _closed(self, dialog: Overlay) -> None:

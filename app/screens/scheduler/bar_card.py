@@ -1,40 +1,33 @@
 """The card that opens at a bar of the timeline: what the bar stands for, and what can be done with it. Pure."""
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from app.domain.models import Execution, Reason, ReasonCode
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _
 from app.screens.common import execution_appearance, formats
-from app.screens.common.options import MenuItem
+from app.screens.common.options import Card, MenuItem
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
 
 
-@dataclass(frozen=True)
-class BarCard:
-    """What a bar stands for, and what can be done with it."""
-    title: str
-    text: str
-    items: tuple[MenuItem, ...]
-
-
-def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> BarCard:
-    """Of a run that has begun, waits or has ended: what came of it and why."""
+def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card:
+    """Of a run that has begun, waits or has ended, or of a start that is skipped: what came of it and why."""
     begins, ends = span_of(facts, execution, now)
     why = waiting_sentence(execution, facts.zone, _) if execution.state.is_open else \
         sentence(execution.reason, facts.zone, _) if execution.reason else execution_appearance.word(execution.state)
-    items = [MenuItem("log", _("Open in Logs"), "text-box-outline")]
+    items = [MenuItem("again", _("Start it after all"), "undo")] if facts.is_skipped(execution, now) else []
+    items.append(MenuItem("log", _("Open in Logs"), "text-box-outline"))
     if facts.schedule(execution.schedule_id) is not None:
         items.append(MenuItem("edit", _("Edit schedule"), "pencil-outline"))
-    return BarCard(execution.mission, _lines(f"{execution.robot} · {_from_to(facts, begins, ends)}", why), tuple(items))
+    name = facts.name(facts.schedule(execution.schedule_id))
+    return Card(execution.mission, _lines(name, f"{execution.robot} · {_from_to(facts, begins, ends)}", why), tuple(items))
 
 
-def start_card(facts: SchedulerFacts, run: PlannedRun) -> BarCard:
+def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
     """Of a planned start: how long it will take, as far as that is known, and what keeps it back."""
     hold, ends = facts.hold(run.robot.id, run.at), run.at + timedelta(seconds=run.usual_s or ASSUMED_S)
     usual, slow = formats.duration(run.usual_s), formats.duration(run.slow_s)
@@ -48,10 +41,10 @@ def start_card(facts: SchedulerFacts, run: PlannedRun) -> BarCard:
     if hold is not None:
         held = _("Held until it is released") if hold.until is None else sentence(
             Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _)
-    is_next = run.at == run.schedule.next_at
-    items = (MenuItem("edit", _("Edit schedule"), "pencil-outline"),
-             *([MenuItem("skip", _("Skip this one"), "skip-next")] if is_next else []), MenuItem("run", _("Run now"), "play"))
-    return BarCard(run.mission.name, _lines(f"{run.robot.name} · {_from_to(facts, run.at, ends)}", length, held), items)
+    items = (MenuItem("edit", _("Edit schedule"), "pencil-outline"), MenuItem("skip", _("Skip this one"), "skip-next"),
+             MenuItem("run", _("Run now"), "play"))
+    when = f"{run.robot.name} · {_from_to(facts, run.at, ends)}"
+    return Card(run.mission.name, _lines(facts.name(run.schedule), when, length, held), items)
 
 
 def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:

@@ -1,12 +1,13 @@
 """What the Scheduler uses of the app, and what it shows at one moment: read on a background thread, from the database only."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.executions import ExecutionFilter
+from app.domain import names
 from app.domain.clock import Clock
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings
 from app.screens.common.holding import hold_at
@@ -17,6 +18,7 @@ from app.services.files.plan_export import PlanFiles
 from app.services.history.runs import History
 from app.services.live.holds import Hold, Holds
 from app.services.planning.plan import Plan, PlannedRun
+from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
 from app.services.robots.missions import RobotMissions
@@ -86,11 +88,12 @@ class SchedulerFacts:
     schedules: tuple[Schedule, ...] = ()
     last: Mapping[int, Execution] = field(default_factory=dict)      # by schedule: its newest execution
     planned: tuple[PlannedRun, ...] = ()                             # within the window, or the next days for the list
-    past: tuple[Execution, ...] = ()                                 # planned within the window and before now, open ones included
+    past: tuple[Execution, ...] = ()     # planned within the window and before now, open ones included; and skipped ones to come
     holds: tuple[Hold, ...] = ()                                     # set by persons and not over
     usual_s: Mapping[tuple[int, str], float] = field(default_factory=dict)   # how long open missions take, by robot and guid
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # of the missions that a robot has, by its id and their guid
     typed: frozenset[tuple[int, str]] = frozenset()                  # of these, those known from Settings only
+    skips: frozenset[tuple[int, datetime]] = frozenset()             # starts to come that are skipped: schedule and instant
 
     @property
     def zone(self) -> ZoneInfo:
@@ -109,6 +112,17 @@ class SchedulerFacts:
     def schedule(self, schedule_id: int | None) -> Schedule | None:
         return next((schedule for schedule in self.schedules if schedule.id == schedule_id), None)
 
+    def is_skipped(self, execution: Execution, now: datetime) -> bool:
+        """Whether it is a start to come that a person has left out."""
+        return execution.planned_at > now and (execution.schedule_id, execution.planned_at) in self.skips
+
+    def name(self, schedule: Schedule | None) -> str:
+        """The name that a person has given it; empty where it is made of mission and robot."""
+        if schedule is None:
+            return ""
+        robot, mission = self.robot(schedule.robot_id), self.mission(schedule.mission_id)
+        return "" if robot and mission and names.is_of_schedule(schedule.name, mission.name, robot.name) else schedule.name
+
 
 def full_hour(instant: datetime, zone: ZoneInfo) -> datetime:
     """UTC instant of the beginning of its local hour."""
@@ -121,18 +135,36 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     catalogue, history, now, settings = services.catalogue, services.history, services.clock.now(), services.settings()
     calendar = services.calendar()
     start, end = (now, now + timedelta(days=DAYS)) if window is None else window.span(now, ZoneInfo(settings.timezone), calendar)
-    schedules = tuple(catalogue.schedules())
-    of_the_past = ExecutionFilter(start=start - LONGEST_RUN, end=min(end, now + timedelta(seconds=1)))
-    past = tuple(history.page(of_the_past, size=MOST_PAST).rows)
-    open_ones = {(e.robot_id, e.mission_guid) for e in past if e.state.is_open and e.robot_id is not None}
+    skips = frozenset(services.plan.skips())
+    schedules = tuple(_without(skips, schedule, calendar) for schedule in catalogue.schedules())
+    rows = history.page(ExecutionFilter(start=start - LONGEST_RUN, end=end), size=MOST_PAST).rows
+    soon = now + timedelta(seconds=1)
+    past = tuple(e for e in rows if e.planned_at < soon or (e.schedule_id, e.planned_at) in skips)
+    open_ones = {(e.robot_id, e.mission_guid) for e in past if (e.state.is_open or e.planned_at > now) and e.robot_id is not None}
     usual = {key: found for key in open_ones if (found := history.expected(*key)) is not None}
     for year in (now.year, now.year + 1):                            # so that drawing doesn't have to compute their public holidays
         calendar.day_status(now.date().replace(year=year, day=1))
     robots = tuple(catalogue.robots())
     return SchedulerFacts(
         settings=settings, calendar=calendar, robots=robots, missions=tuple(catalogue.missions()), schedules=schedules,
-        last={schedule.id: last for schedule in schedules if (last := history.last_of_schedule(schedule.id)) is not None},
+        last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
         planned=tuple(services.plan.between(now, end)), past=past, holds=tuple(services.holds.current()),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
-        typed=frozenset(key for key, one in usual.items() if one.typed))
+        typed=frozenset(key for key, one in usual.items() if one.typed), skips=skips)
+
+
+def _last(history: History, schedule: Schedule, now: datetime) -> Execution | None:
+    """Its newest execution, but no skipped start to come as long as there are others."""
+    last = history.last_of_schedule(schedule.id)
+    if last is not None and last.planned_at > now and schedule.next_at is not None and not last.state.is_open:
+        return history.last_of_schedule(schedule.id, until=now)
+    return last
+
+
+def _without(skips: Collection[tuple[int, datetime]], schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
+    """With the next start that is not skipped."""
+    at = schedule.next_at
+    while at is not None and (schedule.id, at) in skips:
+        at = next_occurrence(schedule, at, calendar)
+    return schedule if at == schedule.next_at else replace(schedule, next_at=at)

@@ -2,10 +2,10 @@
 make texts and bars of them."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
-from datetime import date, datetime, timedelta
-from typing import Any, TypeVar
+from datetime import datetime, timedelta
+from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
@@ -15,12 +15,12 @@ from kivy.uix.widget import Widget
 from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import Option
+from app.screens.common.options import Card, Option
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.scheduler import bar_card, timeline, view
-from app.screens.scheduler.bar_card import BarCard
+from app.screens.scheduler.actions import ScheduleActions
 from app.screens.scheduler.cards import SchedulerEmpty
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
@@ -29,7 +29,6 @@ from app.screens.scheduler.hold import HoldDialog
 from app.screens.scheduler.listed import ScheduleList
 from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import DayRow
-from app.services.catalogue.catalogue import Removed
 from app.services.files.plan_export import PlanExport
 from app.services.live.changes import Topic
 from app.widgets import load_kv
@@ -40,7 +39,6 @@ NOW_LINE_SECONDS = 15.0      # between two positions of the now-line: at its wid
 MANY = 200                   # schedules, from which on their texts are not rebuilt every second
 PAGE = 0.5                   # of what the timeline shows, that a press moves it by
 
-T = TypeVar("T")
 Reading = tuple[Window | None, SchedulerFacts, TimelineView | list[DayRow]]      # what was asked for, and what is to be shown
 
 
@@ -62,12 +60,12 @@ class SchedulerViewModel(ViewModel):
         self._services, self._shell = services, shell
         self._refresher = Refresher(shell, self._reading, self._take)
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
+        self.actions = ScheduleActions(services, shell, self._started, done=self._refresher.request)
         self.form = FormModel(services, shell, saved=self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows
         self._wanted: int | None = None                       # a schedule to open as soon as it is known
-        self._busy: set[int] = set()                          # ids of schedules that something is being done to
         self.form.fbind("view", lambda *_args: self._show_schedules())
         self.fbind("narrow", self._refresher.request)
         self.fbind("touched", self._touch_changed)
@@ -193,26 +191,41 @@ class SchedulerViewModel(ViewModel):
         self._refresher.read()
 
     # ------------------------------------------------------------------ what the operator presses
-    def open_bar(self, key: tuple[Any, ...], place: Widget) -> None:
-        """A bar of the timeline was tapped, at ``place``: show its card; one that represents several is zoomed into."""
-        match key:
-            case ("execution", number):
-                execution = next((one for one in self._facts.past if one.id == number), None)
-                if execution is not None:
-                    self._open_card(bar_card.run_card(self._facts, execution, self._services.clock.now()), place, {
-                        "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(execution.schedule_id or 0)})
+    def open_bars(self, keys: Sequence[tuple[Any, ...]], place: Widget) -> None:
+        """Bars of the timeline were tapped at ``place``, where they lie on each other: show their cards, the first one first. A bar that
+        represents several is zoomed into."""
+        match keys[0]:
             case ("zoom", middle, length):
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
                 hours = min(hours, max(self._window.hours / 2, timeline.SPANS[0]))
                 self._show_window(replace(self._window, left=self._instant(middle - hours / 2), hours=hours))
+            case _:
+                if cards := [card for key in keys if (card := self._card(key)) is not None]:
+                    self._shell.dialogs.cards(place, [card for card, _calls in cards], lambda n, key: cards[n][1][key]())
+
+    def _card(self, key: tuple[Any, ...]) -> tuple[Card, dict[Hashable, Callable[[], object]]] | None:
+        """Of a bar, and what its commands do."""
+        match key:
+            case ("execution", number):
+                execution = next((one for one in self._facts.past if one.id == number), None)
+                if execution is not None:
+                    schedule_id = execution.schedule_id or 0
+                    return bar_card.run_card(self._facts, execution, self._services.clock.now()), {
+                        "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(schedule_id),
+                        "again": lambda: self.actions.take_again(schedule_id, execution.planned_at)}
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:
-                    self._open_card(bar_card.start_card(self._facts, run), place, {
-                        "edit": lambda: self.edit(number), "skip": lambda: self.skip_next(run.schedule),
-                        "run": lambda: self.run_now(run.schedule)})
+                    return bar_card.start_card(self._facts, run), {
+                        "edit": lambda: self.edit(number), "skip": lambda: self.actions.skip(run.schedule, at),
+                        "run": lambda: self.actions.run_now(run.schedule)}
+        return None
 
     # ------------------------------------------------------------------ what a finger does on the timeline
+    def day_text(self, hour: float) -> str:
+        """The day of an hour of the timeline."""
+        return formats.wall_day(self._instant(hour).astimezone(self._facts.zone)) if self.timeline.origin is not None else ""
+
     def time_text(self, hour: float) -> str:
         """When that is, in hours from the timeline's origin."""
         return formats.day_and_time(self._instant(hour), self._facts.settings.timezone, self._services.clock.now())
@@ -244,9 +257,6 @@ class SchedulerViewModel(ViewModel):
         self._say(_("That time has passed"), "clock-alert-outline")
         return False
 
-    def _open_card(self, card: BarCard, place: Widget, calls: dict[str, Callable[[], object]]) -> None:
-        self._shell.dialogs.menu(place, card.items, lambda key: calls[key](), card.title, card.text)
-
     def open_day(self, key: tuple[str, int, Any]) -> None:
         if not self.beside:
             self.choose_mode("hours")
@@ -258,7 +268,7 @@ class SchedulerViewModel(ViewModel):
             case "edit":
                 self.edit(schedule_id)
             case "switch":
-                self.switch(schedule_id, values[0])
+                self.actions.switch(schedule_id, values[0])
             case "menu":
                 self._menu(schedule_id, values[0])
 
@@ -266,16 +276,13 @@ class SchedulerViewModel(ViewModel):
         if (schedule := self._facts.schedule(schedule_id)) is not None:
             self.form.edit(schedule)
 
-    def switch(self, schedule_id: int, on: bool) -> None:
-        self._act(schedule_id, lambda: self._services.catalogue.set_schedule_enabled(schedule_id, on), lambda _schedule: None)
-
     def _menu(self, schedule_id: int, anchor: Widget) -> None:
         schedule = self._facts.schedule(schedule_id)
         if schedule is None:
             return
         calls: dict[str, Callable[[Schedule], object]] = {
-            "edit": self.form.edit, "run": self.run_now, "skip": self.skip_next, "pause": self.pause, "resume": self.resume,
-            "duplicate": self.form.duplicate, "delete": self.delete}
+            "edit": self.form.edit, "run": self.actions.run_now, "skip": self.actions.skip_next, "pause": self.actions.pause,
+            "resume": self.actions.resume, "duplicate": self.form.duplicate, "delete": self.delete}
         self._shell.dialogs.menu(anchor, view.schedule_menu(schedule, self._services.clock.now()), lambda key: calls[key](schedule))
 
     def hold(self) -> None:
@@ -304,59 +311,10 @@ class SchedulerViewModel(ViewModel):
     def add_robot(self) -> None:
         self._shell.go("settings", section="robots", add=True)
 
-    def run_now(self, schedule: Schedule) -> None:
-        """With the schedule's own parameters, whatever its constraints are."""
-        self._act(schedule.id, lambda: self._services.operator.run_now(schedule.robot_id, schedule.mission_id, schedule.parameters),
-                  self._started.follow)
-
-    def skip_next(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda at: self._shell.snackbars.undo(
-            _("The next start of {name} is skipped").format(name=schedule.name), _("Undo"),
-            lambda: self._act(schedule.id, lambda: self._services.pausing.take_again(schedule.id, at), lambda _none: None)))
-
-    def pause(self, schedule: Schedule) -> None:
-        """Ask until which day its starts are skipped."""
-        self._shell.dialogs.choose(_("Pause {name}").format(name=schedule.name), view.pause_options(schedule, self._services.clock.now()),
-                                   lambda day: self._pick_pause(schedule) if day == view.PICK else self._pause_until(schedule, day))
-
-    def _pick_pause(self, schedule: Schedule) -> None:
-        today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
-        tomorrow = today + timedelta(days=1)
-        self._shell.dialogs.pick_date(_("First day with starts again"), tomorrow, lambda day: self._pause_until(schedule, day), today=today,
-                                      first=tomorrow)
-
-    def _pause_until(self, schedule: Schedule, day: date) -> None:
-        until = view.day_begins(day, ZoneInfo(schedule.timezone))
-        self._act(schedule.id, lambda: self._services.pausing.pause(schedule.id, until), lambda _paused: self._say(
-            _("{name} is paused until {day}").format(name=schedule.name, day=formats.wall_day(day)), "pause-circle-outline"))
-
-    def resume(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._services.pausing.resume(schedule.id), lambda _resumed: self._say(
-            _("{name} is resumed").format(name=schedule.name), "play-circle-outline"))
-
     def delete(self, schedule: Schedule) -> None:
-        """At once, with some seconds to undo it."""
-        def deleted(removed: Removed) -> None:
-            self._shell.snackbars.undo(
-                _("{name} is deleted").format(name=schedule.name), _("Undo"),
-                lambda: self._act(schedule.id, lambda: self._services.catalogue.restore(removed), lambda _none: None))
-
         if self.form.editing == schedule.id:
             self.form.begin()
-        self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
-
-    def _act(self, schedule_id: int, work: Callable[[], T], done: Callable[[T], object]) -> None:
-        """In the background, one action on a schedule at a time; its effect is shown with the next reading."""
-        if schedule_id in self._busy:
-            return
-        self._busy.add(schedule_id)
-
-        def ended(report: Callable[[Any], object], outcome: Any) -> None:
-            self._busy.discard(schedule_id)
-            report(outcome)
-            self._refresher.request()
-
-        self._shell.background.run(work, lambda result: ended(done, result), lambda problem: ended(self._shell.say_problem, problem))
+        self.actions.delete(schedule)
 
     def _say(self, text: str, icon: str) -> None:
         self._shell.snackbars.show(text, icon=icon)

@@ -231,6 +231,8 @@ def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: 
     key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
     typed = waits and key in facts.typed
     assumed = waits and not typed and key not in facts.usual_s
+    if facts.is_skipped(execution, now):
+        label = _("Skipped: {mission}").format(mission=execution.mission)
     if execution.state is State.WAITING and facts.hold(execution.robot_id, now) is not None:
         state, label = "held", _("Held: {mission}").format(mission=execution.mission)
     return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)
@@ -244,6 +246,8 @@ def span_of(facts: SchedulerFacts, execution: Execution, now: datetime) -> tuple
         return begins, max(begins + usual, now)
     if execution.state.is_open:
         return now, now + usual
+    if facts.is_skipped(execution, now):
+        return execution.planned_at, execution.planned_at + usual
     ended = execution.ended_at or execution.planned_at
     if execution.state in (State.SKIPPED, State.MISSED):
         return execution.planned_at, min(ended, execution.closes_at)

@@ -8,7 +8,7 @@ from itertools import groupby
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import Mission, Robot, Schedule, Settings
+from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import held_note
@@ -17,6 +17,7 @@ from app.screens.scheduler.facts import DAYS, SchedulerFacts
 from app.services.files.plan_export import PlanExport
 from app.services.planning import sentences
 from app.services.planning.plan import PlannedRun
+from app.services.planning.recurrence import to_utc
 from app.services.planning.working_days import WorkingCalendar
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -35,6 +36,7 @@ class DayRow:
     note: str = ""
     until: str = ""                      # about, as far as is known
     condition: str = ""                  # what keeps it, else what it needs
+    name: str = ""                       # of its schedule, where a person has given one
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ class ScheduleItem:
     icon: str = ""                       # how it last went
     tone: str = "neutral"
     last: str = ""
+    name: str = ""                       # that a person has given it
+    over: bool = False                   # no start is left
 
 
 # ---------------------------------------------------------------------- the rule of a schedule
@@ -125,17 +129,19 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
         same = list(group)
         first = same[0]
         names, needs = (first.mission.name, first.robot.name), battery_condition(first.schedule, first.mission, facts.settings)
+        own = facts.name(first.schedule)
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
             note = ngettext("{n} start until {time}", "{n} starts until {time}", len(same)).format(n=len(same), time=ends)
             if held := sum(facts.hold(run.robot.id, run.at) is not None for run in same):
                 note = f"{note} · " + _("{n} held").format(n=held)
-            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, _until(same[-1], zone), note)
+            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, _until(same[-1], zone), note,
+                                   own)
             continue
         for run in same:
             held_note = _held(facts, run.schedule, run.at, now)
             yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", formats.wall_time(run.at.astimezone(zone)), *names,
-                                 held_note or formats.ahead((run.at - now).total_seconds()), _until(run, zone), held_note or needs)
+                                 held_note or formats.ahead((run.at - now).total_seconds()), _until(run, zone), held_note or needs, own)
 
 
 def _until(run: PlannedRun, zone: ZoneInfo) -> str:
@@ -147,12 +153,13 @@ def _until(run: PlannedRun, zone: ZoneInfo) -> str:
 
 # ---------------------------------------------------------------------- the schedules
 def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = None, listing: Listing = Listing()) -> list[ScheduleItem]:
-    """In the order of their next starts, where those that are off or over come last; or by name."""
+    """In the order of their next starts, where those that are off or over come last; or by name, but for those that are over."""
     never, words = datetime.max.replace(tzinfo=UTC), listing.query.casefold().split()
 
     def place(schedule: Schedule) -> tuple[object, ...]:
         next_at = max(schedule.next_at, schedule.paused_until or schedule.next_at) if schedule.next_at else never
-        return (*(() if listing.by_name else (not schedule.enabled, next_at)), schedule.name.casefold())
+        over = _is_over(facts, schedule, now)
+        return over, *(() if listing.by_name else (not (schedule.enabled or over), next_at)), schedule.name.casefold()
     listed = (schedule for schedule in facts.schedules if listing.robot_id in (None, schedule.robot_id))
     rows = (_schedule_row(facts, schedule, now, schedule.id == selected) for schedule in sorted(listed, key=place))
     names = {schedule.id: schedule.name for schedule in facts.schedules} if words else {}
@@ -167,11 +174,43 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
 def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> ScheduleItem:
     robot, mission, last = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.last.get(schedule.id)
     row = ScheduleItem(schedule.id, schedule.enabled, mission.name if mission else schedule.name, rule_line(schedule),
-                       " · ".join(filter(None, (robot.name if robot else "", _next(facts, schedule, robot, now)))), selected)
+                       " · ".join(filter(None, (robot.name if robot else "", _next(facts, schedule, robot, now)))), selected,
+                       name=facts.name(schedule) if mission else "")
+    if _is_over(facts, schedule, now):
+        row = replace(row, rule=" · ".join(filter(None, (robot.name if robot else "", row.rule))), next=_became(facts, schedule, last),
+                      over=True)
     if last is None:
         return row
     icon, tone = execution_appearance.LOOKS[last.state]
-    return replace(row, icon=icon, tone=tone, last=execution_appearance.word(last.state))
+    return replace(row, icon=icon, tone=tone, last="" if row.over else execution_appearance.word(last.state))
+
+
+def _is_over(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> bool:
+    """Whether nothing is left to come, and nothing of it is under way; a one-time schedule also when it was off at its time."""
+    has_passed = schedule.recurrence is None and to_utc(schedule.start, ZoneInfo(schedule.timezone)) <= now
+    return not _has_starts(facts, schedule) and (schedule.enabled or has_passed)
+
+
+def _has_starts(facts: SchedulerFacts, schedule: Schedule) -> bool:
+    """To come, or under way."""
+    last = facts.last.get(schedule.id)
+    return schedule.next_at is not None or (last is not None and last.state.is_open)
+
+
+def _became(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -> str:
+    """What became of a schedule that is over: of its last start, as far as the history still has it."""
+    start = to_utc(schedule.start, ZoneInfo(schedule.timezone))
+    if last is None or (schedule.recurrence is None and last.planned_at != start):
+        if not schedule.enabled:
+            return _("Over · was switched off")
+        return _("Over · was due {time}").format(time=_when_it_was(facts, start)) if schedule.recurrence is None else _("Over")
+    text = {State.COMPLETED: _("Over · ran {time}"), State.FAILED: _("Over · failed {time}"), State.CANCELLED: _("Over · cancelled {time}"),
+            State.SKIPPED: _("Over · skipped {time}"), State.MISSED: _("Over · missed {time}")}[last.state]
+    return text.format(time=_when_it_was(facts, last.started_at or last.planned_at))
+
+
+def _when_it_was(facts: SchedulerFacts, at: datetime) -> str:
+    return formats.day_and_time(at, facts.settings.timezone)
 
 
 def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: datetime) -> str:
@@ -197,7 +236,7 @@ def schedule_menu(schedule: Schedule, now: datetime) -> list[MenuItem]:
         MenuItem("run", _("Run now"), "play"),
         MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
         MenuItem("resume", _("Resume now"), "play-circle-outline") if schedule.is_paused(now) else
-        MenuItem("pause", _("Pause until …"), "pause-circle-outline", disabled=not schedule.enabled),
+        MenuItem("pause", _("Pause until …"), "pause-circle-outline", disabled=not (schedule.enabled and schedule.next_at)),
         MenuItem("duplicate", _("Duplicate"), "content-copy"),
         MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
     ]
@@ -239,5 +278,5 @@ def schedules_note(facts: SchedulerFacts, robot_id: int | None = None) -> str:
     listed, robot = [schedule for schedule in facts.schedules if robot_id in (None, schedule.robot_id)], facts.robot(robot_id)
     if not facts.schedules:
         return ""
-    note = _("{on} of {all} on").format(on=sum(schedule.enabled for schedule in listed), all=len(listed))
+    note = _("{on} of {all} on").format(on=sum(schedule.enabled and _has_starts(facts, schedule) for schedule in listed), all=len(listed))
     return f"{robot.name} · {note}" if robot else note

@@ -3,10 +3,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey
 from app.database.missions import MissionRepository
+from app.database.schedules import ScheduleRepository
 from app.domain.models import DurationEstimate, Execution
 from app.services.planning.durations import expected
 
@@ -21,6 +23,7 @@ class Page:
 class History:
     def __init__(self, db: Database, executions: ExecutionRepository, missions: MissionRepository) -> None:
         self._db, self._executions, self._missions = db, executions, missions
+        self._schedules = ScheduleRepository()
 
     def page(self, wanted: ExecutionFilter, before: PageKey | None = None, size: int = 100) -> Page:
         rows = self._executions.page(self._db.read(), wanted, before, size)
@@ -41,8 +44,13 @@ class History:
         """Everything under way or waiting, of all robots."""
         return self._executions.open_all(self._db.read())
 
-    def last_of_schedule(self, schedule_id: int) -> Execution | None:
-        return self._executions.last_of_schedule(self._db.read(), schedule_id)
+    def last_of_schedule(self, schedule_id: int, until: datetime | None = None) -> Execution | None:
+        """The one with the latest planned instant, which may be a skipped start to come; ``until``: up to then."""
+        c = self._db.read()
+        if until is None:
+            return self._executions.last_of_schedule(c, schedule_id)
+        found = self._schedules.newest_row(c, schedule_id, until)
+        return None if found is None else self._executions.get(c, found)
 
     def usual_duration(self, robot_id: int, mission_guid: str) -> float | None:
         """Seconds; median of the last completed runs, None when there is none."""

@@ -11,7 +11,7 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository
+from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Mission, Robot, Schedule
@@ -56,6 +56,10 @@ class Plan:
 
     def next(self, count: int) -> list[PlannedRun]:
         return list(islice(self._all(), count))
+
+    def skips(self) -> set[Skip]:
+        """Starts to come that a person has left out."""
+        return self._schedules.skips_from(self._db.read(), self._clock.now())
 
     def preview(self, draft: Schedule, count: int = 5) -> Sequence[Occurrence]:
         """The next starts that a schedule would have if it were saved now. Raises InvalidInput for an invalid rule."""

@@ -1,0 +1,96 @@
+"""What an operator does with a schedule beside editing it: run it now, skip starts, pause, delete."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import date, datetime, timedelta
+from typing import Any, TypeVar
+from zoneinfo import ZoneInfo
+
+from app.domain.models import Schedule
+from app.i18n import _
+from app.screens.common import formats
+from app.screens.common.shell import Shell
+from app.screens.common.started import StartReports
+from app.screens.scheduler import view
+from app.screens.scheduler.facts import SchedulerServices
+from app.services.catalogue.catalogue import Removed
+
+T = TypeVar("T")
+
+
+class ScheduleActions:
+    """Each in the background, one at a time on a schedule; ``done()`` when one has ended, well or not: its effect can be read."""
+
+    def __init__(self, services: SchedulerServices, shell: Shell, started: StartReports, done: Callable[[], object]) -> None:
+        self._services, self._shell, self._started, self._done = services, shell, started, done
+        self._busy: set[int] = set()                          # ids of schedules that something is being done to
+
+    def switch(self, schedule_id: int, on: bool) -> None:
+        self._act(schedule_id, lambda: self._services.catalogue.set_schedule_enabled(schedule_id, on), lambda _schedule: None)
+
+    def run_now(self, schedule: Schedule) -> None:
+        """With the schedule's own parameters, whatever its constraints are."""
+        self._act(schedule.id, lambda: self._services.operator.run_now(schedule.robot_id, schedule.mission_id, schedule.parameters),
+                  self._started.follow)
+
+    def skip_next(self, schedule: Schedule) -> None:
+        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda at: self._offer_undo(
+            schedule, at, _("The next start of {name} is skipped").format(name=schedule.name)))
+
+    def skip(self, schedule: Schedule, at: datetime) -> None:
+        """The start planned at that instant."""
+        time = formats.day_and_time(at, schedule.timezone, self._services.clock.now())
+        self._act(schedule.id, lambda: self._services.pausing.skip(schedule.id, at), lambda _at: self._offer_undo(
+            schedule, at, _("The start of {name} is skipped: {time}").format(name=schedule.name, time=time)))
+
+    def take_again(self, schedule_id: int, at: datetime) -> None:
+        """What was skipped is started after all."""
+        self._act(schedule_id, lambda: self._services.pausing.take_again(schedule_id, at), lambda _none: None)
+
+    def pause(self, schedule: Schedule) -> None:
+        """Ask until which day its starts are skipped."""
+        self._shell.dialogs.choose(_("Pause {name}").format(name=schedule.name), view.pause_options(schedule, self._services.clock.now()),
+                                   lambda day: self._pick_pause(schedule) if day == view.PICK else self._pause_until(schedule, day))
+
+    def resume(self, schedule: Schedule) -> None:
+        self._act(schedule.id, lambda: self._services.pausing.resume(schedule.id), lambda _resumed: self._say(
+            _("{name} is resumed").format(name=schedule.name), "play-circle-outline"))
+
+    def delete(self, schedule: Schedule) -> None:
+        """At once, with some seconds to undo it."""
+        def deleted(removed: Removed) -> None:
+            self._shell.snackbars.undo(
+                _("{name} is deleted").format(name=schedule.name), _("Undo"),
+                lambda: self._act(schedule.id, lambda: self._services.catalogue.restore(removed), lambda _none: None))
+
+        self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
+
+    # ------------------------------------------------------------------ inside
+    def _offer_undo(self, schedule: Schedule, at: datetime, text: str) -> None:
+        self._shell.snackbars.undo(text, _("Undo"), lambda: self.take_again(schedule.id, at))
+
+    def _pick_pause(self, schedule: Schedule) -> None:
+        today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
+        tomorrow = today + timedelta(days=1)
+        self._shell.dialogs.pick_date(_("First day with starts again"), tomorrow, lambda day: self._pause_until(schedule, day), today=today,
+                                      first=tomorrow)
+
+    def _pause_until(self, schedule: Schedule, day: date) -> None:
+        until = view.day_begins(day, ZoneInfo(schedule.timezone))
+        self._act(schedule.id, lambda: self._services.pausing.pause(schedule.id, until), lambda _paused: self._say(
+            _("{name} is paused until {day}").format(name=schedule.name, day=formats.wall_day(day)), "pause-circle-outline"))
+
+    def _act(self, schedule_id: int, work: Callable[[], T], done: Callable[[T], object]) -> None:
+        if schedule_id in self._busy:
+            return
+        self._busy.add(schedule_id)
+
+        def ended(report: Callable[[Any], object], outcome: Any) -> None:
+            self._busy.discard(schedule_id)
+            report(outcome)
+            self._done()
+
+        self._shell.background.run(work, lambda result: ended(done, result), lambda problem: ended(self._shell.say_problem, problem))
+
+    def _say(self, text: str, icon: str) -> None:
+        self._shell.snackbars.show(text, icon=icon)
