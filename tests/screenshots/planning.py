@@ -295,11 +295,19 @@ def mission(studio: Any) -> Any:
     return studio.dialogs.top
 
 
-@picture("scheduler-battery", sizes=(LANDSCAPE,))
-def battery(studio: Any) -> Any:
-    stand = Stand(studio, "scheduler")
-    stand.vm.form.choose_battery()
-    return studio.dialogs.top
+def stepped(field: str) -> Callable[[Any], Any]:
+    """The dialog that asks for a number of the form."""
+    def build(studio: Any) -> Any:
+        stand = Stand(studio, "scheduler")
+        stand.vm.form.step_to(field)
+        return studio.dialogs.top
+
+    return build
+
+
+picture("scheduler-battery", sizes=(LANDSCAPE,))(stepped("minimum_battery_percent"))
+picture("scheduler-late", sizes=(LANDSCAPE, SMALL, LARGE_TEXT, GLOVES))(stepped("start_window_minutes"))
+picture("scheduler-month-day", sizes=(LANDSCAPE,))(stepped("month_day"))
 
 
 @picture("scheduler-days", sizes=EVERY_SIZE)

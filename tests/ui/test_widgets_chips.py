@@ -17,7 +17,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip, SwitchFace,
 from app.widgets.chart import Meter, WorkingRing
 from app.widgets.snackbar import Snackbar, Snackbars
 from app.widgets.text import Ico, Txt
-from app.widgets.tokens import tk
+from app.widgets.tokens import apply_theme, tk
 
 
 def presses(widget) -> list[object]:
@@ -39,6 +39,15 @@ def test_a_tap_on_the_icon_of_a_chip_is_one_on_the_chip(ui):
     calls = presses(chip)
     ui.tap(ui.find(Ico, chip))
     assert calls == [chip]
+
+
+def test_the_chip_of_a_short_word_is_as_wide_as_a_fingertip_and_has_it_in_its_middle(ui, stage):
+    for gloves in (False, True):
+        apply_theme(stage.theme_cls, "light", gloves)
+        chip = ui.show(ChoiceChip(text="1"))
+        word = ui.find(Txt, chip)
+        assert chip.width == tk.h_touch
+        assert (word.center_x, word.halign) == (chip.center_x, "center")
 
 
 def test_kivymds_chip_does_not_get_it(ui):

@@ -11,18 +11,17 @@ from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 
-from app.domain import rules
 from app.domain.models import InvalidInput, Overlap, Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.parameters_view import Problems, fields_of, problems_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view
-from app.screens.scheduler.battery import BatteryDialog
 from app.screens.scheduler.draft import Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_view import FormView, Preview
 from app.screens.scheduler.form_warnings import WarningRow
+from app.screens.scheduler.step_dialog import StepDialog
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
@@ -158,10 +157,10 @@ class FormModel(EventDispatcher):
         self._shell.dialogs.choose_many(_("Also at"), form_view.also_options(self._draft), _("Set"),
                                         lambda hours: self.set(more_hours=tuple(hours)), selected=self._draft.more_hours)
 
-    def choose_battery(self) -> None:
-        inherited = rules.minimum_battery(None, self._facts.mission(self._draft.mission_id), self._facts.settings)
-        self._shell.dialogs.open(BatteryDialog(self._draft.minimum_battery_percent, inherited,
-                                               lambda percent: self.set(minimum_battery_percent=percent)))
+    def step_to(self, field: str) -> None:
+        """Ask for the number of a field of the draft."""
+        self._shell.dialogs.open(StepDialog(form_view.steps(self._facts, self._draft, field), getattr(self._draft, field),
+                                            lambda chosen: self.set(**{field: chosen})))
 
     def choose(self, field: str) -> None:
         """Pick the value of a field of the draft."""
@@ -172,12 +171,9 @@ class FormModel(EventDispatcher):
             "robot_id": (_("Robot"), form_view.robot_options(facts)),
             "nth": (_("Which one of the month"), form_view.nth_options()),
             "month_weekday": (_("Weekday"), form_view.weekday_options()),
-            "month_day": (_("Day of the month"), form_view.month_day_options()),
-            "start_window_minutes": (_("How late it may start"), form_view.window_options(facts, draft.start_window_minutes)),
             "overlap": (_("When the previous run is still open"), form_view.overlap_options()),
         }[field]
-        self._shell.dialogs.choose(title, options, lambda key: self.set(**{field: None if key == form_view.INHERIT else key}),
-                                   selected=form_view.INHERIT if selected is None else selected)
+        self._shell.dialogs.choose(title, options, lambda key: self.set(**{field: key}), selected=selected)
 
     # ------------------------------------------------------------------ saving
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:

@@ -1,7 +1,8 @@
 """Texts of the form: what is chosen, what is wrong with it and where, which starts would follow. Pure."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -27,9 +28,9 @@ FIELDS = {
 }
 UNDER_MORE = ("last_day", "name")
 SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "battery", "window", "overlap", *UNDER_MORE)
-INHERIT = "inherit"          # key of the option that Settings decide
 SOON = timedelta(days=28)    # in which a weekday and its number say which day is meant
-WINDOWS = (5, 10, 15, 20, 30, 45, 60, 90, 120, 180, 240, 480, 720, 1440)
+WINDOWS = (5, 15, 30, 60, 120)           # min
+BATTERIES = (10, 20, 30, 50)             # %
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,23 @@ class StartRow:
     """One of the next starts; ``kind`` is the icon of one with a warning or one that is held."""
     text: str
     kind: str = ""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """A number that is asked for. ``chips``: key and word of the common values; those that are no numbers themselves are in ``meant``."""
+    title: str
+    help: str
+    minimum: int
+    maximum: int
+    step: int
+    unit: str
+    chips: tuple[tuple[int | None, str], ...]
+    meant: Mapping[float | None, float] = field(default_factory=dict)
+
+    def number(self, chosen: float | None) -> float:
+        """That holds when this is chosen."""
+        return self.meant.get(chosen, chosen or 0)
 
 
 @dataclass(frozen=True)
@@ -238,10 +256,20 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
     return [Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True)]
 
 
-def window_options(facts: SchedulerFacts, present: int | None) -> list[Option]:
-    values = sorted({*WINDOWS, *({present} if present else ())})
-    return [Option(INHERIT, _("As in Settings"), note=window_text(facts.settings.start_window_minutes)),
-            Option(0, _("Not at all"), note=_("one minute at most")), *(Option(value, window_text(value)) for value in values)]
+def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
+    """How a number of the draft is asked for, by its field."""
+    if name == "minimum_battery_percent":
+        inherited = rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0
+        return Steps(_("Start only if the battery is at least"), _("0 to 100 %; 0 means no minimum"), 0, 100, 5, "%", (
+            (None, _("As in Settings: {minimum}").format(minimum=formats.percent(inherited) if inherited else _("none"))),
+            (0, _("No minimum")), *((value, formats.percent(value)) for value in BATTERIES)), {None: inherited})
+    if name == "start_window_minutes":
+        minutes = facts.settings.start_window_minutes
+        return Steps(_("How late it may start"), _("0 to 1440 min; 0 means one minute at most"), 0, 1440, 5, _("min"), (
+            (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), (0, _("Not at all")),
+            *((value, window_text(value)) for value in WINDOWS)), {None: minutes})
+    return Steps(_("Day of the month"), _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (
+        (1, "1"), (15, "15"), (LAST, month_day_text(LAST))), {LAST: 31})
 
 
 def overlap_options() -> list[Option]:
@@ -255,10 +283,6 @@ def nth_options() -> list[Option]:
 
 def weekday_options() -> list[Option]:
     return [Option(day, name) for day, name in zip(WEEKDAYS, formats.current().weekdays, strict=True)]
-
-
-def month_day_options() -> list[Option]:
-    return [Option(day, month_day_text(day), note=_("not in every month") if day > 28 else "") for day in (*range(1, 32), LAST)]
 
 
 # ---------------------------------------------------------------------- what would follow

@@ -9,12 +9,12 @@ import pytest
 
 from app.domain.models import Between, Overlap
 from app.domain.robot import MissionParameter
-from app.screens.scheduler.battery import BatteryDialog
 from app.screens.scheduler.cards import FormCard, FormWarning, StartChip
+from app.screens.scheduler.step_dialog import StepDialog
 from app.services.live.changes import Topic
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import FormField, SearchField, StepField
+from app.widgets.fields import FormField, RepeatButton, SearchField, StepField
 from app.widgets.pages import LowColumn
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
@@ -38,17 +38,23 @@ from tests.ui.planner import (
 )
 
 
-def battery(screen, ui, chip: str = "", typed: str = "") -> None:
-    """The minimum is chosen from the chips, or entered."""
-    ui.tap(field(ui, "Battery ≥"))
+def steps(screen, ui, label: str, chip: str = "", typed: str = "", presses: str = "") -> None:
+    """A number is chosen from the chips, entered, or reached with the buttons (icons) beside it."""
+    ui.tap(field(ui, label))
     ui.advance(.3)
-    dialog = ui.find(BatteryDialog)
+    dialog = ui.find(StepDialog)
     if chip:
         ui.tap(ui.find(ChoiceChip, dialog, text=chip))
-    else:
+    if typed:
         ui.find(StepField, dialog).text = typed
         ui.find(StepField, dialog).commit()
+    for icon in presses.split():
+        ui.tap(ui.find(RepeatButton, dialog, icon=icon))
     press(screen, ui, "Set")
+
+
+def battery(screen, ui, **how: str) -> None:
+    steps(screen, ui, "Battery ≥", **how)
 
 
 # ---------------------------------------------------------------------- planning
@@ -110,6 +116,17 @@ def test_monthly_on_the_first_monday(screen, container, ui):
     assert [start.text for start in ui.find_all(StartChip)][:2] == ["Mon 7 · 15:00", "Mon 4 Jan · 15:00"]
     save(screen, ui)
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYDAY=1MO"
+
+
+def test_monthly_on_a_day_that_is_stepped_to_or_the_last_one(screen, container, ui):
+    choose(screen, ui, "Mission", "Floor wash, hall A")
+    kind(screen, ui, "Monthly")
+    steps(screen, ui, "Day of the month", chip="15", presses="plus plus")
+    assert (field(ui, "Day of the month").value, screen.plan.form.draft.month_day) == ("day 17", 17)
+    steps(screen, ui, "Day of the month", chip="the last day")
+    assert (field(ui, "Day of the month").value, screen.plan.form.draft.month_day) == ("the last day", -1)
+    steps(screen, ui, "Day of the month", presses="minus")
+    assert screen.plan.form.draft.month_day == 30
 
 
 def test_the_less_common_fields_are_under_more(screen, container, ui):
@@ -192,7 +209,14 @@ def test_missions_that_the_robot_lacks_are_not_offered_for_it(screen, container,
 def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     pick_time(screen, ui, "Time", "2015")
-    choose(screen, ui, "Late up to", "30 min")
+    steps(screen, ui, "Late up to", chip="Not at all")
+    assert field(ui, "Late up to").value == "1 min"
+    steps(screen, ui, "Late up to", chip="As in Settings: 15 min")
+    assert field(ui, "Late up to").value == "15 min"
+    steps(screen, ui, "Late up to", typed="37")
+    assert field(ui, "Late up to").value == "37 min"
+    steps(screen, ui, "Late up to", presses="plus minus minus")
+    assert field(ui, "Late up to").value == "30 min"
     battery(screen, ui, chip="No minimum")
     assert field(ui, "Battery ≥").value == "No minimum"
     battery(screen, ui, chip="20 %")

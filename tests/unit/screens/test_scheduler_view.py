@@ -538,8 +538,12 @@ def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
     assert {row.icon for row in form_view.mission_options(known, None)} == {"star", "star-outline"}      # a flag is every mission's
 
 
-def test_pickers_offer_the_setting_first_and_keep_odd_values():
-    windows = form_view.window_options(facts(), 37)
-    assert (windows[0].key, windows[0].note, windows[1].key) == (form_view.INHERIT, "15 min", 0)
-    assert 37 in [row.key for row in windows]
+def test_numbers_are_stepped_to_and_the_setting_is_the_first_chip():
+    windows, battery, days = (form_view.steps(facts(), draft(), name) for name in (
+        "start_window_minutes", "minimum_battery_percent", "month_day"))
+    assert windows.chips[:3] == ((None, "As in Settings: 15 min"), (0, "Not at all"), (5, "5 min"))
+    assert battery.chips[:3] == ((None, "As in Settings: 30 %"), (0, "No minimum"), (10, "10 %"))
+    assert days.chips == ((1, "1"), (15, "15"), (-1, "the last day"))
+    assert [(one.number(None), one.number(37)) for one in (windows, battery)] == [(15, 37), (30, 37)]
+    assert (days.number(-1), days.number(17)) == (31, 17)
     assert [row.key for row in form_view.also_options(draft())] == [hour for hour in range(24) if hour != 6]
