@@ -10,8 +10,10 @@ from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.buttons import ChoiceChip
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import FormField, PickField
+from app.widgets.fields import FormField, PickField, StepField
 from app.widgets.tr import tr
+
+FINE = 50                # of so many numbers a step goes to the next one, of more to every fifth
 
 
 class Chip(NamedTuple):
@@ -89,15 +91,15 @@ class ListRow(PickField):
 
 
 class ParameterFields(BoxLayout):
-    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, decimal, choice, list), ``default``, ``help`` and
-    ``choices`` [(value, word), …]; ``problems`` is one sentence by name where something can't be used. ``values()`` is what was entered;
-    ``complete``: nothing is empty."""
+    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, steps, decimal, choice, list), ``default``,
+    ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where something can't
+    be used. ``values()`` is what was entered; ``complete``: nothing is empty."""
     fields = ListProperty()
     problems = ObjectProperty({})
     complete = BooleanProperty(True)
 
     def __init__(self, **kwargs):
-        self._views: dict[str, FormField | ChoiceRow | ListRow] = {}
+        self._views: dict[str, FormField | StepField | ChoiceRow | ListRow] = {}
         super().__init__(**kwargs)
         self.fbind("fields", self._build)
         self.fbind("problems", self._show_problems)
@@ -110,10 +112,14 @@ class ParameterFields(BoxLayout):
             if field.kind in ("choice", "list"):
                 kind = ListRow if field.kind == "list" else ChoiceRow
                 view = kind(label=field.label, options=field.choices, chosen=field.default)
+            elif field.kind == "steps":
+                low, high = field.limits
+                view = StepField(label=field.label, help=field.help, minimum=low, maximum=high, step=1 if high - low <= FINE else 5,
+                                 optional=True, value=field.default)
             else:
                 view = FormField(label=field.label, kind=field.kind, help=field.help,
                                  text="" if field.default is None else str(field.default))
-            view.fbind("text" if isinstance(view, FormField) else "chosen", self._look_for_empty)
+            view.fbind("chosen" if isinstance(view, ChoiceRow | ListRow) else "text", self._look_for_empty)
             self._views[field.name] = view
             self.add_widget(view)
         self._look_for_empty()

@@ -21,13 +21,15 @@ _DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:\.0*)?", re.ASCI
 
 @dataclass(frozen=True)
 class ParameterField:
-    """A field of the widget ParameterFields. ``kind``: text, int, decimal, choice, or list of many; ``choices`` are (value, word)."""
+    """A field of the widget ParameterFields. ``kind``: text, int, steps (an int between ``limits``), decimal, choice, or list of many;
+    ``choices`` are (value, word)."""
     name: str
     label: str
     kind: str
     default: Any
     help: str
     choices: tuple[tuple[Any, str], ...]
+    limits: tuple[int, int] | None = None
 
 
 class Problems(ValueError):
@@ -40,7 +42,7 @@ class Problems(ValueError):
 
 def fields_of(parameters: Sequence[MissionParameter]) -> list[ParameterField]:
     """In the order in which the robot has them."""
-    return [ParameterField(p.name, p.label or p.name, _field(p), _shown(p), _help(p), _choices(p)) for p in parameters]
+    return [ParameterField(p.name, p.label or p.name, _field(p), _shown(p), _help(p), _choices(p), _limits(p)) for p in parameters]
 
 
 def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> dict[str, Any]:
@@ -80,7 +82,17 @@ def _field(parameter: MissionParameter) -> str:
     kind = _kind(parameter)
     if kind == "choice" and (parameter.is_position or len(parameter.choices) > CHIPS):
         return "list"
+    if _limits(parameter) is not None:
+        return "steps"
     return "text" if kind == "duration" else kind
+
+
+def _limits(parameter: MissionParameter) -> tuple[int, int] | None:
+    """Of a whole number of which both are known."""
+    low, high = parameter.minimum, parameter.maximum
+    if _kind(parameter) != "int" or low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
+        return None
+    return math.ceil(low), math.floor(high)
 
 
 def _shown(parameter: MissionParameter) -> Any:
@@ -88,6 +100,11 @@ def _shown(parameter: MissionParameter) -> Any:
     default = parameter.default
     if parameter.choices:
         return parameter.value_of(default)
+    if _limits(parameter) is not None:
+        try:
+            return int(default)
+        except (TypeError, ValueError, OverflowError):
+            return None
     found = _DURATION.fullmatch(str(default)) if _kind(parameter) == "duration" else None
     return _written(found) if found else default
 

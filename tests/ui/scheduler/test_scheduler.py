@@ -157,12 +157,13 @@ def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, c
     count = MissionParameter("count", "Pallets", "integer", 2, 1, 8)
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (count,))
     choose(screen, ui, "Mission", "Bring pallet to dock")
-    pallets = ui.find(FormField, label="Pallets")
+    pallets = ui.find(StepField, label="Pallets")
     pallets.text = "9"
     ui.tap(save_button(ui))
     settle(screen, ui)
     assert pallets.problem == "It must be 1 to 8"
-    pallets.text = "3"
+    pallets.text = "2"
+    ui.tap(ui.find(RepeatButton, pallets, icon="plus"))
     save(screen, ui)
     assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"count": 3}
 

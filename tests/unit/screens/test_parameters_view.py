@@ -18,7 +18,7 @@ ALL = (PLACE, COUNT, SPEED, LOUD, NOTE)
 
 def test_each_kind_becomes_its_field():
     assert [(field.label, field.kind, field.help) for field in fields_of(ALL)] == [
-        ("Pick-up place", "choice", ""), ("Pallets", "int", "1 to 8"), ("speed", "decimal", "1.5 or less"), ("With horn", "choice", ""),
+        ("Pick-up place", "choice", ""), ("Pallets", "steps", "1 to 8"), ("speed", "decimal", "1.5 or less"), ("With horn", "choice", ""),
         ("Note", "text", "")]
 
 
@@ -60,7 +60,12 @@ def test_what_a_schedule_has_by_name_is_shown_as_chosen():
 
 
 def test_numbers_have_their_unit_and_range():
-    assert [(field.kind, field.help) for field in fields_of([CHARGE, X])] == [("int", "0 to 100 %"), ("decimal", "m")]
+    charge, x, endless = fields_of([CHARGE, X, replace(CHARGE, maximum=None)])
+    assert [(field.kind, field.help) for field in (charge, x, endless)] == [
+        ("steps", "0 to 100 %"), ("decimal", "m"), ("int", "0 or more %")]
+    assert (charge.limits, endless.limits) == ((0, 100), None)
+    assert [field.default for field in fields_of([replace(CHARGE, default=given) for given in ("70", 70.0, "much", None)])] == [
+        70, 70, None, None]
     with pytest.raises(Problems) as caught:
         values_of([CHARGE, X], {"charge": "101", "x": "far"})
     assert caught.value.by_name == {"charge": "It must be 0 to 100 %", "x": "A number is needed"}
