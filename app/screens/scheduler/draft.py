@@ -74,6 +74,11 @@ class Draft:
         return self.base is None
 
     @property
+    def is_stored(self) -> bool:
+        """Whether it is a schedule as it is, with nothing changed."""
+        return self.base is not None and replace(Draft.of(self.base), origin=self.origin) == self
+
+    @property
     def start(self) -> datetime:
         """Naive local: the earliest of its times on the first day."""
         return datetime.combine(self.day, self.at.replace(hour=min(self._hours())))

@@ -29,7 +29,7 @@ ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the
 
 
 class FormModel(EventDispatcher):
-    """``view`` is what is shown; ``saved()`` is called when a schedule has been stored."""
+    """``view`` is what is shown; ``saved()`` is called when a schedule has been stored, ``skip(schedule, start)`` to leave out a start."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)        # the less common fields are shown
     saving = BooleanProperty(False)
@@ -38,9 +38,10 @@ class FormModel(EventDispatcher):
 
     __events__ = ("on_draft",)
 
-    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[], object]) -> None:
+    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[], object],
+                 skip: Callable[[Schedule, datetime], object]) -> None:
         super().__init__()
-        self._services, self._shell, self._saved = services, shell, saved
+        self._services, self._shell, self._saved, self._skip = services, shell, saved, skip
         self._facts = SchedulerFacts()
         self._preview = Preview()
         self._refused: InvalidInput | None = None             # by the last attempt to save this draft
@@ -127,6 +128,13 @@ class FormModel(EventDispatcher):
         """The offered time, at which no other run of the robot is in the way."""
         if self._preview.forecast is not None and (free := self._preview.forecast.free_at) is not None:
             self.set(at=free.time())
+
+    def choose_skip(self) -> None:
+        """Of the starts that are shown."""
+        schedule, forecast = self._draft.base, self._preview.forecast
+        if schedule is not None and forecast is not None:
+            self._shell.dialogs.choose(_("Skip which start"), form_view.skip_options(forecast, self._draft, self._services.clock.now()),
+                                       lambda at: self._skip(schedule, at))
 
     def pick_time(self) -> None:
         self._shell.dialogs.pick_time(self.view.time_label, self._draft.at, lambda at: self.set(at=at))

@@ -101,6 +101,7 @@ class FormView:
     name_hint: str = ""
     sentence: str = ""
     starts: tuple[StartRow, ...] = ()
+    can_skip: bool = False               # one of them: they are those of the schedule as it is stored
     lasts: str = ""                      # how long it takes, and how that is known
     warnings: tuple[WarningRow, ...] = ()
     free: str = ""                       # offers a time at which no other run is in the way
@@ -143,7 +144,8 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
         priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
-        starts=_starts(facts, forecast, draft, now), lasts=_lasts(forecast, robot), warnings=warnings(facts, draft, forecast, now),
+        starts=_starts(facts, forecast, draft, now), can_skip=bool(forecast and forecast.starts and draft.is_stored),
+        lasts=_lasts(forecast, robot), warnings=warnings(facts, draft, forecast, now),
         free=_free(forecast),
         save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,
         wrong_field="" if waits else field_name)
@@ -289,15 +291,24 @@ def weekday_options() -> list[Option]:
 def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[StartRow, ...]:
     if forecast is None:
         return ()
-    zone = ZoneInfo(draft.timezone)
     marked = {concern.at for concern in forecast.concerns if concern.at is not None}
-    rows, today = [], now.astimezone(zone).date()
+    rows = []
     for at in (start.instant for start in forecast.starts):
-        local, held = at.astimezone(zone), held_word(facts.hold(draft.robot_id, at), at, draft.start_window_minutes, facts.settings)
-        day = formats.near_day(local.date()) if local.date() - today < SOON else dated(local.date(), today)
+        held = held_word(facts.hold(draft.robot_id, at), at, draft.start_window_minutes, facts.settings)
         kind = HAND if held else "alert" if at in marked else ""
-        rows.append(StartRow(" · ".join(filter(None, (day, formats.wall_time(local), held))), kind))
+        rows.append(StartRow(" · ".join(filter(None, (_day_and_time(at, draft, now), held))), kind))
     return tuple(rows)
+
+
+def skip_options(forecast: Forecast, draft: Draft, now: datetime) -> list[Option]:
+    """Its next starts, by their instants."""
+    return [Option(start.instant, _day_and_time(start.instant, draft, now), "skip-next") for start in forecast.starts]
+
+
+def _day_and_time(at: datetime, draft: Draft, now: datetime) -> str:
+    local, today = (moment.astimezone(ZoneInfo(draft.timezone)) for moment in (at, now))
+    near = local.date() - today.date() < SOON
+    return f"{formats.near_day(local.date()) if near else dated(local.date(), today.date())} · {formats.wall_time(local)}"
 
 
 def _lasts(forecast: Forecast | None, robot: Robot | None) -> str:

@@ -61,7 +61,7 @@ class SchedulerViewModel(ViewModel):
         self._refresher = Refresher(shell, self._reading, self._take)
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.actions = ScheduleActions(services, shell, self._started, done=self._refresher.request)
-        self.form = FormModel(services, shell, saved=self._refresher.request)
+        self.form = FormModel(services, shell, saved=self._refresher.request, skip=self.actions.skip)
         self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows

@@ -11,7 +11,7 @@ from kivy.tests.common import UnitTestTouch
 
 from app.domain.models import ReasonCode, Robot, Schedule, State
 from app.screens.common.shell import pick
-from app.screens.scheduler.cards import FormCard, HoursPart, SchedulesCard, TimeControls
+from app.screens.scheduler.cards import FormCard, HoursPart, SchedulesCard, StartChip, TimeControls
 from app.screens.scheduler.form_warnings import WarningRow
 from app.screens.scheduler.screen import SchedulerScreen
 from app.services.live.changes import Topic
@@ -185,6 +185,23 @@ def test_the_list_still_says_how_it_last_went_when_a_start_to_come_is_skipped(sc
     settle(screen, ui)
     after = next(data for data in screen.plan.listed.rows if data.key == schedule.id)
     assert (before.last, after.last, before.next, after.next) == ("Completed", "Completed", "Aino · in 21 min", "Aino · in 1 h 21 min")
+
+
+def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothing_is_changed(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    screen.plan.edit(schedule.id)
+    settle(screen, ui)
+    assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 17:00"]
+    press(screen, ui, "Skip a start")
+    ui.tap(ui.find(OptionRow, text="Fri 20 · 17:00"))
+    settle(screen, ui)
+    assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 18:00"]
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert [start.text for start in ui.find_all(StartChip)][2] == "Fri 20 · 17:00"
+    screen.plan.form.set(at=time(6, 30))                              # what is shown now is no start yet
+    settle(screen, ui)
+    assert not ui.find_all(CommandButton, text="Skip a start")
 
 
 def test_of_planned_starts_at_the_same_time_each_is_reached_by_the_arrows_of_the_card(screen, container, ui):
