@@ -19,6 +19,8 @@ AXIS = 28                # dp, above the lanes
 NARROW = 12              # dp; such bars are drawn together
 FOLD = 72                # dp of folded time
 INSET = 5                # dp of the upper edge of a bar, below which one that begins on it is drawn
+OVERLAP = 6              # dp of the lower edge of bars that overlap
+LEGIBLE = 20             # dp of the height of a bar that has words
 MOMENT = 1 / 3600        # hours that bars may share without overlapping
 BEYOND = .5              # of what is seen, drawn on either side of it
 PIECES = 10_000          # bars of one mesh, whose indices have 16 bits
@@ -297,7 +299,7 @@ def paint_words(frame: Frame, bars: Sequence[Any], y: float, seen: Span) -> None
         is_on_another = any(other.end > bar.end for other in bars[:n])
         for words in filter(None, (bar.label, bar.short)):
             need, beside = width_of(words) + dp(16) + hand, max(x2, _late_end(frame, bar))
-            if need <= right - left:
+            if need <= right - left and frame.bar_height - inset >= dp(LEGIBLE):
                 text(words, left + dp(10) + hand, y - inset / 2, frame.colours[look_of(bar)].ink)
                 break
             is_cut = any(beside < edge < beside + need for edge in seen)
@@ -320,7 +322,7 @@ def _not_covered(frame: Frame, left: float, right: float, above: Iterable[Any]) 
 
 def paint_overlaps(frame: Frame, lane: int) -> None:
     """What two bars share, hatched along their lower edge, so that they and their words stay legible; narrow ones as plain marks."""
-    height, bottom = dp(6), frame.middle(lane) - frame.bar_height / 2
+    height, bottom = dp(OVERLAP), frame.middle(lane) - frame.bar_height / 2
     narrow: list[Span] = []
     for start, end in frame.lanes[lane].overlaps:
         if not frame.is_drawn(start, end):

@@ -17,7 +17,7 @@ from app.services.catalogue.preview import Forecasts
 from app.services.files.plan_export import PlanFiles
 from app.services.history.runs import History
 from app.services.live.holds import Hold, Holds
-from app.services.planning.plan import Plan, PlannedRun
+from app.services.planning.plan import MOMENT, Plan, PlannedRun
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
@@ -135,8 +135,9 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     catalogue, history, now, settings = services.catalogue, services.history, services.clock.now(), services.settings()
     calendar = services.calendar()
     start, end = (now, now + timedelta(days=DAYS)) if window is None else window.span(now, ZoneInfo(settings.timezone), calendar)
-    skips = frozenset(services.plan.skips())
-    schedules = tuple(_without(skips, schedule, calendar) for schedule in catalogue.schedules())
+    stored = {schedule.id: schedule for schedule in catalogue.schedules()}
+    skips = frozenset((number, at) for number, at in services.plan.skips() if _is_start(at, stored.get(number), calendar))
+    schedules = tuple(_without(skips, schedule, calendar) for schedule in stored.values())
     rows = history.page(ExecutionFilter(start=start - LONGEST_RUN, end=end), size=MOST_PAST).rows
     soon = now + timedelta(seconds=1)
     past = tuple(e for e in rows if e.planned_at < soon or (e.schedule_id, e.planned_at) in skips)
@@ -152,6 +153,11 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         typed=frozenset(key for key, one in usual.items() if one.typed), skips=skips)
+
+
+def _is_start(at: datetime, schedule: Schedule | None, calendar: WorkingCalendar) -> bool:
+    """Whether its rule still has it."""
+    return schedule is not None and next_occurrence(schedule, at - MOMENT, calendar) == at
 
 
 def _last(history: History, schedule: Schedule, now: datetime) -> Execution | None:

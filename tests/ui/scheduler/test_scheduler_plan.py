@@ -178,6 +178,18 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
         assert [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id][1] == second
 
 
+def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, container, ui):
+    def skipped() -> list[str]:
+        settle(screen, ui)
+        return [bar.label for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label.startswith("Skipped")]
+
+    schedule = named(container, "Night stock count", "Aino")
+    container.pausing.skip(schedule.id, schedule.next_at)
+    assert skipped() == ["Skipped: Night stock count"]
+    container.catalogue.save_schedule(replace(schedule, start=schedule.start.replace(hour=20)))
+    assert skipped() == []
+
+
 def test_the_list_still_says_how_it_last_went_when_a_start_to_come_is_skipped(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     before = next(data for data in screen.plan.listed.rows if data.key == schedule.id)
