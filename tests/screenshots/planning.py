@@ -158,42 +158,6 @@ def fifty_below(studio: Any) -> Any:
     return stand.settle()
 
 
-def alike(container: Container) -> None:
-    """Two starts at the same time, one that a person has named, one that is skipped, and a one-time schedule that is over."""
-    c, catalogue = container.db.read(), container.catalogue
-    schedules = {schedule.name: schedule for schedule in container.repositories.schedules.all(c)}
-    count, kits = schedules["Night stock count on Aino"], schedules["Deliver kits to line 2 on Aino"]
-    catalogue.save_schedule(replace(count, id=0, name="Second count"))
-    catalogue.save_schedule(replace(kits, name="Morning round"))
-    once = catalogue.save_schedule(Schedule("", kits.robot_id, kits.mission_id, datetime(2026, 11, 20, 17, 30), month.ZONE))
-    container.pausing.skip_next(once.id)
-    container.pausing.skip(kits.id, datetime(2026, 11, 20, 14, 0, tzinfo=UTC))
-
-
-@picture("scheduler-alike", sizes=EVERY_SIZE)
-def same_time(studio: Any) -> Any:
-    """The card of one of two starts at the same time."""
-    stand = Stand(studio, "scheduler", prepare=alike)
-    chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
-    keys = [bar.key for bar in chart.lanes[0].bars if bar.label == "Night stock count"][:2]
-    stand.vm.open_bars(keys, chart.place_of(keys[0]))
-    return studio.dialogs.top
-
-
-@picture("scheduler-over", sizes=(*BOTH, SMALL, LARGE_TEXT))
-def over(studio: Any) -> Any:
-    """The list of schedules at its end, and beside it the next day at 6 h."""
-    stand = Stand(studio, "scheduler", prepare=alike)
-    stand.vm.zoom(False)
-    stand.vm.zoom(False)
-    for _page in range(3):
-        stand.vm.page(True)
-        stand.settle()
-    rows = next(widget for widget in stand.screen.ids.schedules.walk() if type(widget).__name__ == "LongList")
-    rows.scroll_y = 0
-    return stand.settle()
-
-
 @picture("scheduler-once-refused", sizes=BOTH)
 def refused(studio: Any) -> Any:
     stand = planning(studio)

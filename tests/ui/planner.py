@@ -15,7 +15,7 @@ from app.screens.scheduler.cards import FormCard
 from app.screens.scheduler.facts import HOURS
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
-from app.widgets.dialogs import ChoiceDialog, MenuRow
+from app.widgets.dialogs import ChoiceDialog, Menu, MenuRow
 from app.widgets.fields import PickField, SearchField
 from app.widgets.pages import LowColumn
 from app.widgets.pickers import DateDialog, DayCell
@@ -145,3 +145,15 @@ def reveal(ui, widget) -> None:
     ui.advance(.2)
     ui.find(LowColumn, ui.find(FormCard)).scroll_to(widget, animate=False)
     ui.advance(.2)
+
+
+def card_of(ui) -> Menu:
+    ui.wait(lambda: ui.find_all(Menu))
+    ui.advance(.3)
+    return ui.find(Menu)
+
+
+def take(app, ui, word: str) -> None:
+    """A command of an open card."""
+    ui.tap(ui.find(MenuRow, text=word))
+    settle(app, ui)
