@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from app.container import Container
 from app.database.connection import Database
 from app.domain import reasons
-from app.domain.models import InvalidInput, Mission, ReasonCode, Robot, Schedule, State
+from app.domain.models import InvalidInput, Mission, Overlap, ReasonCode, Robot, Schedule, State
 from app.services.catalogue.pausing import Pausing
 from app.services.live.gaps import Gap
 from tests.support.clock import VirtualClock
@@ -264,3 +264,31 @@ def test_a_one_time_start_that_is_skipped_is_over(plant):
     assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at is None
     plant.skipping.take_again(once.id, nine)
     assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at == nine
+
+
+@given(st.lists(st.tuples(st.sampled_from(["skip", "again", "next", "go"]), st.integers(0, 4)), max_size=12))
+def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exactly_if_it_is_not_skipped(tmp_path_factory, steps):
+    plant = Plant(tmp_path_factory.mktemp("plant"))
+    plant.container.catalogue.save_schedule(replace(plant.stored(), overlap=Overlap.QUEUE))
+    days, skipped = [at(day) for day in range(23, 28)], set()
+    for action, n in steps:
+        ahead, day = [day for day in days if day > plant.clock.now()], days[n]
+        to_run = [day for day in ahead if day not in skipped]
+        if action == "skip" and day in ahead:
+            plant.skipping.skip(plant.daily.id, day)
+            skipped.add(day)
+        elif action == "again" and day in ahead:
+            plant.skipping.take_again(plant.daily.id, day)
+            skipped.discard(day)
+        elif action == "next" and to_run:
+            assert plant.skipping.skip_next(plant.daily.id) == to_run[0]
+            skipped.add(to_run[0])
+        elif action == "go" and ahead:
+            plant.go_to(ahead[0] + timedelta(seconds=1))
+    for day in days:
+        if day > plant.clock.now():
+            plant.go_to(day + timedelta(seconds=1))
+    assert {row.planned_at: row.state for row in plant.rows()} == {
+        day: State.SKIPPED if day in skipped else State.WAITING for day in days}
+    assert len(plant.rows()) == len(days)
+    plant.container.close()
