@@ -244,8 +244,7 @@ class SchedulerApp(MDApp):
         if translator.language != settings.language:
             translator.use(settings.language)
         if self.shell is not None and len(set(sizes)) > 1:
-            self.shell.navigator.rebuild()
-            self.much_has_gone()
+            self.shell.navigator.rebuild(self.much_has_gone)
 
     def _wants_keyboard(self) -> bool:
         """On the screen. Linux says whether the tablet has one; other systems, Android among them, bring up their own."""

@@ -53,7 +53,9 @@ class Garbage:
         self._touched_at = self._now()
 
     def much_has_gone(self) -> None:
-        """Most of the window was thrown away, to be built anew: what is frozen is garbage, and as large as all that comes."""
+        """Most of the window was thrown away, to be built anew. What can be freed is, before that begins: else there would be room for two
+        windows, and what is built lies scattered in it. What still holds some of the old one lets go of it soon."""
+        self._scan_all()
         self._gone_at = self._now()
 
     def collect_due(self, *_args: object) -> None:
@@ -68,11 +70,15 @@ class Garbage:
                 gc.freeze()
                 self._frozen += alive
         elif self._frozen >= (FROZEN if rests else AT_THE_LATEST) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
-            gc.unfreeze()
-            gc.collect()
-            gc.freeze()
-            self._frozen, self._gone_at = 0, None
-            give_back()
+            self._scan_all()
+            self._gone_at = None
+
+    def _scan_all(self) -> None:
+        gc.unfreeze()
+        gc.collect()
+        gc.freeze()
+        self._frozen = 0
+        give_back()
 
 
 def give_back() -> None:

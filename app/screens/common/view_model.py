@@ -245,10 +245,12 @@ class Navigator(EventDispatcher):
     def built(self) -> list[str]:
         return list(self._manager.screen_names)
 
-    def rebuild(self) -> None:
-        """Throw all screens away and build the present one again (glove mode, size of texts), at its ``place()``."""
+    def rebuild(self, gone: Callable[[], object] = lambda: None) -> None:
+        """Throw all screens away and build the present one again (glove mode, size of texts), at its ``place()``. ``gone`` is called in
+        between."""
         intent = self._shown.place() if self._shown is not None else {}
         self._clear()
+        gone()
         if self.current:
             self._go(self.current, intent)
 

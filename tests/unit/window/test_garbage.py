@@ -132,10 +132,18 @@ def test_what_closes_soon_after_it_was_opened_is_no_frozen_garbage(window: Windo
     assert Ring.alive == 0
 
 
-def test_what_was_frozen_is_collected_as_soon_as_most_of_the_window_has_gone(window: Window) -> None:
+def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> None:
+    held = Ring()
+    window.garbage.much_has_gone()
+    del held
+    assert Ring.alive == 1
+    window.frames(round(LET_GO / FINGER))
+    assert Ring.alive == 0
+
+
+def test_what_nothing_holds_is_collected_before_the_window_is_built_anew(window: Window) -> None:
     frozen_garbage(window)
     window.garbage.much_has_gone()
-    window.frames(round(LET_GO / FINGER))
     assert Ring.alive == 0
 
 
