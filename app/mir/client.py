@@ -226,9 +226,12 @@ class RobotClient:
         """Everything pending or executing, whoever put it there, by ascending id."""
         return self._queue.open_items()
 
-    def items_after(self, id_floor: int) -> list[QueueItem]:
-        """Every item with a higher id, by ascending id. All of them, or it raises: "not there" is a reason to send again."""
-        return self._queue.items_after(id_floor)
+    def items_after(self, id_floor: int, known: dict[int, QueueItem] | None = None) -> list[QueueItem]:
+        """Every item with a higher id, by ascending id. All of them, or it raises: "not there" is a reason to send again.
+
+        ``known``: items that need not be read one by one; those that were are added to it, so that of many the next call reads more.
+        """
+        return self._queue.items_after(id_floor, known)
 
     def highest_queue_id(self) -> int | None:
         """Highest id in the queue's history; where the robot can't sort, perhaps a lower one, which is safe to search from. None: empty."""

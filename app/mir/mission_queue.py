@@ -6,6 +6,7 @@ order is checked, what is missing is asked for one by one, and what can't be rea
 """
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -39,25 +40,32 @@ class QueueReader:
         items, _ = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: parse.queue_state(entry).is_open)
         return [item for item in items if item.is_open]
 
-    def items_after(self, floor: int) -> list[QueueItem]:
-        found, is_proof = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor)
-        return found if is_proof else self._one_by_one(floor, found)
+    def items_after(self, floor: int, known: dict[int, QueueItem] | None = None) -> list[QueueItem]:
+        known = {} if known is None else known
+        found, is_proof = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor,
+                                       known)
+        return found if is_proof else self._one_by_one(floor, found, known)
 
-    def _one_by_one(self, floor: int, listed: Sequence[QueueItem]) -> list[QueueItem]:
+    def _one_by_one(self, floor: int, listed: Sequence[QueueItem], known: dict[int, QueueItem]) -> list[QueueItem]:
         """Where a list proves nothing (it may be of the oldest), numbers do: those above the floor, until some in a row are not there."""
-        known = {item.id: item for item in listed}
+        known |= {item.id: item for item in listed}
         items: list[QueueItem] = []
-        missing = 0
-        for number in range(floor + 1, floor + 1 + MOST_SINGLE_READS):
-            try:
-                items.append(known.get(number) or self._read_item(number))
-                missing = 0
-            except Refusal as error:
-                if error.status not in (404, 410):
-                    raise
-                missing += 1
-                if missing >= MISSING_IN_A_ROW and number >= max(known, default=0):
-                    return items
+        last, missing, reads = max(known, default=0), 0, 0
+        for number in itertools.count(floor + 1):
+            if number not in known:
+                if (reads := reads + 1) > MOST_SINGLE_READS:
+                    break
+                try:
+                    known[number] = self._read_item(number)
+                except Refusal as error:
+                    if error.status not in (404, 410):
+                        raise
+                    missing += 1
+                    if missing >= MISSING_IN_A_ROW and number >= last:
+                        return items
+                    continue
+            items.append(known[number])
+            missing = 0
         raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
 
     def highest_id(self) -> int | None:
@@ -95,14 +103,15 @@ class QueueReader:
     def ids(self, query: Mapping[str, str]) -> list[int]:
         return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]
 
-    def _search(self, filter_: Mapping[str, Any], wanted: Wanted) -> tuple[list[QueueItem], bool]:
+    def _search(self, filter_: Mapping[str, Any], wanted: Wanted,
+                known: dict[int, QueueItem] | None = None) -> tuple[list[QueueItem], bool]:
         """By the robot's search, or where it has none, from its list: newest first, until a page has nothing wanted. Also whether that
         proves that there are no others."""
         entries = self._by_search(filter_, wanted) if self._has_search is not False else None
         if entries is not None:
-            return self._whole(entries), True
+            return self._whole(entries, known), True
         entries = list(self._pages("GET", "/mission_queue", None, wanted))
-        return self._whole(entries), self._does_sort
+        return self._whole(entries, known), self._does_sort
 
     def _by_search(self, filter_: Mapping[str, Any], wanted: Wanted) -> list[parse.Object] | None:
         """None: the robot does not offer it; for now, if it has before, as one that boots."""
@@ -135,17 +144,20 @@ class QueueReader:
             seen |= page.keys()
         raise Unreadable(problem=message("more than {n} queue items", n=MOST_ITEMS))
 
-    def _whole(self, entries: Sequence[parse.Object]) -> list[QueueItem]:
-        """Items with all their fields, by ascending id; those that the list gave in short form are asked for."""
+    def _whole(self, entries: Sequence[parse.Object], known: dict[int, QueueItem] | None = None) -> list[QueueItem]:
+        """Items with all their fields, by ascending id; those that the list gave in short form are asked for, unless they are ``known``."""
         items: list[QueueItem] = []
-        reads = 0
+        known, reads = {} if known is None else known, 0
         for entry in entries:
             if parse.is_whole_item(entry):
                 items.append(_item(entry))
                 continue
-            if (reads := reads + 1) > MOST_SINGLE_READS:
-                raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
-            items.append(self._read_item(parse.queue_id(entry)))
+            number = parse.queue_id(entry)
+            if number not in known:
+                if (reads := reads + 1) > MOST_SINGLE_READS:
+                    raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
+                known[number] = self._read_item(number)
+            items.append(known[number])
         return sorted(items, key=lambda item: item.id)
 
 

@@ -36,6 +36,7 @@ class Copies:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
         self._alarmed: set[tuple[str, int]] = set()             # alarms by code and queue id
+        self._read: dict[int, QueueItem] = {}                   # for an answer that takes several calls: items by id
 
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
@@ -77,9 +78,23 @@ class Copies:
             return item.description == row.token
         return item.mission_id in (None, "", row.mission_guid)
 
+    def newest_of_idle_mission(self, last_queue_id: int | None, highest: int | None) -> int | None:
+        """The robot's newest item, where all since its last idle mission are copies of idle missions of ours: nobody has used the robot.
+        None: somebody has, or that can't be told."""
+        if last_queue_id is None or highest is None or highest < last_queue_id:
+            return None
+        newer = self._client.items_after(last_queue_id)
+        if not newer or not all(self._is_of_idle_mission(item) for item in newer):
+            return None
+        return max(item.id for item in newer)
+
+    def _is_of_idle_mission(self, item: QueueItem) -> bool:
+        row = self._ledger.by_token(item.description) if looks_like_token(item.description) else None
+        return row is not None and row.trigger is Trigger.IDLE
+
     def answer(self) -> None:
         """Say which starts this robot has, while one is looked for that any robot may have. Failing holds up nothing else."""
-        robot, asked_at = self._seen.robot, self._s.clock.monotonic()
+        robot, asked_at, known = self._seen.robot, self._s.clock.monotonic(), len(self._read)
         if not self._s.whereabouts.wants(robot):
             return
         try:
@@ -87,10 +102,13 @@ class Copies:
             if robot.serial_number and found and found != robot.serial_number:        # another machine
                 return
             newest = (self._client.highest_queue_id() or 0) - SEARCHED_AFTER_RESTORE
-            items = self._client.items_after(max(0, newest))
+            items = self._client.items_after(max(0, newest), self._read)
         except RobotError as error:
+            if len(self._read) > known:          # more of them the next time: reading all at once would make what falls due late
+                return
             log.info("Whether %r has starts of before the restore could not be asked: %s", robot.name, error.text)
         else:
+            self._read = {}
             self._s.whereabouts.answer(robot, asked_at, sorted(items, key=lambda item: item.id))
 
     # ------------------------------------------------------------------ one too many
@@ -125,8 +143,9 @@ class Copies:
                 continue
             if row.state in (State.SUBMITTING, State.WAITING):           # still being looked for; it may end without having found it
                 unsettled.add(row.token)
-            else:
-                self._set_right(row, item)
+            elif not self._set_right(row, item):                         # it may begin before it is met again
+                unsettled.add(row.token)
+                self._watched.setdefault(row.token, (item.id - 1, self._s.clock.monotonic() + WATCHED_FOR))
         searched = max((item.id for item in newer), default=0)           # what is older has been seen
         if self._seen.highest is not None:
             self._seen.highest = max(self._seen.highest, searched)       # or the next search would begin at the first item
@@ -157,19 +176,18 @@ class Copies:
         else:
             self._s.alarms.clear("two_tablets", "tablet")
 
-    def _set_right(self, row: Execution, item: QueueItem) -> None:
+    def _set_right(self, row: Execution, item: QueueItem) -> bool:
+        """Returns whether that is done; else it is to be met again."""
         if row.queue_id is None:
-            self._came_late(row, item)
-        elif item.id < row.queue_id and row.state.is_open:   # the earlier one is ours
+            return self._came_late(row, item)
+        if item.id < row.queue_id and row.state.is_open:     # the earlier one is ours
             later = row.queue_id
-            if self._ledger.reopen(row, item.id):
-                self.cancel_copy(self._client.queue_item(later), row)
-        elif row.cancel_code and item.is_open:               # nobody wants it, however often it comes
-            self._cancel_late(row, item)
-        else:
-            self.cancel_copy(item, row)
+            return self._ledger.reopen(row, item.id) is None or self.cancel_copy(self._client.queue_item(later), row)
+        if row.cancel_code and item.is_open:                 # nobody wants it, however often it comes
+            return self._cancel_late(row, item)
+        return self.cancel_copy(item, row)
 
-    def _came_late(self, row: Execution, item: QueueItem) -> None:
+    def _came_late(self, row: Execution, item: QueueItem) -> bool:
         """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled unless it is done; else the
         row is put right."""
         is_wanted = row.reason is not None and row.reason.code in MAY_COME_TRUE
@@ -177,29 +195,36 @@ class Copies:
         if item.state is QueueState.DONE or (is_wanted and not is_too_late and item.is_open):
             self._ledger.reopen(row, item.id)
         elif item.is_open:
-            self._cancel_late(row, item)
+            return self._cancel_late(row, item)
+        return True
 
-    def _cancel_late(self, row: Execution, item: QueueItem) -> None:
-        self.cancel(item.id)
-        self._alarm_once("late_cancelled", row, item)
+    def _cancel_late(self, row: Execution, item: QueueItem) -> bool:
+        if is_cancelled := self.cancel(item.id):
+            self._alarm_once("late_cancelled", row, item)
+        return is_cancelled
 
-    def cancel_copy(self, item: QueueItem, row: Execution) -> None:
-        """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised."""
+    def cancel_copy(self, item: QueueItem, row: Execution) -> bool:
+        """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised. Returns whether all
+        is done about it."""
         runs = item.state in (QueueState.EXECUTING, QueueState.DONE)
         if row.trigger is Trigger.IDLE:
             self._ledger.note_idle_copy(self._seen.robot.id, item.id, runs=runs)
         if item.is_pending:
-            self.cancel(item.id)
+            if not self.cancel(item.id):
+                return False
             self._alarm_once("duplicate_healed", row, item)
         elif runs:
             self._alarm_once("duplicate_running", row, item)
+        return True
 
-    def cancel(self, queue_id: int) -> None:
-        """What can't be cancelled now is met again at the next poll."""
+    def cancel(self, queue_id: int) -> bool:
+        """Returns whether the robot has done it. What can't be cancelled now is met again at the next poll."""
         try:
             self._client.cancel(queue_id)
         except RobotError as error:
             log.warning("Item %d of %r could not be cancelled yet: %s", queue_id, self._seen.robot.name, error.text)
+            return False
+        return True
 
     def _alarm_once(self, code: str, row: Execution, item: QueueItem) -> None:
         if (code, item.id) in self._alarmed:                    # it is met at every read

@@ -257,6 +257,12 @@ class RobotWorker:
         last, idle_seconds = self._s.robots.idle_queue_id(db, self.robot.id), self._idle.seconds(self._clock.monotonic())
         if not self._idle_mission_is_due(last, idle_seconds) or self._s.ledger.has_open_idle(self.robot.id) or self._seems_anew(last):
             return
+        try:
+            if (copy := self._copies.newest_of_idle_mission(last, self.seen.highest)) is not None:
+                self._s.ledger.note_idle_copy(self.robot.id, copy, runs=True)        # found out now: nobody has used the robot since
+                return
+        except RobotError:
+            return
         if mission := self._s.missions.get(db, rule.mission_id):
             self._s.ledger.add(rules.one_off(Trigger.IDLE, self.robot, mission, self._s.settings(), self._clock.now(), str(uuid.uuid4()),
                                              queue_floor=self.seen.highest))

@@ -116,6 +116,21 @@ def test_a_copy_of_what_a_person_cancelled_is_stopped_though_it_runs(site, plan)
     assert "late_cancelled" in alarms(site)
 
 
+@pytest.mark.parametrize("fate", [Fate.LOST, Fate.REFUSED])
+def test_a_late_request_that_could_not_be_cancelled_and_ran_is_not_said_to_have_been_cancelled(site, plan, fate):
+    """Its schedule is off by then; the robot is idle, so it is executed while the request to cancel it is lost."""
+    schedule = plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 130.0)
+    site.run(300 + 20)
+    site.container.catalogue.set_schedule_enabled(schedule.id, False)
+    site.run(100)
+    site.network.next("DELETE", "/mission_queue/1", fate, count=200)
+    site.run(300)
+    assert states(site) == ["Done"]
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+    assert "late_cancelled" not in alarms(site)
+
+
 # ---------------------------------------------------------------------- the only item of a row that has ended
 def silent(site, plan, how):
     """The row ends in six minutes, while nobody knows that its item is or will be on the robot."""

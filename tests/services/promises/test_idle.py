@@ -72,19 +72,30 @@ def test_a_robot_that_is_deleted_and_put_back_is_not_sent_home_again(resting):
     assert robots.last_accepted(site.container.db.read(), robot.id) == accepted is not None
 
 
-@pytest.mark.parametrize(("is_seen", "copy"), [(True, "Aborted"), (False, "Done")])
-def test_a_late_copy_of_the_idle_mission_ends_no_rest(resting, is_seen, copy):
-    """Its request landed after the quiet time: cancelled or not, nobody has used the robot."""
+@pytest.mark.parametrize(("is_seen", "copy", "away"), [(True, "Aborted", 0), (False, "Done", 400), (False, "Done", 1500)])
+def test_a_late_copy_of_the_idle_mission_ends_no_rest(resting, is_seen, copy, away):
+    """Its request landed after the quiet time: cancelled or not, nobody has used the robot, also when nobody looks for it any more."""
     site = resting
     site.network.next("POST", "/mission_queue", Fate.LATE, 400.0)
     site.run_until(lambda: len(states(site)) == 1, within=1800)
     if not is_seen:
         site.run(60)
         site.network.down.add("R1")
-        site.at(400.0, site.network.down.clear)
-    site.run(2400)
+        site.at(away, site.network.down.clear)
+    site.run(3600)
     assert states(site) == ["Done", copy]
     assert len(sent_at(site)) == 2
+
+
+def test_a_late_copy_of_an_idle_mission_that_a_person_has_cancelled_ends_no_rest(resting):
+    site = resting
+    site.network.next("POST", "/mission_queue", Fate.LATE, 400.0)
+    site.run_until(lambda: bool(site.executions()), within=900)
+    site.run(20)
+    site.container.operator.cancel_execution(site.executions()[0].id)
+    site.run(3600)
+    assert states(site) == ["Aborted"]
+    assert len(sent_at(site)) == 1
 
 
 def test_an_idle_start_that_waits_for_its_next_try_is_judged_again(resting):

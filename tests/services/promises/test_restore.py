@@ -52,6 +52,23 @@ def _runs_after_its_backup_and_once(site, backed_up):
     assert [row.state for row in site.executions()] == [State.COMPLETED]
 
 
+@pytest.mark.parametrize("has_run", [False, True])
+def test_a_robot_whose_many_items_can_be_read_one_by_one_only_answers_too(site, plan, backed_up, has_run):
+    """Without search, with a list of its oldest items: so many at a time, until all have been read."""
+    for _n in range(350):
+        site.stranger_queues("Home")
+    site.machines["R1"].cancel_all()
+    site.network.short_lists = 10
+    plan("2026-11-23T06:05", start_window_minutes=60)
+    site.run(200)
+    go_back = backed_up()
+    site.run(400 if has_run else 20)
+    go_back()
+    site.run(900)
+    assert states(site).count("Done") == len(sent_at(site)) == 1
+    assert [row.state for row in site.executions()] == [State.COMPLETED]
+
+
 def test_what_ran_since_the_backup_is_not_sent_again_though_the_clock_was_behind_at_the_restore(site, plan, backed_up):
     """A tablet without power forgets the time: what the restore noted is earlier than what ran before it."""
     plan("2026-11-23T06:05", start_window_minutes=120)
