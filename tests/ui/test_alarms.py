@@ -7,6 +7,7 @@ import pytest
 
 from app.domain.models import Robot
 from app.screens.frame import alarm_list as frame_alarms
+from app.screens.frame import controller
 from app.screens.frame.alarm_list import AlarmRow, AlarmsDialog, NoteDialog
 from app.screens.settings.page import SwitchRow
 from app.widgets import finger
@@ -353,6 +354,17 @@ def test_the_sound_is_switched_in_settings_where_it_is_heard(container, app, ala
     assert loudspeaker.played == before + 1
 
 
+def test_an_alarm_is_heard_again_though_the_clock_was_set_back(container, app, alarms, ui):
+    loudspeaker = app.shell.loudspeaker
+    before = loudspeaker.played
+    alarms.raise_("emergency_stop", "robot:77", robot="Aino")
+    ui.wait(lambda: loudspeaker.played == before + 1)
+    container.clock.step(-3600)
+    container.clock.advance(301)
+    ui.advance(1.1)
+    assert loudspeaker.played == before + 2
+
+
 # ---------------------------------------------------------------------- its place
 def test_the_tabs_stay_where_the_finger_is(app, alarms, ui):
     for number in range(4):
@@ -376,6 +388,25 @@ def test_an_alarm_does_not_move_what_a_finger_is_on(app, alarms, ui, monkeypatch
     lift()
     assert ui.find(NavItem, name="settings").active
     ui.wait(lambda: ui.find_all(AlarmBanner))
+
+
+def test_the_second_tap_on_the_banner_is_the_same_press(app, alarms, ui, monkeypatch):
+    """It says something else by then, at which nobody has looked."""
+    monkeypatch.setattr(controller, "SECOND_TAP", 1e3)
+    for seconds in (40, 50):
+        alarms.raise_("app_was_off", str(seconds))
+    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(TopBar).bell_count == "2")
+    ui.advance(.5)
+    button = ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge")
+    place = button.to_window(*button.center)
+    ui.tap_at(*place)
+    ui.wait(lambda: len(alarms.open()) == 1 and ui.find(AlarmBanner).others == "Details")
+    ui.tap_at(*place)
+    ui.wait(lambda: app.shell.background.idle)
+    assert len(alarms.open()) == 1
+    ui.skip(1e3)
+    ui.tap_at(*place)
+    ui.wait(lambda: not alarms.open())
 
 
 def test_a_hand_that_rests_on_the_screen_keeps_no_alarm_away(app, alarms, ui):

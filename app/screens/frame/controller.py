@@ -118,7 +118,8 @@ class FrameController:
         shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now)), now)
         frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved))
         self._alarms.show(issues, facts.robots, facts.settings)
-        if self._sounding.is_due(issues.alarms, now) and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
+        is_heard = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
+        if is_heard and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
             self._shell.loudspeaker.play()
         if self._late is not None:
             self._late.show(issues.late_starts, facts.settings, now)

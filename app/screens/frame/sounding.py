@@ -22,15 +22,15 @@ def is_overdue(alarm: Alarm, now: datetime) -> bool:
 
 
 class Sounding:
-    """Remembers what has been heard."""
+    """Remembers what has been heard, by the monotonic clock: the other one may be set back."""
 
     def __init__(self) -> None:
-        self._heard: dict[tuple[str, str, int], datetime] = {}       # by code, key and how often it has come
+        self._heard: dict[tuple[str, str, int], float] = {}          # by code, key and how often it has come
 
-    def is_due(self, alarms: Iterable[Alarm], now: datetime) -> bool:
-        """Whether there is to be a sound now; counts as heard."""
+    def is_due(self, alarms: Iterable[Alarm], now: datetime, monotonic: float) -> bool:
+        """Whether there is to be a sound now; counts as heard. ``monotonic`` in s."""
         calling = {(alarm.code, alarm.key, alarm.count): alarm for alarm in alarms if calls_for_somebody(alarm, now)}
         due = [key for key, alarm in calling.items()
-               if key not in self._heard or (can_be_handled(alarm) and now - self._heard[key] >= PATIENCE)]
-        self._heard = {key: now if key in due else self._heard[key] for key in calling}
+               if key not in self._heard or (can_be_handled(alarm) and monotonic - self._heard[key] >= PATIENCE.total_seconds())]
+        self._heard = {key: monotonic if key in due else self._heard[key] for key in calling}
         return bool(due)

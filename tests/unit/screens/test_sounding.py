@@ -16,9 +16,11 @@ from tests.support.home_facts import NOW, SETTINGS
 STOP = alarm("emergency_stop", id=3)
 
 
-def heard(*moments: tuple[timedelta, list[Alarm]]) -> list[bool]:
+def heard(*moments: tuple[timedelta, list[Alarm]], set_back: timedelta = timedelta()) -> list[bool]:
+    """``set_back``: by how much the clock is, after the first moment."""
     sounding = Sounding()
-    return [sounding.is_due(alarms, NOW + after) for after, alarms in moments]
+    return [sounding.is_due(alarms, NOW + after - (set_back if n else timedelta()), after.total_seconds())
+            for n, (after, alarms) in enumerate(moments)]
 
 
 def after(seconds: float) -> timedelta:
@@ -45,6 +47,10 @@ def test_it_is_heard_again_every_five_minutes_until_somebody_acknowledges_it():
     seen = replace(STOP, acknowledged_at=NOW)
     assert heard((after(0), [STOP]), (after(299), [STOP]), (after(300), [STOP]), (after(301), [STOP]), (after(600), [STOP]),
                  (after(900), [seen])) == [True, False, True, False, True, False]
+
+
+def test_it_is_heard_again_after_the_clock_was_set_back():
+    assert heard((after(0), [STOP]), (after(299), [STOP]), (after(300), [STOP]), set_back=timedelta(hours=1)) == [True, False, True]
 
 
 def test_one_that_comes_back_is_heard_again():
