@@ -7,7 +7,9 @@ from datetime import timedelta
 from types import SimpleNamespace
 from typing import Any
 
-from app.domain.models import Alarm
+from app.domain.models import Alarm, Reason, ReasonCode
+from app.domain.reasons import to_store
+from app.mir.errors import Unreachable
 from app.screens.common.alarms_view import alarm_text, menu_of
 from app.screens.frame.alarm_list import AlarmList, AlarmRow, NoteDialog
 from app.screens.frame.facts import OpenIssues
@@ -15,6 +17,7 @@ from app.services.live.holds import Hold
 from tests.screenshots.home import ALARMS, home, stopped
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
 from tests.support import home_facts as sample
+from tests.support.alarms import alarm
 
 SIZES = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
 STANDING = (
@@ -56,11 +59,24 @@ def standing(studio: Any) -> Any:
 
 @picture("alarms-one-cause", sizes=SIZES)
 def one_cause(studio: Any) -> Any:
-    silent = [replace(ALARMS[1], id=20 + n, key=f"robot:{20 + n}", details={"robot": f"Robot {n}"}, raised_at=sample.ago(minutes=36),
-                      last_at=sample.ago(minutes=36, seconds=-n)) for n in range(1, 15)]
+    problem = Unreachable(code="no_answer", address="10.40.12.22").message
+    silent = [replace(ALARMS[1], id=20 + n, key=f"robot:{20 + n}", details={"robot": f"Robot {n}", "problem": problem},
+                      raised_at=sample.ago(minutes=36), last_at=sample.ago(minutes=36, seconds=-n)) for n in range(1, 15)]
     dialog = Desk(studio, standing=(STANDING[0], *silent)).dialog
     dialog.dispatch("on_row", ("group", 21), "fold")
     return dialog
+
+
+@picture("alarms-many", sizes=SIZES)
+def many(studio: Any) -> Any:
+    """More than the window holds."""
+    reason = to_store(Reason(ReasonCode.WINDOW_CLOSED, {
+        "until": "2026-11-20T12:15:00+00:00", "problem": Unreachable(code="no_answer", address="10.40.12.23").message}))
+    failed = [alarm("execution_failed", f"schedule:{n}", id=40 + n, last_at=sample.ago(minutes=n),
+                    details={"robot": "Sisu", "robot_id": 3, "mission": name, "reason": reason})
+              for n, name in enumerate(("Collect empties", "Waste to compactor", "Deliver kits to line 2", "Bring pallet to dock"))]
+    stops = [replace(ALARMS[0], id=50 + n, key=f"robot:{50 + n}", details={"robot": f"Robot {n}"}) for n in range(1, 9)]
+    return Desk(studio, standing=(*stops, *failed)).dialog
 
 
 @picture("alarms-shelved", sizes=BOTH)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.models import Robot
+from app.mir.errors import Unreachable
 from app.screens.frame import alarm_list as frame_alarms
 from app.screens.frame import controller
 from app.screens.frame.alarm_list import AlarmRow, AlarmsDialog, NoteDialog
@@ -198,7 +199,8 @@ def test_nothing_is_said_to_be_as_it_should_be_while_an_alarm_is_shelved(app, al
 # ---------------------------------------------------------------------- one cause
 def silence(alarms, ui, count: int = 6) -> None:
     for number in range(count):
-        alarms.raise_("unreachable", f"robot:{70 + number}", robot=f"Robot {number}", problem="no answer")
+        alarms.raise_("unreachable", f"robot:{70 + number}", robot=f"Robot {number}",
+                      problem=Unreachable(code="no_answer", address=f"10.1.1.{number}").message)
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).text.startswith(f"Wi-Fi: {count} robots"))
 
 
@@ -235,6 +237,79 @@ def test_a_group_is_acknowledged_shelved_and_taken_back_in_one_go(app, alarms, u
     ui.tap(ui.find(CommandButton, row(ui, "Wi-Fi"), text="Acknowledge"))
     ui.wait(lambda: row(ui, "Wi-Fi").state_words == "Active, acknowledged")
     assert all(alarm.acknowledged_at for alarm in alarms.open())
+
+
+# ---------------------------------------------------------------------- all that is on screen
+def acknowledge_all(ui, word: str = "Acknowledge all") -> None:
+    ui.tap(ui.find(CommandButton, ui.find(AlarmsDialog), text=word))
+
+
+def unseen(alarms) -> int:
+    return sum(alarm.acknowledged_at is None for alarm in alarms.open())
+
+
+def test_one_press_acknowledges_all_that_is_on_screen(app, alarms, ui):
+    silence(alarms, ui, 3)
+    alarms.raise_("emergency_stop", "robot:90", robot="Aino")
+    alarms.raise_("app_was_off", "app")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "3")
+    dialog = open_list(ui)
+    wait_for_rows(ui, 3)
+    assert checks.problems(dialog) == []
+    acknowledge_all(ui)
+    ui.wait(lambda: not unseen(alarms) and dialog.all_word == "")
+
+
+def test_what_is_out_of_sight_is_not_acknowledged(app, alarms, ui):
+    for number in range(9):
+        alarms.raise_("emergency_stop", f"robot:{70 + number}", robot=f"Robot {number}")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "9")
+    dialog = open_list(ui)
+    wait_for_rows(ui, 9)
+    page = dialog.ids.alarm_page
+    page.scroll_y = .5                                        # rows are cut off above and below
+    ui.advance(.2)
+    shown = [each.text for each in ui.find_all(AlarmRow) if page.to_window(*page.pos)[1] <= each.to_window(*each.pos)[1]
+             and each.to_window(0, each.top)[1] <= page.to_window(0, page.top)[1]]
+    assert 2 <= len(shown) <= 7
+    acknowledge_all(ui, "Acknowledge those shown")
+    ui.wait(lambda: unseen(alarms) == 9 - len(shown))
+    assert not {f"{alarm.details['robot']} is stopped: emergency stop pressed" for alarm in alarms.open()
+                if alarm.acknowledged_at is None} & set(shown)
+
+
+def test_a_second_tap_acknowledges_nothing_more(app, alarms, ui, monkeypatch):
+    monkeypatch.setattr(frame_alarms, "SECOND_TAP", 1e3)
+    for number in range(9):
+        alarms.raise_("emergency_stop", f"robot:{70 + number}", robot=f"Robot {number}")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "9")
+    dialog = open_list(ui)
+    wait_for_rows(ui, 9)
+    acknowledge_all(ui, "Acknowledge those shown")
+    ui.wait(lambda: unseen(alarms) < 9 and len(dialog.unseen) == unseen(alarms))
+    left = unseen(alarms)
+    assert left > 1                                           # above those that are acknowledged, where the first ones were
+    acknowledge_all(ui)
+    ui.wait(lambda: app.shell.background.idle)
+    assert unseen(alarms) == left
+    ui.skip(1e3)
+    acknowledge_all(ui)
+    ui.wait(lambda: unseen(alarms) < left)
+
+
+def test_what_has_only_just_come_is_not_acknowledged_unread(app, alarms, ui, monkeypatch):
+    monkeypatch.setattr(frame_alarms, "SECOND_TAP", 1e3)
+    alarms.raise_("app_was_off", "app")
+    alarms.raise_("clock_stepped", "clock", seconds=40)
+    ui.wait(lambda: ui.find(TopBar).bell_count == "2")
+    open_list(ui)
+    wait_for_rows(ui, 2)
+    alarms.raise_("emergency_stop", "robot:90", robot="Aino")
+    wait_for_rows(ui, 3)
+    acknowledge_all(ui)
+    wait_for_rows(ui, 1)
+    assert [alarm.code for alarm in alarms.open()] == ["emergency_stop"]
+    assert unseen(alarms) == 1
 
 
 # ---------------------------------------------------------------------- the past

@@ -78,6 +78,11 @@ def can_be_handled(alarm: Alarm) -> bool:
     return alarm.id > 0
 
 
+def is_unseen(alarm: Alarm) -> bool:
+    """Whether a person has yet to acknowledge it."""
+    return alarm.acknowledged_at is None and can_be_handled(alarm)
+
+
 def urgency(alarm: Alarm) -> tuple[bool, bool, float, float]:
     """What nobody has seen before what somebody has, what lasts before what is over, then by priority, the newest first."""
     newest = (alarm.last_at or alarm.raised_at).timestamp()
@@ -236,7 +241,7 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
 
 def acknowledging(alarm: Alarm) -> Way:
     """Unless it is acknowledged already."""
-    if alarm.acknowledged_at is None and can_be_handled(alarm):
+    if is_unseen(alarm):
         return Way(_("Acknowledge"), Act.ACKNOWLEDGE, alarm.id)
     return Way("", Act.NOTHING)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
+from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -20,6 +21,7 @@ from app.screens.common.alarms_view import (
     can_be_handled,
     group_menu,
     is_shelved,
+    is_unseen,
     menu_of,
     open_entry,
     past_count,
@@ -38,6 +40,7 @@ from app.widgets.lists import Row
 from app.widgets.surfaces import TonedSurface
 
 PAGE = 50                                # past alarms shown at first, and added by each press
+SECOND_TAP = 1.0                         # s within which it is the same press, and in which nobody has read what has just come
 EMPTY: Mapping[str, Callable[[], str]] = {
     "open": lambda: _("No alarms. Everything is as it should be."),
     "put_off": lambda: _("Nothing else is open. What is shelved comes back by itself."),
@@ -78,19 +81,63 @@ class LateStart:
 
 
 class AlarmsDialog(Dialog):
-    """Alarms in three parts, most serious first. The rows fire ``on_row(key, action, …)``."""
+    """Alarms in three parts, most serious first. The rows fire ``on_row(key, action, …)``.
+
+    One button acknowledges what is on screen (``on_acknowledge(keys)``), of whatever priority: never a row that is out of sight, cut off,
+    or has only just come, as nobody has seen that.
+    """
     tabs = ListProperty()
     tab = StringProperty("open")
     rows = ListProperty()
     empty = StringProperty()             # shown where there are no rows
     count = StringProperty()             # under the past ones
     more = StringProperty()              # the word of the button that shows further ones
+    unseen = ListProperty()              # keys of the rows that nobody has acknowledged
+    all_word = StringProperty()          # of the button that acknowledges those on screen
 
-    __events__ = ("on_row", "on_show_more")
+    __events__ = ("on_row", "on_show_more", "on_acknowledge")
 
     def __init__(self, **kwargs: Any) -> None:
         load_kv("frame/alarm_list")
+        self._came: dict[object, float] = {}                 # when a row was first there
+        self._rests_until = 0.0
         super().__init__(title=_("Alarms"), **kwargs)
+        self._look = Clock.create_trigger(self._name_button)
+        for name in ("rows", "unseen"):
+            self.fbind(name, self._look)
+        for name in ("scroll_y", "size", "pos", "content_height"):
+            self.ids.alarm_page.fbind(name, self._look)
+
+    def on_rows(self, *_args: Any) -> None:
+        now = Clock.get_time() if self._came else 0.0
+        self._came = {row.key: self._came.get(row.key, now) for row in self.rows}
+
+    def _in_sight(self) -> list[object]:
+        """Of the rows that nobody has acknowledged those that are wholly on screen, or fill the page."""
+        page, unseen = self.ids.alarm_page, set(self.unseen)
+        bottom = page.to_window(*page.pos)[1]
+        found = []
+        for row in self.ids.alarm_rows.children:
+            low = row.to_window(*row.pos)[1]
+            shown = min(low + row.height, bottom + page.height) - max(low, bottom)
+            if row.key in unseen and shown >= min(row.height, page.height) - 1:
+                found.append(row.key)
+        return found
+
+    def _name_button(self, *_args: Any) -> None:
+        found = len(self._in_sight()) if len(self.unseen) > 1 else 0
+        self.all_word = "" if not found else _("Acknowledge all") if found == len(self.unseen) else _("Acknowledge those shown")
+
+    def acknowledge(self) -> None:
+        """What is on screen. Other rows are in their places a moment later, at which nobody has looked when a second tap comes."""
+        now = Clock.get_time()
+        if now < self._rests_until:
+            return
+        self._rests_until = now + SECOND_TAP
+        self.dispatch("on_acknowledge", [key for key in self._in_sight() if now - self._came[key] >= SECOND_TAP])
+
+    def on_acknowledge(self, keys: Sequence[tuple[str, int]]) -> None:
+        """These rows were acknowledged."""
 
     def on_row(self, key: tuple[str, int], action: str, *values: Any) -> None:
         """The button or the menu of a row was pressed."""
@@ -134,7 +181,8 @@ class AlarmList:
             return
         self._wanted, self._unfolded = PAGE, {unfold} if unfold is not None else set()
         self._dialog = dialog = AlarmsDialog()
-        dialog.bind(on_dismiss=self._closed, on_row=self._row_used, on_show_more=self._show_more, tab=lambda *_args: self._tab_chosen())
+        dialog.bind(on_dismiss=self._closed, on_row=self._row_used, on_acknowledge=self._acknowledge, on_show_more=self._show_more,
+                    tab=lambda *_args: self._tab_chosen())
         self._show()
         self._shell.dialogs.open(dialog)
 
@@ -164,6 +212,7 @@ class AlarmList:
         if is_past:
             entries = [past_entry(alarm, self._settings, now) for alarm in self._past or ()]
         dialog.rows = [entry for group in off for entry in self._shelved(group, now)] if dialog.tab == "shelved" else entries
+        dialog.unseen = [entry.key for entry in entries if any(map(is_unseen, self._meant_by(entry.key)))] if dialog.tab == "open" else []
         empty = "put_off" if dialog.tab == "open" and off else dialog.tab
         dialog.empty = "" if dialog.rows or (is_past and self._past is None) else EMPTY[empty]()
         dialog.count = past_count(len(entries), self._past_total) if is_past and entries else ""
@@ -182,6 +231,14 @@ class AlarmList:
         unfolded = self._is_unfolded(group)
         head = [group_entry(group, self._settings, now, unfolded)] if len(group) > 1 else []
         return head + [shelved_entry(alarm, self._settings, now) for alarm in group if unfolded or not head]
+
+    def _meant_by(self, key: tuple[str, int]) -> Together:
+        """The alarms of a row; none where they have gone, or it is about something else."""
+        kind, alarm_id = key
+        if kind == "group":
+            return next((group for group in together(self._issues.alarms, self._services.clock.now())
+                         if any(alarm.id == alarm_id for alarm in group)), ())
+        return tuple(alarm for alarm in self._issues.alarms if kind == "alarm" and alarm.id == alarm_id)
 
     # ------------------------------------------------------------------ the past ones
     def _tab_chosen(self) -> None:
@@ -226,6 +283,11 @@ class AlarmList:
         else:
             way = button_of(alarm, self._robots)
             self._do(way.act, way.about)
+
+    def _acknowledge(self, _dialog: AlarmsDialog, keys: Sequence[tuple[str, int]]) -> None:
+        """Each alarm once, though it may be in a group above it."""
+        found = {alarm.id: alarm for key in keys for alarm in self._meant_by(key) if is_unseen(alarm)}
+        self._for_each(tuple(found.values()), lambda alarm: self._services.alarms.acknowledge(alarm.id))
 
     def _group_used(self, group: Together, action: str, *values: Any) -> None:
         alarms, ids = self._services.alarms, {alarm.id for alarm in group}

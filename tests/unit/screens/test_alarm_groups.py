@@ -6,7 +6,10 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Alarm
+from app.domain.message import message
+from app.domain.models import Alarm, Reason, ReasonCode
+from app.domain.reasons import to_store
+from app.mir.errors import SENTENCES
 from app.screens.common.alarm_groups import APART, group_entry, group_note, group_text, together
 from app.screens.common.alarms_view import Act
 from app.screens.frame.facts import OpenIssues
@@ -15,9 +18,20 @@ from tests.support.alarms import alarm
 from tests.support.home_facts import NOW, SETTINGS, ago
 
 
-def silent(n: int, apart: timedelta = timedelta(seconds=20), **values) -> list[Alarm]:
+def silent(n: int, apart: timedelta = timedelta(seconds=20), code: str = "no_answer", **values) -> list[Alarm]:
     """``n`` robots, one after the other, the first 36 minutes ago."""
-    return [alarm("unreachable", f"robot:{i}", id=i, raised_at=ago(minutes=36) + i * apart, details={"robot": f"R{i}"}, **values)
+    def details(i: int) -> dict:
+        return {"robot": f"R{i}", "problem": message(SENTENCES[code], address=f"10.1.1.{i}", seconds=5)}
+    return [alarm("unreachable", f"robot:{i}", id=i, raised_at=ago(minutes=36) + i * apart, details=details(i), **values)
+            for i in range(1, n + 1)]
+
+
+def failed(n: int, robot: str = "Aino", code: str = "execution_failed", reason: Reason | None = None, **values) -> list[Alarm]:
+    """As many schedules of one robot, the last a minute ago."""
+    reason = reason or Reason(ReasonCode.WINDOW_CLOSED, {"until": "2026-11-20T12:15:00+00:00",
+                                                         "problem": message(SENTENCES["no_answer"], address="10.1.1.7")})
+    return [alarm(code, f"schedule:{i}", id=i, raised_at=ago(minutes=n + 1 - i), last_at=ago(minutes=n + 1 - i),
+                  details={"robot": robot, "robot_id": len(robot), "mission": f"M{i}", "reason": to_store(reason)}, **values)
             for i in range(1, n + 1)]
 
 
@@ -43,6 +57,17 @@ def test_many_that_fall_silent_together_are_one_line_in_list_and_banner():
     ([*silent(3), *silent(3, acknowledged_at=NOW)], [3, 3]),
     ([*silent(3), *silent(4, cleared_at=NOW)], [3, 4]),
     ([*silent(3), *silent(3, shelved_until=NOW + timedelta(hours=1))], [3, 3]),
+    ([*silent(3), *silent(3, code="refused")], [3, 3]),
+    ([*silent(2), *silent(2, code="refused")], [1] * 4),
+    ([*silent(2), *silent(2, code="timed_out")], [4]),
+    (failed(6), [6]),
+    (failed(2), [1, 1]),
+    ([*failed(3), *failed(3, "Veikko")], [3, 3]),
+    ([*failed(3), *failed(3, reason=Reason(ReasonCode.UNAUTHORIZED))], [3, 3]),
+    ([*failed(3), *failed(4, acknowledged_at=NOW)], [3, 4]),
+    ([*failed(3), *failed(3, code="execution_skipped")], [3, 3]),
+    ([replace(each, details={"robot_id": ["hostile"], "reason": ["hostile"]}) for each in failed(3)], [1] * 3),
+    ([replace(each, details={"robot_id": 1, "reason": {"code": ["hostile"]}}) for each in failed(3)], [3]),
     ([alarm("robot_error", f"robot:{n}", id=n) for n in range(1, 5)], [1] * 4)])
 def test_what_has_another_cause_or_state_has_a_line_of_its_own(alarms, expected):
     assert sizes(alarms) == expected
@@ -67,6 +92,31 @@ def test_when_they_answer_again_the_line_says_from_when_to_when():
 def test_a_shelved_group_comes_back_by_its_button():
     entry = group_entry(tuple(silent(3, shelved_until=NOW + timedelta(hours=1))), SETTINGS, NOW, unfolded=False)
     assert (entry.tone, entry.action, entry.has_menu) == ("neutral", "Unshelve", False)
+
+
+@pytest.mark.parametrize(("code", "text", "note", "over"), [
+    ("timed_out", "Wi-Fi: 3 robots unreachable since 14:02", "is the access point on, and this tablet on its network? · R1, R2, R3",
+     "Wi-Fi: 3 robots were unreachable from 14:02"),
+    ("refused", "3 robots refuse connections since 14:02",
+     "the network works; are the robots starting, and are their ports right? · R1, R2, R3",
+     "3 robots refused connections from 14:02"),
+    ("unknown_name", "The names of 3 robots are not found since 14:02",
+     "does this network know names? Enter the robots' IP addresses instead · R1, R2, R3",
+     "The names of 3 robots were not found from 14:02"),
+    ("busy", "3 robots unreachable since 14:02", "R1, R2, R3", "3 robots were unreachable from 14:02")])
+def test_the_line_names_the_cause_that_the_problems_have_in_common(code, text, note, over):
+    group = tuple(silent(3, code=code))
+    assert (group_text(group, SETTINGS, NOW), group_note(group, SETTINGS, NOW)) == (text, note)
+    assert group_text(tuple(silent(3, code=code, cleared_at=NOW)), SETTINGS, NOW) == over
+
+
+def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reason():
+    alarms = [replace(each, count=2) for each in failed(4)]
+    [issue] = open_issues(OpenIssues(alarms), {}, SETTINGS, NOW)
+    assert issue.view.text == "8 missions on Aino failed"
+    assert issue.view.note == ("Its start window closed at 14:15: 10.1.1.7 doesn't answer; is the robot switched on and on this network? · "
+                               "last 14:37 · M1, M2, M3 …")
+    assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "3 missions on Aino were skipped"
 
 
 def test_the_group_is_as_urgent_as_the_most_urgent_in_it():
