@@ -142,6 +142,22 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
         assert counted(ui) == ["1 working", "5 ready"]
 
 
+@pytest.mark.parametrize("number", [900, None])
+def test_a_run_is_named_before_the_queue_is_read_again(container, robots, ui, number):
+    """Between its polls only the status of a robot is read, unless it is the one on screen."""
+    aino, now = robots[0], container.clock.now()
+    run = Execution(trigger=Trigger.MANUAL, robot_id=aino.id, robot=aino.name, mission="Collect empties", mission_guid="g-new",
+                    planned_at=now, closes_at=now, created_at=now, token="t-new", timezone="UTC", state=State.EXECUTING, queue_id=900,
+                    started_at=now)
+    container.db.write(lambda c: container.repositories.executions.add(c, run))
+    see(container, aino, replace(sample.EXECUTING, mission_queue_id=number))
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(FleetPage))
+        ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == "Collect empties")
+        see(container, aino, replace(sample.EXECUTING, mission_queue_id=901), (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
+        ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == sample.EXECUTING.mission_text)         # somebody else's
+
+
 def test_robots_that_are_not_heard_of_for_long_no_longer_answer(container, robots, ui):
     with shown(container, ui):
         ui.wait(lambda: counted(ui) == ["6 ready"])

@@ -10,7 +10,7 @@ from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
-from app.domain.models import Execution, Robot, RobotSnapshot, Settings
+from app.domain.models import Execution, Robot, RobotSnapshot, Settings, State
 from app.domain.robot import QueueItem, QueueState
 from app.i18n import _
 from app.screens.common.robot_appearance import is_old
@@ -79,6 +79,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._settings, self._alarms = Settings(), 0
         self._robots: Mapping[int, Robot] = {}                # in their places
         self._ours: Mapping[tuple[int, int | str], Execution] = {}       # by robot and queue id, or token before that is stored
+        self._followed: Mapping[int, int] = {}                # the queue id of what we have seen begin, by robot
         self._known: dict[Running, Known] = {}
         self._unknown: dict[Running, str] = {}                # guid of the mission
         self._is_asking = False
@@ -104,6 +105,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._settings, self._alarms = facts.settings, facts.alarms
         self._robots = {robot.id: robot for robot in in_places(facts.robots)}
         self._ours = {(e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None}
+        self._followed = {e.robot_id: e.queue_id for e in facts.open if e.state is State.EXECUTING and e.robot_id and e.queue_id}
         self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}
         self._waiting = dict.fromkeys(self._robots)
         self._is_behind = True
@@ -160,17 +162,27 @@ class FleetViewModel(FleetState, ViewModel):
         return is_new
 
     def _doing(self, robot_id: int, snapshot: RobotSnapshot) -> Work | None:
-        item = next((item for item in snapshot.queue if item.state is QueueState.EXECUTING), None)
+        item = self._running(robot_id, snapshot)
         if item is None:
             return None
         ours, known = self._ours_of(robot_id, item), self._known.get((robot_id, item.id))
         if known is None:
-            self._unknown[robot_id, item.id] = ours.mission_guid if ours else item.mission_id or ""
+            if guid := ours.mission_guid if ours else item.mission_id:
+                self._unknown[robot_id, item.id] = guid
             return Work(ours.mission if ours else snapshot.status.mission_text if snapshot.status else "")
         if ours is None:
             return Work(known.mission)
         elapsed = (self._services.clock.now() - ours.started_at).total_seconds() if ours.started_at else None
         return work(ours.mission, elapsed, known.usual_s)
+
+    def _running(self, robot_id: int, snapshot: RobotSnapshot) -> QueueItem | None:
+        """As its status says: the queue of a robot that is not on screen is read at its polls only. Where that gives no number, as its
+        queue says, or the run that we follow."""
+        number = snapshot.status.mission_queue_id if snapshot.status else None
+        is_it = (lambda item: item.state is QueueState.EXECUTING) if number is None else (lambda item: item.id == number)
+        found = next(filter(is_it, snapshot.queue), None)
+        number = self._followed.get(robot_id) if number is None else number
+        return found if found is not None or number is None else QueueItem(number, QueueState.EXECUTING)
 
     def _ours_of(self, robot_id: int, item: QueueItem) -> Execution | None:
         return self._ours.get((robot_id, item.id)) or self._ours.get((robot_id, item.description))
@@ -184,7 +196,8 @@ class FleetViewModel(FleetState, ViewModel):
 
         def learnt(found: Mapping[Running, Known]) -> None:
             self._is_asking = False
-            running = {(seen.snapshot.robot_id, item.id) for seen in self._seen.values() for item in seen.snapshot.queue}
+            running = {(robot_id, item.id) for robot_id, seen in self._seen.items()
+                       if (item := self._running(robot_id, seen.snapshot)) is not None}
             self._known = {run: known for run, known in {**self._known, **found}.items() if run in running}
             self._waiting |= dict.fromkeys(robot_id for robot_id, _item in found if robot_id in self._robots)
             self._soon()
