@@ -25,6 +25,7 @@ from kivymd.uix.boxlayout import MDBoxLayout
 from app.widgets.dock import dock
 
 STILL = 1.0              # s after a row has disappeared
+WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}               # by kivy's names, which say where the page goes
 SPARE = 4                # views that a list keeps for rows to come
 PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
 
@@ -168,13 +169,20 @@ class Rows(MDBoxLayout):
 
 
 class CalmScroll(ScrollView):
-    """A scroll view that doesn't overshoot, with a thin bar that shows that there is more."""
+    """A scroll view that doesn't overshoot, with a thin bar that shows that there is more.
+
+    ``wheel_way``: where a mouse's wheel is turning it, 1 down, -1 up; 0: a finger, or nothing, has moved it. A list that comes to rest on
+    whole rows goes on that way: a notch is less than half a row, so the nearest one would take it back.
+    """
+    wheel_way = 0
 
     def __init__(self, **kwargs):
         kwargs.setdefault("effect_cls", ScrollEffect)
         super().__init__(**kwargs)
 
     def on_touch_down(self, touch):
+        if self.collide_point(*touch.pos):
+            self.wheel_way = WHEEL_WAYS.get(touch.button, 0) if "button" in touch.profile else 0
         if PRESSED_ROW not in touch.ud and self.collide_point(*touch.pos):
             place = self.to_window(*touch.pos)
             row = next((widget for widget in self.walk(restrict=True)
@@ -286,7 +294,8 @@ class ScrollRows(FloatLayout):
             return
         above = (1 - scroll.scroll_y) * hidden
         edges = [rows.top - view.top for view in rows.children]
-        edge = min([*edges, hidden], key=lambda candidate: abs(candidate - above))
+        way, scroll.wheel_way = scroll.wheel_way, 0
+        edge = min([edge for edge in (0, *edges, hidden) if (edge - above) * way > -1], key=lambda candidate: abs(candidate - above))
         if abs(edge - above) > 1 and edge <= hidden:
             Animation(scroll_y=1 - edge / hidden, d=.12, t="out_quad").start(scroll)
 

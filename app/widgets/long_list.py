@@ -164,11 +164,12 @@ class LongList(LowPage):
     def _come_to_rest(self, _dt):
         """Nothing has moved for a moment: align the upper edge with a whole row."""
         self._resting = True
+        way, self.wheel_way = self.wheel_way, 0
         if self._anchor is not None:
             key, hidden = self._anchor
             if key in self._places and hidden > .5 and not self._at_end():
                 n = self._places[key]
-                if hidden > (self._tops[n + 1] - self._tops[n]) / 2:
+                if way > 0 or (not way and hidden > (self._tops[n + 1] - self._tops[n]) / 2):
                     key = self._keys[min(n + 1, len(self._keys) - 1)]
                 if self._height_of(key) < self.height:
                     self._anchor = key, 0.

@@ -135,6 +135,17 @@ class Driver:
         touch.touch_up()
         self.advance(.3)
 
+    def wheel(self, widget: Widget, notches: int) -> None:
+        """Turn the mouse's wheel over the middle of ``widget``: by so many notches downwards, or upwards (< 0)."""
+        from kivy.tests.common import UnitTestTouch
+        for _n in range(abs(notches)):
+            touch = UnitTestTouch(*widget.to_window(*widget.center))
+            touch.profile = [*touch.profile, "button"]
+            touch.button = "scrollup" if notches > 0 else "scrolldown"       # as kivy calls them, after what the page does
+            touch.touch_down()
+            touch.touch_up()
+            self.advance()
+
     def drag(self, widget: Widget, dx: float, dy: float, steps: int = 10) -> None:
         """Drag from the middle of ``widget`` by that many px, and let go after a moment of rest, so that nothing flies on."""
         from kivy.tests.common import UnitTestTouch

@@ -75,6 +75,30 @@ def test_what_slides_under_the_finger_after_a_row_has_gone_is_not_pressed(ui, ki
 
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
+def test_a_notch_of_the_wheel_is_never_taken_back(ui, kind):
+    rows = ui.show(kind(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
+    scroll = rows.ids.scroll if kind is ScrollRows else rows
+    ui.advance(1)
+
+    def turned(notches: int) -> float:
+        """Px above the upper edge when everything has come to rest."""
+        ui.wheel(scroll, notches)
+        ui.advance(1)
+        return round((1 - scroll.scroll_y) * (scroll.children[0].height - scroll.height))
+
+    row = turned(1)
+    assert row >= 60
+    assert turned(1) == 2 * row                              # each comes to rest on a whole row
+    assert turned(-1) == row
+    assert turned(-1) == turned(-1) == 0
+    end = turned(200)
+    assert turned(1) == end
+    assert turned(-1) < end - 20
+    assert turned(200) == end
+    assert turned(-200) == 0
+
+
+@pytest.mark.parametrize("kind", [ScrollRows, LongList])
 def test_what_comes_after_the_last_row_has_gone_can_be_pressed_at_once(ui, kind):
     """Another tab, for example."""
     rows = ui.show(kind(viewclass="QueueRow", data=queue(1)), (400, 300))
