@@ -177,9 +177,16 @@ class KeyFocus:
             self._go(min(found, key=lambda target: abs(target.to_window(*target.center)[0] - x)))
 
     def _come_back(self) -> None:
-        """To what had the ring before the dialog that is closed now."""
+        """To what had the ring before the dialog that is closed now, or on the page that has come back."""
         while self._left and not (parents(self.target) and self.target in self._reached()):
             self.target = self._left.pop()
+
+    def _go_in(self) -> None:
+        """To what receives the ring (``receives_ring``) on a page that has come in the place of what had it, which keeps it for later."""
+        receiver = next((target for target in self.targets() if getattr(target, "receives_ring", False)), None)
+        if not parents(self.target) and receiver is not None:
+            self._left.append(self.target)
+            self.target = receiver
 
     def _go(self, target) -> None:
         if dock.field is not None:
@@ -201,6 +208,7 @@ class KeyFocus:
     def _draw(self, _dt) -> None:
         if not parents(self.target):
             self._come_back()
+            self._go_in()
         target = self.target
         if target is None or not parents(target):
             self.forget()

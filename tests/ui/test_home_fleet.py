@@ -14,7 +14,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.frame import TopBar
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import OptionRow, RobotChip
-from app.window.key_focus import ARROWS, ENTER, TAB, KeyFocus
+from app.window.key_focus import ARROWS, ENTER, ESCAPE, TAB, KeyFocus
 from tests.support import home_facts as sample
 from tests.ui.whole_app import shown
 
@@ -298,13 +298,54 @@ def test_by_keys_alone(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         settle(app, ui)
-        targets = KeyFocus().targets()
-        for _n in range(1 + next(n for n, target in enumerate(targets) if isinstance(target, FleetTile))):
-            ui.key(TAB)
+        tab_to(ui, FleetTile)
         ui.key(RIGHT)
         ui.key(DOWN)
         ui.key(ENTER)
         ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == "Veikko")
+
+
+def tab_to(ui, kind: type, **values) -> None:
+    targets = KeyFocus().targets()
+    for _n in range(1 + next(n for n, target in enumerate(targets)
+                             if isinstance(target, kind) and all(getattr(target, name) == value for name, value in values.items()))):
+        ui.key(TAB)
+
+
+def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        settle(app, ui)
+        tab_to(ui, FleetTile, name="Sisu")
+        for _round in range(2):
+            ui.key(ENTER)
+            ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == "Sisu")
+            settle(app, ui)
+            ui.key(ENTER)                                     # it is on the way back
+            ui.wait(lambda: ui.find_all(FleetPage))
+            settle(app, ui)                                   # and there on the tile
+
+
+def test_escape_leads_back_to_all_robots_where_they_were(container, ui):
+    add_robots(container, 90)
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        settle(app, ui)
+        ui.key(ESCAPE)
+        assert ui.find_all(FleetPage)
+        ui.find(PanelGrid).scroll_y = .4
+        ui.advance(1)
+        before, place, name = tiles(ui), ui.find(PanelGrid).scroll_y, tiles(ui)[20]
+        open_tile(ui, name)
+        ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == name)
+        settle(app, ui)
+        app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)
+        ui.key(ESCAPE)                                        # closes what is open first
+        assert ui.find_all(HomeWide)
+        ui.key(ESCAPE)
+        assert ui.find_all(FleetPage)
+        assert tiles(ui) == before
+        assert ui.find(PanelGrid).scroll_y == pytest.approx(place)
 
 
 def test_a_name_that_is_too_long_keeps_its_end(container, ui):

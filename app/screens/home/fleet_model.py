@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kivy.clock import Clock
+from kivy.core.window import Window
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
@@ -32,6 +33,8 @@ from app.screens.home.fleet import (
 )
 from app.services.live.changes import Topic
 from app.widgets import finger
+from app.widgets.dialogs import ESCAPE
+from app.widgets.dock import dock
 
 PER_FRAME = .003                         # s for looking at robots, and
 NEW_PER_FRAME = 6                        # tiles that become others; the rest waits for the next frame
@@ -92,6 +95,8 @@ class FleetViewModel(FleetState, ViewModel):
     def opened(self, *_args: Any, **_intent: Any) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._soon.cancel)
+        Window.bind(on_keyboard=self._key)
+        self.keep(lambda: Window.unbind(on_keyboard=self._key))
         self.every(1, self._tick)
         self._tick()
 
@@ -242,6 +247,13 @@ class FleetViewModel(FleetState, ViewModel):
     def leave(self) -> None:
         """Show one robot; what is looked at first, too."""
         self.is_shown = self._is_first = False
+
+    def _key(self, _window: Any, key: int, *_args: Any) -> bool:
+        """Esc, and Android's back button, leads from one robot to all of them. It is first for what is open above the page."""
+        goes_back = key == ESCAPE and self.many and not self.is_shown and self._shell.dialogs.top is None and dock.field is None
+        if goes_back:
+            self.come_back()
+        return goes_back
 
     def come_back(self) -> None:
         """To the page, as it was left."""
