@@ -9,8 +9,9 @@ from pathlib import Path
 _VIDEO = 0x20                # SDL_INIT_VIDEO
 
 
-def display_size() -> tuple[int, int] | None:
-    """Width and height of the first display in pixels, as SDL sees it; None where SDL can't be asked.
+def display_size(usable: bool = False) -> tuple[int, int] | None:
+    """Width and height of the first display in pixels, as SDL sees it; None where SDL can't be asked. ``usable``: without the desktop's own
+    bars.
 
     A kiosk's compositor shows a full-screen window in the display's size without a word to kivy, which would go on drawing in the size
     that the window was made with.
@@ -24,7 +25,8 @@ def display_size() -> tuple[int, int] | None:
             return None
         try:
             bounds = (ctypes.c_int * 4)()                    # x, y, width, height
-            return (bounds[2], bounds[3]) if sdl.SDL_GetDisplayBounds(0, bounds) == 0 else None
+            ask = sdl.SDL_GetDisplayUsableBounds if usable else sdl.SDL_GetDisplayBounds
+            return (bounds[2], bounds[3]) if ask(0, bounds) == 0 else None
         finally:
             sdl.SDL_QuitSubSystem(_VIDEO)
     except (OSError, AttributeError):

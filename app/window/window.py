@@ -93,11 +93,21 @@ def configure(kiosk: bool) -> None:
     if kiosk:
         width, height = display_size() or (WIDTH, HEIGHT)
         settings["graphics"] |= {"fullscreen": "auto", "show_cursor": "0", "width": str(width), "height": str(height)}
+    else:
+        settings["graphics"] |= size_within(display_size(usable=True))
     for section, values in settings.items():
         for name, value in values.items():
             Config.set(section, name, value)
     if sys.platform == "linux":
         Config.remove_option("input", "%(name)s")            # probesysfs: with SDL's own touch every tap would count twice
+
+
+def size_within(usable: tuple[int, int] | None) -> dict[str, str]:
+    """Kivy's settings of a window no larger than the ``usable`` part of the display, in px. One that has not all the room it wants is
+    maximised: only the desktop knows how much of it its frame takes."""
+    width, height = usable or (WIDTH, HEIGHT)
+    fits = width >= WIDTH and height >= HEIGHT
+    return {"width": str(min(width, WIDTH)), "height": str(min(height, HEIGHT)), "window_state": "visible" if fits else "maximized"}
 
 
 def _open_window() -> None:

@@ -1,4 +1,4 @@
-"""A window that fills the screen is made in the size of the display, in a process of its own: kivy reads its settings once."""
+"""A window is made in the size of the display, or no larger than it, in a process of its own: kivy reads its settings once."""
 from __future__ import annotations
 
 import os
@@ -6,13 +6,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from app.window.window import size_within
+
 ROOT = Path(__file__).parents[3]
 SDL_DUMMY_DISPLAY = "1024 768"           # what SDL's driver without a display pretends to have
 PROGRAM = """
 from app.window.window import configure
 configure({kiosk})
 from kivy.config import Config
-print(*(Config.get("graphics", name) for name in ("width", "height", "fullscreen", "show_cursor")))
+print(*(Config.get("graphics", name) for name in ("width", "height", "fullscreen", "show_cursor", "window_state")))
 """
 
 
@@ -24,8 +28,15 @@ def configured(tmp_path: Path, kiosk: bool) -> str:
 
 
 def test_a_kiosk_has_the_size_of_its_display(tmp_path):
-    assert configured(tmp_path, True) == f"{SDL_DUMMY_DISPLAY} auto 0"
+    assert configured(tmp_path, True) == f"{SDL_DUMMY_DISPLAY} auto 0 visible"
 
 
-def test_a_window_has_its_own(tmp_path):
-    assert configured(tmp_path, False) == "1280 800 0 1"
+def test_a_window_is_no_larger_than_the_display(tmp_path):
+    assert configured(tmp_path, False) == f"{SDL_DUMMY_DISPLAY} 0 1 maximized"
+
+
+@pytest.mark.parametrize(("usable", "expected"), [
+    (None, ("1280", "800", "visible")), ((1920, 1040), ("1280", "800", "visible")), ((1366, 728), ("1280", "728", "maximized")),
+    ((1024, 573), ("1024", "573", "maximized"))])
+def test_a_window_has_its_own_size_where_there_is_room(usable, expected):
+    assert tuple(size_within(usable).values()) == expected
