@@ -1,4 +1,5 @@
 """The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
+from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.relativelayout import RelativeLayout
@@ -11,6 +12,8 @@ from kivymd.uix.screenmanager import MDScreenManager
 
 from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
 from app.widgets.tokens import TONES
+
+SETTLES = 0.5                            # s after the page has moved, in which a finger was on its way to where something else is now
 
 
 class TopBar(Toned, MDTopAppBar):
@@ -145,7 +148,11 @@ class Screens(MDScreenManager):
 
 
 class Frame(Surface):
-    """The window's content. Screens added to it go into the body. With an empty ``alarm`` there is no banner."""
+    """The window's content. Screens added to it go into the body. With an empty ``alarm`` there is no banner.
+
+    A banner that comes, goes or changes its height moves the page. A tap on either of them within the next moment was meant for what was
+    there before, and presses nothing.
+    """
     title = StringProperty()
     date = StringProperty()
     clock = StringProperty()
@@ -167,6 +174,23 @@ class Frame(Surface):
     current = StringProperty()
 
     __events__ = ("on_go", "on_pick_robot", "on_solve", "on_list_alarms")
+
+    def __init__(self, **kwargs):
+        self._rests_until = 0.
+        super().__init__(**kwargs)
+        self.ids.banner_place.fbind("height", self._moved)
+
+    def _moved(self, *_):
+        self._rests_until = Clock.get_time() + SETTLES
+
+    @property
+    def has_just_moved(self) -> bool:
+        """Whether a tap on the page would not be meant for it."""
+        return Clock.get_time() < self._rests_until
+
+    def on_touch_down(self, touch):
+        is_on_page = self.ids.nav.top <= touch.y <= self.ids.bar.y
+        return (is_on_page and self.has_just_moved) or super().on_touch_down(touch)
 
     def on_go(self, name):
         """A screen of the navigation bar was tapped."""

@@ -7,10 +7,10 @@ from typing import Any
 from app.screens.common.robot_groups import Group
 from app.screens.home.fleet_model import FleetViewModel
 from tests.screenshots.home import home
-from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
+from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import fleet_facts as sample
 
-EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, GLOVES)
+EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 
 
 class _AtOnce:

@@ -27,10 +27,10 @@ from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.holds import Hold
 from app.services.live.tablet import IS_COPY
-from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
+from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
 
-EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, GLOVES)
+EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 PARAMETERS = (MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
               MissionParameter("count", "Pallets", "Integer", 2, 1, 8))
 ALARMS = (

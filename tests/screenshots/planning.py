@@ -22,10 +22,10 @@ from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.screen import SchedulerScreen
 from app.widgets.timeline import LONG
-from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, picture
+from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import month
 
-EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, GLOVES)
+EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
 
 

@@ -29,8 +29,9 @@ PORTRAIT = Size("portrait", 800, 1280)
 SMALL = Size("small", 1024, 600)
 SHARP = Size("sharp", 1920, 1200, density=1.5)
 LARGE_TEXT = Size("large-text", 1280, 800, font_scale=1.3)
+SMALL_LARGE_TEXT = Size("small-large-text", 1024, 600, font_scale=1.3)
 GLOVES = Size("gloves", 1280, 800, gloves=True)
-SIZES = {size.name: size for size in (LANDSCAPE, PORTRAIT, SMALL, SHARP, LARGE_TEXT, GLOVES)}
+SIZES = {size.name: size for size in (LANDSCAPE, PORTRAIT, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)}
 BOTH = (LANDSCAPE, PORTRAIT)
 
 Builder = Callable[["Studio"], Any]

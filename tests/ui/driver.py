@@ -106,12 +106,14 @@ class Driver:
 
     # ------------------------------------------------------------------ hands
     def tap(self, widget: Widget, hold: float = .05) -> None:
-        """Touch the middle of ``widget`` for ``hold`` seconds. It must be on screen."""
+        """Touch the middle of ``widget`` for ``hold`` seconds, once the page stands still. It must be on screen."""
         self.press(widget)(hold)
 
     def press(self, widget: Widget) -> Callable[[float], None]:
         """Put a finger down on ``widget``; call what comes back to lift it after so many seconds."""
         from kivy.tests.common import UnitTestTouch
+        while any(getattr(part, "has_just_moved", False) for top in Window.children for part in (top, *top.children)):
+            self.advance()
         x, y = widget.to_window(*widget.center)
         on_screen = 0 <= x <= Window.width and 0 <= y <= Window.height
         assert on_screen, f"{widget} is not on screen: {x:.0f}, {y:.0f}"

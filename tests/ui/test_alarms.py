@@ -465,6 +465,32 @@ def test_an_alarm_does_not_move_what_a_finger_is_on(app, alarms, ui, monkeypatch
     ui.wait(lambda: ui.find_all(AlarmBanner))
 
 
+def test_a_tap_on_what_the_banner_has_just_moved_presses_nothing(app, alarms, ui):
+    def at(button: CommandButton) -> tuple[float, float]:
+        return button.to_window(*button.center)
+
+    def tap_at_once(button: CommandButton) -> None:
+        """Without looking first."""
+        ui.tap_at(*at(button))
+        ui.wait(lambda: app.shell.background.idle)
+
+    button = ui.find(CommandButton, text="Add robot")
+    place = at(button)
+    alarms.raise_("app_was_off", "app")
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    acknowledge = ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge")
+    assert at(button) != place
+    tap_at_once(acknowledge)
+    assert alarms.open()
+    ui.tap(acknowledge)
+    ui.wait(lambda: not ui.find_all(AlarmBanner))
+    assert at(button) == place                                # it has moved back
+    tap_at_once(button)
+    assert app.shell.navigator.current == "home"
+    ui.tap(button)
+    assert app.shell.navigator.current == "settings"
+
+
 def test_the_second_tap_on_the_banner_is_the_same_press(app, alarms, ui, monkeypatch):
     """It says something else by then, at which nobody has looked."""
     monkeypatch.setattr(controller, "SECOND_TAP", 1e3)
