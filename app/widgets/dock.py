@@ -1,13 +1,15 @@
-"""Which text input has the focus, for the on-screen keyboard, and how high that one is, for dialogs. ``dock`` is global: fields are built
-by kv and have no other reference."""
+"""Which text input has the focus, for the on-screen keyboard, how high that one is, for dialogs, and where messages have room. ``dock`` is
+global: what is built by kv has no other reference."""
 from kivy.event import EventDispatcher
 from kivy.properties import NumericProperty, ObjectProperty
 
 
 class Dock(EventDispatcher):
-    """``field`` is the text input that has the focus, or None; ``height`` in px of what the on-screen keyboard covers, 0 without it."""
+    """``field`` is the text input that has the focus, or None; ``height`` in px of what the on-screen keyboard covers, 0 without it;
+    ``free_bar`` in px from the left of the window to what can be pressed in the top bar, 0 without a bar."""
     field = ObjectProperty(None, allownone=True)
     height = NumericProperty(0)
+    free_bar = NumericProperty(0)
 
     def entered(self, field) -> None:
         self.field = field

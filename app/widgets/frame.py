@@ -10,6 +10,7 @@ from kivymd.uix.navigationbar import MDNavigationBar, MDNavigationItem
 from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
 
+from app.widgets.dock import dock
 from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
 from app.widgets.tokens import TONES
 
@@ -32,8 +33,12 @@ class TopBar(Toned, MDTopAppBar):
     bell_count = StringProperty()
     help_count = StringProperty()
     narrow = BooleanProperty(False)
+    free = NumericProperty(0)            # px at its left that nobody presses
 
     __events__ = ("on_pick_robot", "on_list_alarms")
+
+    def on_free(self, *_):
+        dock.free_bar = self.free
 
     def add_widget(self, widget, *args, **kwargs):
         """At once: KivyMD puts title and buttons in their places a frame later."""

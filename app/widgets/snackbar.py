@@ -51,7 +51,8 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
 
 class SnackbarStack(BoxLayout):
-    """Holds the snackbars: bottom centre, on top of everything, above the navigation bar."""
+    """Holds the snackbars, on top of everything: in the top bar over the screen's name and the time, where nobody presses anything; further
+    ones below."""
 
     def on_touch_down(self, touch):
         return any(child.collide_point(*touch.pos) and child.dispatch("on_touch_down", touch) for child in self.children)

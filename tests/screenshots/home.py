@@ -27,6 +27,7 @@ from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.holds import Hold
 from app.services.live.tablet import IS_COPY
+from app.widgets.snackbar import Snackbars
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
 
@@ -96,6 +97,15 @@ def stopped() -> HomeFacts:
 @picture("home", sizes=EVERY_SIZE)
 def running(studio: Any) -> None:
     home(studio, sample.FACTS)
+
+
+@picture("home-message", sizes=EVERY_SIZE)
+def said(studio: Any) -> None:
+    """Of what was pressed a moment ago."""
+    home(studio, sample.FACTS)
+    bars = Snackbars()
+    studio.afterwards(bars.clear)
+    bars.undo("Schedule deleted: Waste to compactor", "Undo", lambda: None)
 
 
 @picture("home-estop", sizes=(*BOTH, SMALL))
