@@ -108,7 +108,7 @@ def said(studio: Any) -> None:
     bars.undo("Schedule deleted: Waste to compactor", "Undo", lambda: None)
 
 
-@picture("home-estop", sizes=(*BOTH, SMALL))
+@picture("home-estop", sizes=(*BOTH, SMALL, SMALL_LARGE_TEXT))
 def emergency_stop(studio: Any) -> None:
     home(studio, stopped(), issues=OpenIssues(ALARMS))
 

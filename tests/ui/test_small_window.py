@@ -26,14 +26,16 @@ from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.number_pad import PadKey
 from app.widgets.panel_grid import PanelGrid
+from app.widgets.text import Title
 from app.widgets.tokens import tk
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import home
+from tests.screenshots.planning import Stand
 from tests.support import home_facts as sample
 from tests.ui import checks
 
 WAYS = (*product(((800, 480), (600, 480)), ("plain", "gloves", "large")),
-        ((1024, 600), "gloves"), ((600, 1024), "large"), ((1280, 800), "plain"))
+        ((1024, 600), "gloves"), ((1024, 600), "large"), ((600, 1024), "large"), ((1280, 800), "plain"))
 LOUD = tuple(RobotProblem(n, f"{n} wheel motor {'x' * 100} needs service at once") for n in range(900))
 ALARM = OpenIssues((
     Alarm("robot_error", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino", "problem": in_words(LOUD)}, id=1),
@@ -110,6 +112,24 @@ def test_the_state_and_all_controls_can_be_reached(ui, small):
     for word in (view.controls.pause, _("Reset errors"), _("Clear queue")):
         reach(ui, ui.find(CommandButton, text=word))
     reach(ui, ui.find(CommandButton, text=view.run.text))
+
+
+@pytest.mark.parametrize("small", [pytest.param(((1024, 600), "large"), id="1024x600-large")], indirect=True)
+@pytest.mark.parametrize("issues", [None, OpenIssues([ALARM.alarms[1]])])
+def test_the_controls_are_seen_at_once(ui, small, issues):
+    screen = home(small, sample.FACTS, issues=issues)
+    ui.advance(.5)
+    for word in (screen.vm.controls.pause, _("Reset errors"), _("Clear queue")):
+        button = ui.find(CommandButton, text=word)
+        assert checks.visible_area(button, checks.parents(button)) == pytest.approx(checks.area(button), abs=1)
+    assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+@pytest.mark.parametrize("small", [pytest.param(((1024, 600), "large"), id="1024x600-large")], indirect=True)
+def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
+    Stand(small, "scheduler")
+    heading = next(label for label in ui.find_all(Title) if label.text == _("Schedules"))
+    assert heading.lines == 1
 
 
 def test_a_map_is_not_cut_where_the_page_ends(ui, small):

@@ -242,8 +242,19 @@ class RobotCard(Card):
 
 
 class RobotCardWide(Card):
-    """The same, a wide card, never lower than ``needed``."""
+    """The same, a wide card, never lower than ``needed``. In a ``low`` window, where the page ends within it, the controls come before what
+    runs."""
     needed = NumericProperty(0)
+    low = BooleanProperty(False)
+
+    def on_kv_post(self, _base_widget: Any) -> None:
+        self.fbind("low", self._put_controls)
+        self._put_controls()
+
+    def _put_controls(self, *_: Any) -> None:
+        words, controls = self.ids.words, self.ids.controls
+        words.remove_widget(controls)
+        words.add_widget(controls, index=1 if self.low else 0)
 
 
 class QueueCard(Card):
