@@ -25,7 +25,7 @@ from app.domain.models import (
     State,
 )
 from app.mir.credentials import token_for
-from app.services.catalogue import validation
+from app.services.catalogue import made_names, told, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
 from app.services.live.alarms import alarm_of
@@ -36,7 +36,7 @@ from app.services.planning.working_days import WorkingCalendar
 
 NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
                 "started_through": None}                 # of a schedule
-_TOLD = ("name", "address", "username", "enabled", "needs_password", "certificate_sha256", "serial_number")      # of a robot, in the log
+_NO_NEWS = frozenset({"selected_robot_id"})              # settings that change whenever somebody looks at another robot
 _MOMENT = timedelta(microseconds=1)
 
 
@@ -55,6 +55,9 @@ class Edit(Transaction):
         if changes:
             self.settings = self._settings.save(self.c, **changes)
             self.topics.add(Topic.SETTINGS)
+            wanted = sorted(changes.keys() - _NO_NEWS)
+            if line := told.differences(told.parts(before, wanted), told.parts(self.settings, wanted)):
+                self.notes.append(f"settings changed: {line}")
         if _days_off(self.settings) != _days_off(before):
             self._plan_anew()
         return self.settings
@@ -97,18 +100,21 @@ class Edit(Transaction):
     def save_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
         """Add (id 0) or change exceptions to the working days; the next occurrences of schedules that respect them are recomputed."""
         exceptions = [validation.day_exception(exception) for exception in exceptions]
-        for exception in exceptions:
-            if exception.id and self.days.get(self.c, exception.id) is None:
-                raise InvalidInput("days", "there is no such entry of the calendar any more")
+        before = {exception.id: self.days.get(self.c, exception.id) for exception in exceptions if exception.id}
+        if None in before.values():
+            raise InvalidInput("days", "there is no such entry of the calendar any more")
         if self.days.count(self.c) + sum(not exception.id for exception in exceptions) > validation.MOST_DAY_EXCEPTIONS:
             raise InvalidInput("days", "the calendar has room for {most} entries", most=validation.MOST_DAY_EXCEPTIONS)
         saved = []
         for exception in exceptions:
-            if exception.id:
+            if stored := before.get(exception.id):
                 self.days.update(self.c, exception)
                 saved.append(exception)
+                if stored != exception:
+                    self.notes.append(f"{told.days(stored)} → {told.days(exception)}")
             else:
                 saved.append(self.days.add(self.c, exception))
+                self.notes.append(f"{told.days(exception)} added")
         self.days_changed()
         return saved
 
@@ -117,6 +123,7 @@ class Edit(Transaction):
         removed = Removed(days=[found for exception_id in ids if (found := self.days.get(self.c, exception_id)) is not None])
         for exception in removed.days:
             self.days.remove(self.c, exception.id)
+            self.notes.append(f"{told.days(exception)} removed")
         self.days_changed()
         return removed
 
@@ -167,9 +174,9 @@ class Edit(Transaction):
             self.notes.append(f"robot {robot.name!r} added, at {robot.address}")
         else:
             self.robots.update(self.c, robot)
-            self._name_anew(stored.name, robot)
-            if changed := [name for name in _TOLD if getattr(robot, name) != getattr(stored, name)]:
-                self.notes.append(f"robot {stored.name!r} changed: {', '.join(f'{name} {getattr(robot, name)!r}' for name in changed)}")
+            if changed := told.change_of_robot(stored, robot):
+                self.notes.append(f"robot {stored.name!r} changed: {changed}")
+            made_names.follow_robot(self, stored.name, robot)
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
                 self._ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id))
@@ -180,22 +187,14 @@ class Edit(Transaction):
                 self.topics.add(Topic.ALARMS)
             elif stored.needs_password and not robot.needs_password:
                 self._clear_alarms(robot.id)
+        self._note_idle(robot, stored.idle if stored else None)
         self.topics.add(Topic.ROBOTS)
         return robot
 
-    def _name_anew(self, old: str, robot: Robot) -> None:
-        """Schedules that were named after it by the app carry its new name."""
-        if robot.name == old:
-            return
-        missions, taken = {mission.id: mission.name for mission in self.missions.all(self.c)}, self.schedules.names(self.c)
-        made = {mission: names.of_schedule(mission, robot.name) for mission in missions.values()}
-        schedules = self.schedules.for_robot(self.c, robot.id)
-        for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):
-            mission = missions[schedule.mission_id]
-            if names.is_of_schedule(schedule.name, mission, old):
-                name = next(name for name in made[mission] if name not in taken)
-                self.schedules.update(self.c, replace(schedule, name=name))
-                self.topics.add(Topic.SCHEDULES)
+    def _note_idle(self, robot: Robot, before: IdleRule | None) -> None:
+        old, new = (told.of_idle_rule(rule, self.missions.get(self.c, rule.mission_id) if rule else None) for rule in (before, robot.idle))
+        if old != new:
+            self.notes.append(f"idle automation of robot {robot.name!r}: {told.differences(old, new)}")
 
     def set_idle_rule(self, robot_id: int, rule: IdleRule | None) -> Robot:
         """None: no idle automation."""
@@ -234,8 +233,7 @@ class Edit(Transaction):
         mission = replace(mission, name=validation.name(mission.name), guid=validation.guid(mission.guid),
                           usual_minutes=None if minutes is None else validation.whole_number(minutes, "usual_minutes"))
         stored = self.the_mission(mission.id) if mission.id else None
-        if mission.robot_id is not None:
-            self.the_robot(mission.robot_id)
+        only = None if mission.robot_id is None else self.the_robot(mission.robot_id)
         other = self.missions.by_name(self.c, mission.name, mission.robot_id)
         if other is not None and other.id != mission.id:
             raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
@@ -247,8 +245,13 @@ class Edit(Transaction):
             return mission
         if stored is None:
             mission = self.missions.add(self.c, mission)
+            self.notes.append(f"mission {mission.name!r}{f' of robot {only.name!r}' if only else ''} added")
         else:
             self.missions.update(self.c, mission)
+            was_only = None if stored.robot_id is None else self.the_robot(stored.robot_id)
+            changed = told.differences(told.of_mission(stored, was_only), told.of_mission(mission, only))
+            self.notes.append(f"mission {stored.name!r} changed: {changed}")
+            made_names.follow_mission(self, stored.name, mission)
         self.prefer_own(mission)
         self.topics.add(Topic.MISSIONS)
         return mission
@@ -297,10 +300,13 @@ class Edit(Transaction):
         calendar = self.calendar
         validation.one_time_on_working_day(schedule, calendar)
         schedule = replace(schedule, changed_at=self.now)
-        self.notes.append(f"schedule {schedule.name!r} {'added' if stored is None else 'changed'}")
         if stored is None:
+            self.notes.append(f"schedule {schedule.name!r} added")
             schedule = self.schedules.add(self.c, replace(schedule, next_at=self.first_due(schedule, calendar)))
         else:
+            was_on, ran = self.the_robot(stored.robot_id), self.the_mission(stored.mission_id)
+            changed = told.differences(told.of_schedule(stored, was_on, ran), told.of_schedule(schedule, robot, mission))
+            self.notes.append(f"schedule {stored.name!r} changed: {changed}")
             schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
             self._change_waiting(schedule, robot, self.the_mission(schedule.mission_id))
@@ -376,7 +382,6 @@ class Edit(Transaction):
         if ids:
             self.topics.add(Topic.EXECUTIONS)
         return ids
-
 
 
 def _when(schedule: Schedule) -> tuple[object, ...]:

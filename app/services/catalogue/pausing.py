@@ -4,6 +4,7 @@ A skipped start gets its row in the ledger at once; those in a pause get theirs 
 """
 from __future__ import annotations
 
+import logging
 import sqlite3
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,6 +20,7 @@ from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
+from app.services.catalogue import told
 from app.services.live.changes import Changes, Topic
 from app.services.planning.first_due import first_due
 from app.services.planning.plan import MOMENT
@@ -26,6 +28,7 @@ from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 T = TypeVar("T")
+log = logging.getLogger(__name__)
 
 
 class Pausing:
@@ -36,20 +39,20 @@ class Pausing:
 
     def skip_next(self, schedule_id: int) -> datetime:
         """Returns the instant (UTC) that was skipped. Raises InvalidInput when no start is left."""
-        def work(c: sqlite3.Connection) -> datetime:
+        def work(c: sqlite3.Connection) -> tuple[Schedule, datetime]:
             schedule = self._the_schedule(c, schedule_id)
             at = self._next_to_run(c, schedule)
             if not schedule.enabled or at is None:
                 raise _nothing_to_skip(schedule)
             return self._skip(c, schedule, at)
-        return self._write(work)
+        return _told_skipped(*self._write(work))
 
     def skip(self, schedule_id: int, instant: datetime) -> datetime:
         """Leave out the start planned at that instant (UTC), which is returned. Raises InvalidInput when there is none, or not any more."""
-        def work(c: sqlite3.Connection) -> datetime:
+        def work(c: sqlite3.Connection) -> tuple[Schedule, datetime]:
             schedule = self._the_schedule(c, schedule_id)
             if instant in self._schedules.skipped(c, schedule_id):
-                return instant
+                return schedule, instant
             if not schedule.enabled or schedule.next_at is None:
                 raise _nothing_to_skip(schedule)
             if instant < schedule.next_at:
@@ -57,11 +60,11 @@ class Pausing:
             if instant not in (schedule.next_at, next_occurrence(schedule, instant - MOMENT, self._calendar(c))):
                 raise _nothing_to_skip(schedule)
             return self._skip(c, schedule, instant)
-        return self._write(work)
+        return _told_skipped(*self._write(work))
 
     def take_again(self, schedule_id: int, instant: datetime) -> None:
         """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed."""
-        def work(c: sqlite3.Connection) -> None:
+        def work(c: sqlite3.Connection) -> Schedule:
             now, schedule, settings = self._clock.now(), self._the_schedule(c, schedule_id), self._settings.load(c)
             if instant <= now:
                 raise InvalidInput("schedule", "the time of this start has passed")
@@ -70,7 +73,9 @@ class Pausing:
             if schedule.next_at is None or instant < schedule.next_at:       # else what is due just now would be passed over
                 skipped = self._schedules.skipped(c, schedule_id)
                 self._schedules.advance(c, schedule_id, first_due(schedule, settings, now, self._calendar(c), skipped))
-        self._write(work)
+            return schedule
+        schedule = self._write(work)
+        log.info("schedule %r: the start at %s is not skipped any more", schedule.name, told.moment(instant))
 
     def pause(self, schedule_id: int, until: datetime) -> Schedule:
         """Skip every start before ``until`` (aware), also what waits of the schedule. Raises InvalidInput for a time that has passed."""
@@ -80,16 +85,21 @@ class Pausing:
                 raise InvalidInput("until", "choose a time in the future")
             self._schedules.pause(c, schedule_id, until)
             self._executions.take_back(c, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now, schedule_id=schedule_id)
-            return replace(schedule, paused_until=until)
-        return self._write(work)
+            return schedule
+        return self._paused(self._write(work), until)
 
     def resume(self, schedule_id: int) -> Schedule:
         """End the pause: the next start runs. What was skipped stays so."""
         def work(c: sqlite3.Connection) -> Schedule:
             schedule = self._the_schedule(c, schedule_id)
             self._schedules.pause(c, schedule_id, None)
-            return replace(schedule, paused_until=None)
-        return self._write(work)
+            return schedule
+        return self._paused(self._write(work), None)
+
+    @staticmethod
+    def _paused(before: Schedule, until: datetime | None) -> Schedule:
+        log.info("schedule %r changed: paused until %s → %s", before.name, told.shown(before.paused_until), told.shown(until))
+        return replace(before, paused_until=until)
 
     def _write(self, work: Callable[[sqlite3.Connection], T]) -> T:
         result = self._db.write(work)
@@ -112,7 +122,7 @@ class Pausing:
             at = next_occurrence(schedule, at, calendar)
         return at
 
-    def _skip(self, c: sqlite3.Connection, schedule: Schedule, at: datetime) -> datetime:
+    def _skip(self, c: sqlite3.Connection, schedule: Schedule, at: datetime) -> tuple[Schedule, datetime]:
         settings, now = self._settings.load(c), self._clock.now()
         robot, mission = self._robots.get(c, schedule.robot_id), self._missions.get(c, schedule.mission_id)
         if robot is None or mission is None:             # foreign keys prevent that
@@ -121,8 +131,13 @@ class Pausing:
         self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
         self._schedules.skip(c, schedule.id, at)
         self._schedules.advance(c, schedule.id, self._next_to_run(c, schedule))
-        return at
+        return schedule, at
 
 
 def _nothing_to_skip(schedule: Schedule) -> InvalidInput:
     return InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)
+
+
+def _told_skipped(schedule: Schedule, at: datetime) -> datetime:
+    log.info("schedule %r: the start at %s is skipped", schedule.name, told.moment(at))
+    return at

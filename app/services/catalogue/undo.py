@@ -9,6 +9,7 @@ from app.database.holds import StoredHold
 from app.database.robots import Accepted
 from app.database.schedules import Skip
 from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule
+from app.services.catalogue import told
 from app.services.live.changes import Topic
 
 if TYPE_CHECKING:
@@ -37,12 +38,14 @@ def restore(edit: Edit, removed: Removed) -> None:
         edit.check_is_no_other(removed.robot)
         edit.robots.add(edit.c, replace(removed.robot, idle=None))
         edit.robots.note_idle(edit.c, removed.robot.id, removed.idle_queue_id)
+        edit.notes.append(f"robot {removed.robot.name!r} put back")
         if removed.accepted is not None:
             edit.robots.note_accepted(edit.c, removed.robot.id, removed.accepted)
     for mission in removed.missions:
         if edit.missions.by_name(edit.c, mission.name, mission.robot_id):
             raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
         edit.missions.add(edit.c, mission)
+        edit.notes.append(f"mission {mission.name!r} put back")
         edit.prefer_own(mission)
     if removed.robot is not None and removed.robot.idle is not None:
         _restore_idle(edit, removed.robot.id, removed.robot.idle)
@@ -55,6 +58,7 @@ def restore(edit: Edit, removed: Removed) -> None:
         edit.the_robot(schedule.robot_id)
         edit.the_mission(schedule.mission_id)
         edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
+        edit.notes.append(f"schedule {schedule.name!r} put back")
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
             edit.schedules.skip(edit.c, schedule.id, instant)
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
@@ -64,6 +68,7 @@ def restore(edit: Edit, removed: Removed) -> None:
     if removed.days:
         for exception in removed.days:
             edit.days.add(edit.c, exception)
+            edit.notes.append(f"{told.days(exception)} put back")
         edit.days_changed()
         return
     edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}

@@ -1,13 +1,16 @@
 """Holds: nothing is sent to any robot, or to one. Set by the operator, or because the clock can't be trusted."""
 from __future__ import annotations
 
+import logging
 import sqlite3
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 from app.database.connection import Database
 from app.database.holds import HoldRepository, StoredHold
+from app.database.robots import RobotRepository
 from app.domain.activity import CLOCK_STEP_S
 from app.domain.clock import Clock
 from app.domain.message import Message, render
@@ -15,6 +18,8 @@ from app.domain.models import InvalidInput
 from app.services.live.changes import Changes, Topic
 
 LONGEST_REASON = 200         # characters
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -91,16 +96,24 @@ class Holds:
             raise InvalidInput("reason", "a reason has at most {most} characters, this one has {length}", most=LONGEST_REASON,
                                length=len(reason))
 
-        def work(c: sqlite3.Connection) -> StoredHold:
-            self._repository.remove(c, robot_id)
-            return self._repository.add(c, StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now))
-        stored = self._db.write(work)
-        self._reloaded()
+        [stored] = self._replace(robot_id, [StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now)])
         return _hold(stored)
 
     def release(self, robot_id: int | None = None) -> None:
-        self._db.write(lambda c: self._repository.remove(c, robot_id))
+        self._replace(robot_id, [])
+
+    def _replace(self, robot_id: int | None, wanted: Sequence[StoredHold]) -> Sequence[StoredHold]:
+        """One or none takes the place of the hold of all robots, or of one; returns it as stored."""
+        def work(c: sqlite3.Connection) -> tuple[str, str, Sequence[StoredHold]]:
+            robot = None if robot_id is None else RobotRepository().get(c, robot_id)
+            before = _told([hold for hold in self._repository.all(c) if hold.robot_id == robot_id])
+            self._repository.remove(c, robot_id)
+            return f"robot {robot.name!r}" if robot else "all robots", before, [self._repository.add(c, hold) for hold in wanted]
+        held, before, stored = self._db.write(work)
+        if before != (now := _told(stored)):
+            log.info("hold of %s: %s → %s", held, before, now)
         self._reloaded()
+        return stored
 
     def distrust_clock(self, problem: Message | None) -> None:
         """Nothing is sent while the clock is not plausible; None when it is again."""
@@ -133,6 +146,11 @@ class Holds:
     def _reloaded(self) -> None:
         self.reload()
         self._changes.publish(Topic.HOLDS)
+
+
+def _told(holds: Sequence[StoredHold]) -> str:
+    return "".join(f"until {hold.until.isoformat(timespec='minutes') if hold.until else 'it is released'}"
+                   f"{f', {hold.reason!r}' if hold.reason else ''}" for hold in holds) or "none"
 
 
 def _hold(stored: StoredHold) -> Hold:

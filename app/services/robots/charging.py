@@ -93,4 +93,3 @@ def _note(edit: Edit, charging: Mapping[str, bool]) -> None:
     for mission in edit.missions.all(edit.c):
         if mission.charges != (charges := charging.get(mission.guid, mission.charges)):
             edit.save_mission(replace(mission, charges=charges))
-            log.info("%r %s", mission.name, "brings the robot to its charger: it runs on a low battery" if charges else "does not charge")

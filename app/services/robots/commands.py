@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import logging
 import uuid
-from collections.abc import Callable, Collection, Mapping
-from contextlib import closing
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -31,6 +31,8 @@ from app.services.live.holds import Holds
 from app.services.robots.missions import RobotMissions
 
 log = logging.getLogger(__name__)
+
+MOST_TOLD = 20               # starts in one line of the log
 
 ClientFactory = Callable[[Robot], RobotClient]
 
@@ -84,13 +86,19 @@ class Operator:
     def hold_starts(self, execution_ids: Collection[int], held: bool = True) -> int:
         """Keep these back while they wait, until they are let go; one that is still held when its start window closes is skipped. Returns
         how many were not on their way yet."""
-        return self._ledger.hold(execution_ids, held)
+        waiting = self._ledger.unsent([*execution_ids])
+        count = self._ledger.hold(execution_ids, held)
+        if count and any(row.held != held for row in waiting):
+            names = ", ".join(f"#{row.id} {row.mission!r} on {row.robot!r}" for row in waiting[:MOST_TOLD])
+            log.info("%d of %d starts %s: %s%s", count, len(waiting), "kept back" if held else "let go", names,
+                     f" and {len(waiting) - MOST_TOLD} more" if len(waiting) > MOST_TOLD else "")
+        return count
 
     def cancel_item(self, robot_id: int, queue_id: int) -> None:
         """Cancel one item of the robot's queue, whoever put it there. One that has just ended stays as it ended."""
         ours = [e for e in self._ledger.open_for(robot_id) if e.queue_id == queue_id]
         self._ledger.ask_cancel(ours, ReasonCode.USER_CANCELLED)
-        with self._client(robot_id) as client:
+        with self._client(robot_id, f"Cancel of queue item {queue_id}") as client:
             client.cancel(queue_id)
         self._engine.poll(robot_id)
 
@@ -100,7 +108,7 @@ class Operator:
         sent = [e for e in ours if e.state is not State.WAITING]
         self._ledger.ask_cancel(sent, ReasonCode.QUEUE_CLEARED)
         try:
-            with self._client(robot_id) as client:
+            with self._client(robot_id, "Clear queue") as client:
                 client.clear_queue()
         except RobotError as error:
             if error.certainly_without_effect:
@@ -120,17 +128,17 @@ class Operator:
 
     def reset_errors(self, robot_id: int) -> None:
         """Clears resettable errors. Never moves the robot: it stays in Pause until Resume."""
-        with self._client(robot_id) as client:
+        with self._client(robot_id, "Reset errors") as client:
             client.clear_error()
         self._engine.poll(robot_id)
 
     def answer_prompt(self, robot_id: int, guid: str, answer: str) -> None:
-        with self._client(robot_id) as client:
+        with self._client(robot_id, f"its question is answered with {answer!r}") as client:
             client.answer_prompt(guid, answer)
         self._engine.poll(robot_id)
 
     def _set_state(self, robot_id: int, state: RobotState) -> None:
-        with self._client(robot_id) as client:
+        with self._client(robot_id, "Pause" if state is RobotState.PAUSE else "Resume") as client:
             client.set_state(state)
         self._engine.poll(robot_id)
 
@@ -162,9 +170,14 @@ class Operator:
             return sorted(client.missions(), key=lambda mission: mission.name.casefold())
 
     # ------------------------------------------------------------------ inside
-    def _client(self, robot_id: int) -> closing[RobotClient]:
-        """A connection of its own."""
-        return closing(self._make_client(self._robot(robot_id)))
+    @contextmanager
+    def _client(self, robot_id: int, command: str = "") -> Iterator[RobotClient]:
+        """A connection of its own. A ``command`` that the robot has taken on it is noted."""
+        robot = self._robot(robot_id)
+        with closing(self._make_client(robot)) as client:
+            yield client
+        if command:
+            log.info("robot %r: %s", robot.name, command)
 
     def _robot(self, robot_id: int) -> Robot:
         if robot := self._robots.get(self._db.read(), robot_id):

@@ -294,8 +294,24 @@ def test_every_change_of_the_plan_is_a_line_of_the_log(world, caplog):
     with pytest.raises(InvalidInput):
         world.catalogue.edit(lambda edit: [edit.save_robot(Robot("Ville", "10.0.0.9", "u"), "p"), edit.the_robot(99)])
     assert [record.message for record in caplog.records] == [
-        "schedule 'Morning' added", "schedule 'Morning' changed", "robot 'Aino' changed: name 'Alma'", "schedule 'Morning' removed",
-        "robot 'Alma' removed, and 0 schedules with it"]
+        "schedule 'Morning' added", "schedule 'Morning' changed: enabled yes → no", "robot 'Aino' changed: name 'Aino' → 'Alma'",
+        "schedule 'Morning' removed", "robot 'Alma' removed, and 0 schedules with it"]
+
+
+def test_a_renamed_mission_takes_the_made_names_of_its_schedules_along_and_leaves_typed_ones(world):
+    made = [world.schedule(name="").id for _ in range(12)]
+    typed, other = world.schedule(name="Deliver on Aino 2026"), world.schedule(name="Carry on Aino 3")
+    world.catalogue.save_mission(replace(world.mission, name="Carry"))
+    names = [SCHEDULES.get(world.db.read(), number).name for number in made]
+    assert names == ["Carry on Aino", "Carry on Aino 2", *(f"Carry on Aino {number}" for number in range(4, 14))]
+    assert (world.stored(typed).name, world.stored(other).name) == ("Deliver on Aino 2026", "Carry on Aino 3")
+
+
+def test_a_made_name_that_is_cut_before_the_part_that_changed_stays(world):
+    long = world.catalogue.save_mission(Mission("M" * 80, "guid-2"))
+    schedule = world.schedule(name="", mission_id=long.id)
+    world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    assert world.stored(schedule).name == "M" * 80
 
 
 def test_a_made_name_is_never_longer_than_a_name_may_be(world):

@@ -1,0 +1,69 @@
+"""Changes as the log tells them: what was, and what is now. Names are of people, files and robots: each stands in quotes, escaped."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from datetime import datetime
+from enum import StrEnum
+from typing import Any
+
+from app.domain.models import Between, DayException, IdleRule, Mission, Robot, Schedule
+
+_OF_ROBOT = ("name", "address", "username", "enabled", "needs_password", "certificate_sha256", "serial_number")
+_OF_MISSION = ("name", "guid", "favourite", "usual_minutes", "on_low_battery", "charges")
+_OF_SCHEDULE = ("name", "start", "timezone", "recurrence", "between", "enabled", "minimum_battery_percent", "respect_working_days",
+                "start_window_minutes", "overlap", "priority", "parameters")
+
+
+def differences(before: Mapping[str, object], after: Mapping[str, object]) -> str:
+    """"name 'Aino' → 'Alma', enabled yes → no"; empty where nothing is another."""
+    return ", ".join(f"{name} {shown(before[name])} → {shown(value)}" for name, value in after.items() if before[name] != value)
+
+
+def parts(whole: object, names: Iterable[str]) -> dict[str, object]:
+    return {name: getattr(whole, name) for name in names}
+
+
+def change_of_robot(before: Robot, after: Robot) -> str:
+    """Of a password only that there is another one."""
+    changed = [differences(parts(before, _OF_ROBOT), parts(after, _OF_ROBOT))]
+    if before.token and after.token and before.token != after.token:
+        changed.append("another password")
+    return ", ".join(filter(None, changed))
+
+
+def of_mission(mission: Mission, only: Robot | None) -> dict[str, object]:
+    return parts(mission, _OF_MISSION) | {"robot": only and only.name}
+
+
+def of_schedule(schedule: Schedule, robot: Robot, mission: Mission) -> dict[str, object]:
+    return parts(schedule, _OF_SCHEDULE) | {"robot": robot.name, "mission": mission.name}
+
+
+def of_idle_rule(rule: IdleRule | None, mission: Mission | None) -> dict[str, object]:
+    """None: there is none."""
+    return {"mission": mission and mission.name, "after_minutes": rule and rule.after_minutes, "enabled": rule and rule.enabled}
+
+
+def days(exception: DayException) -> str:
+    """"closed days 'Audit' 2026-11-23–2026-11-24"."""
+    last = "" if exception.last_day == exception.first_day else f"–{exception.last_day}"
+    return (f"{'extra working' if exception.is_working else 'closed'} days {exception.name!r} {exception.first_day}{last}"
+            f"{' of each year' if exception.yearly else ''}")
+
+
+def moment(at: datetime) -> str:
+    return at.isoformat(timespec="minutes")
+
+
+def shown(value: Any) -> str:
+    if value is None or value == "":
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, datetime):
+        return moment(value)
+    if isinstance(value, Between):
+        return f"{value.start:%H:%M}–{value.end:%H:%M}"
+    if isinstance(value, tuple):
+        return " ".join(map(str, value)) or "none"
+    return str(value) if isinstance(value, StrEnum) else repr(dict(value) if isinstance(value, Mapping) else value)
