@@ -5,6 +5,7 @@ import os
 
 import pytest
 
+from app.services.files import places
 from app.services.files.places import found_in
 from app.window.sound import Loudspeaker
 
@@ -26,6 +27,22 @@ def test_a_day_that_no_calendar_has_hides_that_file_alone(tmp_path, day):
     except OSError:
         odd.unlink()                     # this file system has no such days either
     assert "good.json" in [file.path.name for file in found_in(tmp_path, ".json")]
+
+
+def test_letters_of_the_kind_of_a_file_may_be_capitals(tmp_path):
+    (tmp_path / "PLANS").mkdir()
+    for name in ("PLANT.JSON", "PLANS/Week.Json", "small.json", "PLANT.JSON.bak", "json"):
+        (tmp_path / name).write_text("{}")
+    assert {file.path.name for file in found_in(tmp_path, ".json")} == {"PLANT.JSON", "Week.Json", "small.json"}
+
+
+def test_hidden_files_take_no_room_of_those_that_are_seen(tmp_path, monkeypatch):
+    monkeypatch.setattr(places, "MOST_SEEN", 3)
+    for name in ("good.json", "better.json", "._good.json", "._better.json", ".a.json", ".b.json"):
+        (tmp_path / name).write_text("{}")
+    (tmp_path / ".trash").mkdir()
+    (tmp_path / ".trash" / "gone.json").write_text("{}")
+    assert {file.path.name for file in found_in(tmp_path, ".json")} == {"good.json", "better.json"}
 
 
 def test_a_sound_system_that_fails_ends_nothing():

@@ -76,7 +76,12 @@ class FileModel(EventDispatcher):
                 self.path = str(free) if free else self.path or str(found[0].path if found else "")
             self._show()
             then()
-        self._context.run(self._look, shown, key=("settings file", self), apart="files")       # a share may hang
+        self._context.run(self._look, shown, key=("settings file", self), apart=self._apart)
+
+    @property
+    def _apart(self) -> str:
+        """A share whose server is gone may hang: what is done there holds up nobody elsewhere."""
+        return f"files {ANOTHER if self.typed else self._at or ''}"
 
     def _look(self) -> Offer:
         places = self._files.places()
@@ -114,7 +119,7 @@ class FileModel(EventDispatcher):
 
         def failed(problem: BaseException) -> None:
             self.busy, self.problem = False, sentence_of(problem)
-        context.run(lambda: work(path), ended, failed)
+        context.run(lambda: work(path), ended, failed, apart=f"{self._apart}, {self._suffix} {self._stem}")
 
 
 def _word(place: Place) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 
 MOUNTS = Path("/proc/self/mounts")
@@ -60,21 +60,29 @@ def _plain(field: str) -> str:
 
 
 def found_in(directory: Path, suffix: str) -> list[FoundFile]:
-    """The files of that kind in a directory and in those in it, newest first; hidden ones left out."""
+    """The files of that kind in a directory and in those in it, newest first; hidden ones left out. ``suffix`` is in small letters, a
+    file's may be in capitals."""
     found: list[FoundFile] = []
     for path in islice(_named(directory, suffix), MOST_SEEN):
         with contextlib.suppress(OSError, ValueError, OverflowError):        # gone, or of a day that no calendar has
-            if not any(part.startswith(".") for part in path.relative_to(directory).parts) and path.is_file() and os.access(path, os.R_OK):
+            if path.is_file() and os.access(path, os.R_OK):
                 stat = path.stat()
                 found.append(FoundFile(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
     return sorted(found, key=lambda file: (file.changed_at, file.path), reverse=True)[:MOST_FILES]
 
 
 def _named(directory: Path, suffix: str) -> Iterator[Path]:
-    """What can't be read, or has a name in no known encoding, is left out."""
-    for pattern in (f"*{suffix}", f"*/*{suffix}"):
-        with contextlib.suppress(OSError):
-            yield from (path for path in directory.glob(pattern) if _is_text(path.name))
+    here = _entries(directory)
+    inside = chain.from_iterable(_entries(path) for path in here if path.is_dir())
+    return (path for path in chain(here, inside) if path.name.lower().endswith(suffix))
+
+
+def _entries(directory: Path) -> list[Path]:
+    """Without hidden ones, those that can't be read, and those whose name is in no known encoding."""
+    try:
+        return [directory / name for name in os.listdir(directory) if not name.startswith(".") and _is_text(name)]
+    except OSError:
+        return []
 
 
 def _is_text(name: str) -> bool:

@@ -3,15 +3,18 @@ from __future__ import annotations
 
 import json
 import os
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from app.screens.settings import files
 from app.screens.settings.files import FileRow
-from app.services.files import places
+from app.services.files import exports, places, reading
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import PickField
+from app.widgets.fields import FormField, PickField
 from app.widgets.rows import OptionRow
 from tests.ui.integrator import enter_path, go, missions, page, press, reveal, settings
 from tests.ui.whole_app import GUIDS
@@ -162,3 +165,65 @@ def test_an_export_goes_to_the_stick_that_was_tapped(site, app, stick, ui):
     ui.wait(lambda: outcome(app, "configuration").text)
     assert Path(outcome(app, "configuration").note).parent == stick
     ui.wait(lambda: row.model.path.startswith(str(stick)) and row.model.path != outcome(app, "configuration").note)
+
+
+@pytest.fixture
+def dead_share(stick, tmp_path, monkeypatch) -> Iterator[Path]:
+    """A share whose server is gone, beside the stick: whoever looks at its files waits."""
+    share, back = tmp_path / "plans", threading.Event()
+    share.mkdir()
+    with open(places.MOUNTS, "a", encoding="utf-8") as table:
+        table.write(f"//plant/plans {share} cifs rw 0 0\n")
+
+    def listed(directory: Path, suffix: str):
+        if directory == share:
+            back.wait(300)
+        return places.found_in(directory, suffix)
+
+    def read(path: Path):
+        if share in path.parents:
+            back.wait(300)
+        return reading.read_file(path)
+    monkeypatch.setattr(files, "found_in", listed)
+    monkeypatch.setattr(exports, "read_file", read)
+    yield share
+    back.set()
+
+
+def test_a_share_that_hangs_holds_up_nobody_who_looks_elsewhere(site, app, dead_share, ui):
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    for _tap in range(4):
+        ui.tap(ui.find(ChoiceChip, row, text="Share: plans"))
+        ui.advance(.2)
+    ui.tap(ui.find(ChoiceChip, row, text="USB: KINGSTON"))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="spring.json"))
+    press(ui, "Import", row)
+    ui.wait(lambda: settings(site).retry_limit == 3)
+
+
+def test_an_import_from_a_share_that_hangs_holds_up_nothing_else(site, app, dead_share, ui):
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    enter_path(ui, row, str(dead_share / "plant.json"))
+    press(ui, "Import", row)
+    assert row.model.busy
+    done, all_there = [], threading.Barrier(4)           # as many as there are threads for what is pressed
+    for _n in range(4):
+        app.shell.background.run(lambda: all_there.wait(10), done.append)
+    ui.wait(lambda: len(done) == 4)
+    assert row.model.busy
+
+
+def test_enter_writes_over_no_file_that_is_there(site, app, ui):
+    there = site.documents / "PLANT.json"
+    there.write_text("mine", encoding="utf-8")
+    go(ui, "data")
+    row = file_row(ui, "Export to")
+    for typed in (str(there), str(there.with_suffix("")), "PLANT"):
+        enter_path(ui, row, typed)
+        ui.find(FormField, root=row).dispatch("on_enter")
+        ui.wait(lambda: row.model.problem.endswith("PLANT.json exists already; choose another name"))
+        assert there.read_text(encoding="utf-8") == "mine"
