@@ -40,6 +40,7 @@ class Capture:
     serial: str | None = "A-1"
     status_is_open: bool = True
     breaks_at: str = ""
+    status: Mapping[str, Any] = field(default_factory=dict)      # what it says besides, or otherwise
     says_close: bool = False
     seen: list[Seen] = field(default_factory=list)
     sockets: list[socket.socket] = field(default_factory=list)
@@ -65,7 +66,7 @@ class Capture:
             return 401, {"error_code": "unauthorized"}
         match one.method, one.path:
             case _, "/status":
-                return 200, {**STATUS, "serial_number": self.serial, "state_id": 3, "errors": []}
+                return 200, {**STATUS, "serial_number": self.serial, "state_id": 3, "errors": [], **self.status}
             case "GET", "/users/me":
                 return 200, {"name": "scheduler"}
             case "POST", "/mission_queue":

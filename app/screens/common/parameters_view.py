@@ -16,7 +16,8 @@ DECIMAL = ("float", "double", "number", "decimal")
 YES_NO = ("bool", "boolean")
 DURATIONS = ("duration", "time", "minimum_time", "timeout")
 CHIPS = 6                                # choices that are shown side by side; more are a list to choose from
-_DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:\.0*)?", re.ASCII)
+YES, NO = ("true", "1", "yes"), ("false", "0", "no")         # as robots' own values may say it
+_DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:[.,](\d*))?", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def problems_of(parameters: Sequence[MissionParameter]) -> Mapping[str, str]:
 
 def _kind(parameter: MissionParameter) -> str:
     name = parameter.type.casefold()
-    if parameter.choices or name in YES_NO or isinstance(parameter.default, bool):
+    if parameter.choices or name in YES_NO or (isinstance(parameter.default, bool) and name not in (*WHOLE, *DECIMAL)):
         return "choice"
     if name in WHOLE or parameter.sets in ("retries", "minimum_percentage", "register"):
         return "int"
@@ -105,13 +106,24 @@ def _shown(parameter: MissionParameter) -> Any:
             return int(default)
         except (TypeError, ValueError, OverflowError):
             return None
-    found = _DURATION.fullmatch(str(default)) if _kind(parameter) == "duration" else None
-    return _written(found) if found else default
+    kind = _kind(parameter)
+    if kind == "choice":
+        return _yes_or_no(default)
+    if kind == "duration" and (found := _DURATION.fullmatch(str(default))):
+        return _written(found).rstrip("0").removesuffix(".") if int(found[4] or 0) else _written(found)[:-len(".000000")]
+    return int(default) if kind == "int" and isinstance(default, bool | float) and float(default).is_integer() else default
+
+
+def _yes_or_no(value: Any) -> bool | None:
+    """None: neither."""
+    word = str(int(value) if isinstance(value, bool | float) and float(value).is_integer() else value).strip().casefold()
+    return True if word in YES else False if word in NO else None
 
 
 def _written(duration: re.Match[str]) -> str:
-    hours, minutes, seconds = (int(part or 0) for part in duration.groups())
-    return f"{hours:02d}:{minutes:02d}:{seconds:02d}"
+    """As the robot does, to the microsecond."""
+    hours, minutes, seconds = (int(part or 0) for part in duration.groups()[:3])
+    return f"{hours:02d}:{minutes:02d}:{seconds:02d}.{(duration[4] or '')[:6]:0<6}"
 
 
 def _help(parameter: MissionParameter) -> str:
@@ -140,7 +152,7 @@ def _range(parameter: MissionParameter) -> str:
 def _value(parameter: MissionParameter, entered: Any) -> Any:
     kind = _kind(parameter)
     if kind == "choice":
-        meant = parameter.value_of(entered) if parameter.choices else entered
+        meant = parameter.value_of(entered) if parameter.choices else _yes_or_no(entered)
         if meant is None:
             raise ValueError(_("Choose one"))
         return meant
@@ -152,13 +164,22 @@ def _value(parameter: MissionParameter, entered: Any) -> Any:
     if kind == "duration":
         if (found := _DURATION.fullmatch(text)) is None:
             raise ValueError(_("Enter hours, minutes and seconds, such as 00:05:00"))
-        return f"{_written(found)}.000000"
-    try:
-        number = int(text) if kind == "int" else float(text.replace(",", "."))
-    except ValueError:
-        raise ValueError(_("A whole number is needed") if kind == "int" and text else _("A number is needed")) from None
-    if not math.isfinite(number):
-        raise ValueError(_("A number is needed"))
+        return _written(found)
+    number = _number(text, is_whole=kind == "int")
     if (parameter.minimum is not None and number < parameter.minimum) or (parameter.maximum is not None and number > parameter.maximum):
         raise ValueError(_("It must be {range}").format(range=_help(parameter)))
-    return number
+    was_whole = type(parameter.default) is int and parameter.type.casefold() not in DECIMAL       # the robot may not take 3.0 for 3
+    return int(number) if was_whole and float(number).is_integer() else number
+
+
+def _number(text: str, *, is_whole: bool) -> int | float:
+    """3.0 is a whole number, too."""
+    try:
+        number: int | float = int(text) if text.isdecimal() and is_whole else float(text.replace(",", "."))
+    except ValueError:
+        raise ValueError(_("A whole number is needed") if is_whole and text else _("A number is needed")) from None
+    if isinstance(number, float) and not math.isfinite(number):
+        raise ValueError(_("A number is needed"))
+    if is_whole and not float(number).is_integer():
+        raise ValueError(_("A whole number is needed"))
+    return int(number) if is_whole else number

@@ -229,6 +229,9 @@ class RobotDialog(FormDialog):
         form.outcome = connection_found(identity, Token.derive(form.username.strip(), form.password).is_published_default)
         if not form.name.strip() and identity.name:
             form.name = names.cleaned(identity.name)
+            if identity.name.endswith("…"):              # which the client puts where it cuts
+                cut = _("Name cut at {n} characters").format(n=names.LONGEST)
+                form.outcome = replace(form.outcome, note="\n".join(filter(None, (form.outcome.note, cut))))
         if self._is_no_other():
             then()
         else:

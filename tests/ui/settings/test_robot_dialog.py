@@ -8,6 +8,7 @@ import pytest
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
 from app.widgets.dialogs import ConfirmDialog
+from tests.hostile.capture import capture
 from tests.ui.integrator import enter, fill_in, go, page, press, robots, says
 from tests.ui.whole_app import PASSWORD, USER
 
@@ -112,3 +113,14 @@ def test_a_default_password_is_said_while_it_is_entered(site, app, ui):
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
     assert "Default password of MiR: change it on the robot" in dialog.vm.outcome.note
+
+
+def test_a_name_of_the_robot_that_is_cut_is_said(site, app, ui):
+    with capture(status={"robot_name": "R" * 100}) as machine:
+        go(ui, "robots")
+        press(ui, "Add robot")
+        dialog = fill_in(ui, address=machine.url, username=USER, password=PASSWORD)
+        press(ui, "Test connection", dialog)
+        ui.wait(lambda: dialog.vm.outcome.tone == "done")
+        assert dialog.vm.name == "R" * 79 + "…"
+        assert dialog.vm.outcome.note.endswith("Name cut at 80 characters")

@@ -80,6 +80,59 @@ def test_a_duration_is_typed_as_people_write_it_and_sent_as_the_robot_does():
         values_of([PAUSE], {"pause": "5"})
 
 
+def test_a_duration_keeps_its_part_of_a_second():
+    half = replace(PAUSE, default="00:00:00.500000")
+    assert [field.default for field in fields_of([half, replace(PAUSE, default="00:00:10.000000")])] == ["00:00:00.5", "00:00:10"]
+    assert [values_of([half], {"pause": text})["pause"] for text in ("00:00:00.5", "0:0,25", "1:30.", "0:1.1234567")] == [
+        "00:00:00.500000", "00:00:00.250000", "00:01:30.000000", "00:00:01.123456"]
+
+
+@pytest.mark.parametrize("default", [1, 1.0, "1", "true", " True ", "yes", True])
+def test_yes_is_yes_however_the_robot_says_it(default):
+    loud = replace(LOUD, default=default)
+    assert fields_of([loud])[0].default is True
+    assert values_of([loud], {"loud": default})["loud"] is True
+
+
+@pytest.mark.parametrize(("default", "shown"), [
+    (0, False), ("0", False), ("False", False), (None, None), ("perhaps", None), (2, None), ("", None)])
+def test_no_is_no_and_anything_else_is_asked_for(default, shown):
+    loud = replace(LOUD, default=default)
+    assert fields_of([loud])[0].default is shown
+    if shown is None:
+        with pytest.raises(Problems) as caught:
+            values_of([loud], {"loud": default})
+        assert caught.value.by_name == {"loud": "Choose one"}
+    else:
+        assert values_of([loud], {"loud": default})["loud"] is shown
+
+
+@pytest.mark.parametrize(("default", "shown"), [(3.0, 3), (3, 3), ("3", "3"), (True, 1), (2.5, 2.5)])
+def test_a_whole_number_is_shown_and_sent_as_one(default, shown):
+    [field] = fields_of([replace(COUNT, default=default)])
+    assert (field.kind, field.default, type(field.default)) == ("int", shown, type(shown))
+
+
+@pytest.mark.parametrize(("text", "sent"), [("3.0", 3), ("3,0", 3), ("+3", 3), (" 7 ", 7)])
+def test_a_whole_number_may_be_written_with_its_decimals(text, sent):
+    [value] = values_of([COUNT], {"count": text}).values()
+    assert (value, type(value)) == (sent, int)
+
+
+def test_digits_without_end_stay_as_they_are():
+    assert values_of([replace(COUNT, maximum=None)], {"count": "12345678901234567890"}) == {"count": 12345678901234567890}
+    for text in ("1e999", "-inf", "nan"):
+        with pytest.raises(Problems) as caught:
+            values_of([COUNT], {"count": text})
+        assert caught.value.by_name == {"count": "A number is needed"}
+
+
+def test_a_number_of_a_kind_that_nobody_tells_is_sent_as_its_own_value_is():
+    unknown = MissionParameter("n", default=3)
+    assert [type(values_of([unknown], {"n": text})["n"]) for text in ("3", "4.0", "4.5")] == [int, int, float]
+    assert type(values_of([replace(SPEED, default=1)], {"speed": "1"})["speed"]) is float
+
+
 def test_no_parameters_no_values():
     assert fields_of(()) == []
     assert values_of((), {}) == {}
