@@ -102,16 +102,21 @@ def _shown(parameter: MissionParameter) -> Any:
     if parameter.choices:
         return parameter.value_of(default)
     if _limits(parameter) is not None:
-        try:
-            return int(default)
-        except (TypeError, ValueError, OverflowError):
-            return None
+        return _whole(default)
     kind = _kind(parameter)
     if kind == "choice":
         return _yes_or_no(default)
     if kind == "duration" and (found := _DURATION.fullmatch(str(default))):
         return _written(found).rstrip("0").removesuffix(".") if int(found[4] or 0) else _written(found)[:-len(".000000")]
     return int(default) if kind == "int" and isinstance(default, bool | float) and float(default).is_integer() else default
+
+
+def _whole(value: Any) -> int | None:
+    """None: it is none."""
+    try:
+        return int(value) if int(value) == float(value) else None
+    except (TypeError, ValueError, OverflowError):
+        return None
 
 
 def _yes_or_no(value: Any) -> bool | None:

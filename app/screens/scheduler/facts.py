@@ -17,7 +17,7 @@ from app.services.catalogue.preview import Forecasts
 from app.services.files.plan_export import PlanFiles
 from app.services.history.runs import History
 from app.services.live.holds import Hold, Holds
-from app.services.planning.plan import MOMENT, Plan, PlannedRun
+from app.services.planning.plan import LONGEST_RUN, MOMENT, Plan, PlannedRun
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
@@ -27,7 +27,6 @@ HOURS = 24                               # that the timeline shows at first
 MARGIN = 0.5                             # of what it shows, read on either side of it, so that a finger finds something there
 DAYS = 7
 BEFORE = timedelta(hours=1)              # of the past stays in sight
-LONGEST_RUN = timedelta(hours=12)        # runs that began before the window are looked for so far back
 LONGEST_BREAK = timedelta(days=60)       # of closed days on end that can be folded, with what is seen around them
 MOST_PAST = 5000                         # runs of the past in one window
 
@@ -88,6 +87,7 @@ class SchedulerFacts:
     schedules: tuple[Schedule, ...] = ()
     last: Mapping[int, Execution] = field(default_factory=dict)      # by schedule: its newest execution
     planned: tuple[PlannedRun, ...] = ()                             # within the window, or the next days for the list
+    more: Mapping[int, datetime] = field(default_factory=dict)       # by schedule: from when on it has starts that are not in ``planned``
     past: tuple[Execution, ...] = ()     # planned within the window and before now, open ones included; and skipped ones to come
     holds: tuple[Hold, ...] = ()                                     # set by persons and not over
     usual_s: Mapping[tuple[int, str], float] = field(default_factory=dict)   # how long open missions take, by robot and guid
@@ -145,11 +145,11 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     usual = {key: found for key in open_ones if (found := history.expected(*key)) is not None}
     for year in (now.year, now.year + 1):                            # so that drawing doesn't have to compute their public holidays
         calendar.day_status(now.date().replace(year=year, day=1))
-    robots = tuple(catalogue.robots())
+    robots, planned = tuple(catalogue.robots()), services.plan.between(start, end)
     return SchedulerFacts(
         settings=settings, calendar=calendar, robots=robots, missions=tuple(catalogue.missions()), schedules=schedules,
         last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
-        planned=tuple(services.plan.between(now, end)), past=past, holds=tuple(services.holds.current()),
+        planned=planned.runs, more=planned.more, past=past, holds=tuple(services.holds.current()),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         typed=frozenset(key for key, one in usual.items() if one.typed), skips=skips)

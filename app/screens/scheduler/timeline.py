@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
@@ -127,7 +128,10 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     read = Range(origin, low, high)
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
     robots = [robot for robot in facts.robots if robot.id in window.robots]
-    lanes = tuple(_lane(facts, robot, now, read, window.hours * THIN) for robot in robots or facts.robots)
+    planned = defaultdict[int, list[PlannedRun]](list)
+    for run in facts.planned:
+        planned[run.robot.id].append(run)
+    lanes = tuple(_lane(facts, robot, planned[robot.id], now, read, window.hours * THIN) for robot in robots or facts.robots)
     closed = tuple(axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded))
     folds = [band for band in closed if band.kind == "folded"]
     if window.left is None:                              # what moves with the time doesn't begin amid a fold
@@ -171,14 +175,16 @@ def _legend(lanes: Sequence[Lane], closed: Sequence[Band]) -> Iterable[LegendEnt
 
 
 # ---------------------------------------------------------------------- bars
-def _lane(facts: SchedulerFacts, robot: Robot, now: datetime, read: Range, thin: float) -> Lane:
+def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], now: datetime, read: Range, thin: float) -> Lane:
     bars = [_past_bar(facts, execution, now, read) for execution in facts.past if execution.robot_id == robot.id]
-    bars += [_planned_bar(facts, run, read) for run in facts.planned if run.robot.id == robot.id]
+    bars += [_planned_bar(facts, run, read) for run in planned]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
+    more = [at for schedule in facts.schedules if schedule.robot_id == robot.id and (at := facts.more.get(schedule.id)) is not None]
     hold = next((hold for hold in facts.holds if hold.robot_id == robot.id), None)
     held = axis.held_until(hold, facts, now) if hold and hold.covers(robot.id, now) else ""
     return Lane(robot.name, held or robot.model or "" if robot.enabled else off_word(robot),
-                tuple(_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date())), tuple(_overlaps(bars)), robot.id)
+                (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
+                tuple(_overlaps(bars)), robot.id)
 
 
 def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
@@ -214,6 +220,13 @@ def _block(group: list[Bar]) -> Bar:
     begins, ends = group[0].start, max(bar.end for bar in group)
     return Bar(("zoom", (begins + ends) / 2, ends - begins), begins, ends, ngettext("{n} run", "{n} runs", len(group)).format(n=len(group)),
                group[0].state, short=str(len(group)))
+
+
+def _more_bar(more: Sequence[datetime], read: Range) -> Iterable[Bar]:
+    """From where on there are more starts than were computed."""
+    begins = max(read.low, read.at(min(more))) if more else read.high
+    if begins < read.high:
+        yield Bar(("zoom", begins, SPANS[0]), begins, read.high, _("and more starts"))
 
 
 def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:

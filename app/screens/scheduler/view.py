@@ -103,16 +103,19 @@ def days(facts: SchedulerFacts, now: datetime) -> list[DayRow]:
         by_day.setdefault(run.at.astimezone(zone).date(), []).append(run)
     rows: list[DayRow] = []
     for day, runs in sorted(by_day.items()):
-        rows.append(_day_heading(facts, day, today, len(runs)))
+        rows.append(_day_heading(facts, day, today, len(runs), any(at.astimezone(zone).date() <= day for at in facts.more.values())))
         rows += (row for _at, row in sorted(_day_rows(facts, runs, now), key=lambda entry: entry[0]))
     return rows
 
 
-def _day_heading(facts: SchedulerFacts, day: date, today: date, count: int) -> DayRow:
+def _day_heading(facts: SchedulerFacts, day: date, today: date, count: int, has_more: bool) -> DayRow:
     names = {0: _("Today"), 1: _("Tomorrow")}
     dated = formats.wall_day(day)
     near = names.get((day - today).days)
-    notes = [ngettext("{n} start", "{n} starts", count).format(n=count) if count else _("nothing planned")]
+    starts = ngettext("{n} start", "{n} starts", count).format(n=count) if count else _("nothing planned")
+    if has_more:
+        starts = _("{starts} and more").format(starts=starts) if count else _("more starts than can be listed")
+    notes = [starts]
     status = facts.calendar.day_status(day)
     if not status.is_working:
         notes.append(_("not a working day: {name}").format(name=status.name) if status.name else _("not a working day"))
@@ -133,6 +136,8 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
             note = ngettext("{n} start until {time}", "{n} starts until {time}", len(same)).format(n=len(same), time=ends)
+            if (more := facts.more.get(first.schedule.id)) and more.astimezone(zone).date() == first.at.astimezone(zone).date():
+                note = _("{starts} and more").format(starts=note)
             if held := sum(facts.hold(run.robot.id, run.at) is not None for run in same):
                 note = f"{note} · " + _("{n} held").format(n=held)
             yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, _until(same[-1], zone), note,

@@ -109,8 +109,14 @@ def test_no_is_no_and_anything_else_is_asked_for(default, shown):
 
 @pytest.mark.parametrize(("default", "shown"), [(3.0, 3), (3, 3), ("3", "3"), (True, 1), (2.5, 2.5)])
 def test_a_whole_number_is_shown_and_sent_as_one(default, shown):
-    [field] = fields_of([replace(COUNT, default=default)])
+    [field] = fields_of([replace(COUNT, default=default, maximum=None)])
     assert (field.kind, field.default, type(field.default)) == ("int", shown, type(shown))
+
+
+@pytest.mark.parametrize(("default", "shown"), [(3.0, 3), ("3", 3), (True, 1), (2.5, None), (None, None), ("many", None)])
+def test_a_whole_number_between_two_limits_is_stepped_to_from_one(default, shown):
+    [field] = fields_of([replace(COUNT, default=default)])
+    assert (field.kind, field.default) == ("steps", shown)
 
 
 @pytest.mark.parametrize(("text", "sent"), [("3.0", 3), ("3,0", 3), ("+3", 3), (" 7 ", 7)])

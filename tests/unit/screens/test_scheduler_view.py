@@ -68,6 +68,16 @@ def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
     assert (1.0, "", False) in shown.ticks or (1.0, "14:00", False) in shown.ticks
 
 
+def test_where_starts_were_left_out_the_timeline_and_the_list_say_so():
+    cut = facts(planned=tuple(planned(minutes) for minutes in range(10)), more={7: NOW + timedelta(minutes=10)})
+    lane = timeline(cut, NOW).lanes[0]
+    assert (lane.bars[-1].label, lane.bars[-1].key[0], lane.bars[-1].end) == ("and more starts", "zoom", 84.0)
+    assert lane.bars[-1].start == pytest.approx(1 + 48 / 60)
+    headings = [row.note for row in view.days(cut, NOW) if row.heading]
+    assert headings[:2] == ["10 starts and more", "more starts than can be listed · not a working day"]
+    assert [row.note for row in view.days(cut, NOW) if not row.heading] == ["10 starts until 14:47 and more"]
+
+
 def test_there_is_a_lane_for_every_robot_and_one_that_is_off_says_so():
     lanes = timeline(facts(), NOW).lanes
     assert [(lane.name, lane.note) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "switched off")]
