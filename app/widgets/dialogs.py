@@ -245,8 +245,9 @@ class ChoiceDialog(Dialog):
 
     ``options`` have ``key``, ``text``, ``note`` and ``icon``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
     with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and ``none_word`` a button ticks all that the search
-    shows, or none of them.
+    shows, or none of them. Where it ``needs_one``, nothing can be confirmed while none is ticked.
     """
+    needs_one = BooleanProperty(False)
     all_word = StringProperty()
     none_word = StringProperty()
     all_shown = BooleanProperty(False)   # all that are shown are ticked

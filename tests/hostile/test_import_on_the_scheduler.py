@@ -105,7 +105,8 @@ def test_what_is_wrong_is_said_and_nothing_was_changed(container):
     file.write_bytes(document([{}, {"mission": "unknown"}]))
     request = {"id": "1", "path": "bad.json", "content": file}
     answer = next(filter(None, (answers["import"](request) or time.sleep(0.01) for _ in itertools.count())))
-    assert answer == {"exit": 2, "error": "bad.json: schedules[1].mission: there is no mission unknown for R; nothing was changed"}
+    assert answer == {"exit": 2, "error": "bad.json: schedules[1].mission: there is no mission unknown for R; add it, "
+                                          "or write the name that it has now; nothing was changed"}
     assert not file.exists()
     assert container.catalogue.robots() == []
     assert container.db.read().execute("SELECT * FROM settings").fetchall() == before

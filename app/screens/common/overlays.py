@@ -62,10 +62,11 @@ class Dialogs:
         return self.open(dialog)
 
     def choose_many(self, title: str, options: Sequence[Option], action: str, done: Callable[[list[Any]], object], *,
-                    selected: Iterable[Hashable] = (), can_all: bool = False) -> Overlay:
-        """Tick any of ``options``, or all at once; ``action`` is the word on the confirming button; ``done(keys)``."""
-        dialog = ChoiceDialog(title=title, options=list(options), selected=list(selected), multiple=True, confirm=action,
-                              decline=_("Cancel"), hint=_("Search"), nothing=_("Nothing found"),
+                    selected: Iterable[Hashable] = (), can_all: bool = False, needs_one: bool = False) -> Overlay:
+        """Tick any of ``options``, at least one where it ``needs_one``, or all at once where it ``can_all``; ``action`` is the word on the
+        confirming button; ``done(keys)``."""
+        dialog = ChoiceDialog(title=title, options=list(options), selected=list(selected), multiple=True, needs_one=needs_one,
+                              confirm=action, decline=_("Cancel"), hint=_("Search"), nothing=_("Nothing found"),
                               **({"all_word": _("Select all"), "none_word": _("Select none")} if can_all else {}))
         dialog.bind(on_choose_many=lambda _dialog, keys: done(keys))
         return self.open(dialog)

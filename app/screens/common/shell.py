@@ -8,17 +8,21 @@ belongs to the window; a screen fills what is between them, and the margins arou
 """
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from app.domain.models import InvalidInput
+from app.i18n import _
 from app.screens.common.problems import sentence_of
 
 if TYPE_CHECKING:
     from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
 
 S = TypeVar("S")
+log = logging.getLogger(__name__)
 
 PROBLEM_SECONDS = 8.0
 
@@ -69,3 +73,14 @@ class Shell:
     def say_problem(self, problem: BaseException) -> None:
         """One sentence about what went wrong, long enough to be read."""
         self.snackbars.show(sentence_of(problem), icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
+
+    def offer_undo(self, text: str, undo: Callable[[], object], undone: Callable[[], object], *, stays: bool = False) -> None:
+        """Say with ``text`` what was done, and offer to undo it, for some seconds or as long as it ``stays``. Where ``undo()``, in the
+        background, raises InvalidInput, its sentence is said and the offer stays: somebody can mend that and try again."""
+        def refused(problem: BaseException) -> None:
+            if isinstance(problem, InvalidInput):
+                self.offer_undo(sentence_of(problem), undo, undone, stays=True)
+            else:
+                log.error("could not be undone", exc_info=problem)
+                self.say_problem(problem)
+        self.snackbars.undo(text, _("Undo"), lambda: self.background.run(undo, lambda _none: undone(), refused), stays=stays)

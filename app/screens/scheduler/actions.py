@@ -59,15 +59,14 @@ class ScheduleActions:
     def delete(self, schedule: Schedule) -> None:
         """At once, with some seconds to undo it."""
         def deleted(removed: Removed) -> None:
-            self._shell.snackbars.undo(
-                _("{name} is deleted").format(name=schedule.name), _("Undo"),
-                lambda: self._act(schedule.id, lambda: self._services.catalogue.restore(removed), lambda _none: None))
+            self._shell.offer_undo(_("{name} is deleted").format(name=schedule.name),
+                                   lambda: self._services.catalogue.restore(removed), self._done)
 
         self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
 
     # ------------------------------------------------------------------ inside
     def _offer_undo(self, schedule: Schedule, at: datetime, text: str) -> None:
-        self._shell.snackbars.undo(text, _("Undo"), lambda: self.take_again(schedule.id, at))
+        self._shell.offer_undo(text, lambda: self._services.pausing.take_again(schedule.id, at), self._done)
 
     def _pick_pause(self, schedule: Schedule) -> None:
         today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()

@@ -136,7 +136,7 @@ class MissionsPage(SettingsPage):
             return
         self.context.shell.dialogs.choose_many(
             _("Missions of {robot}").format(robot=robot.name), offer_options(offered), _("Add chosen"),
-            lambda guids: self._add_chosen([offer for offer in offered if offer.guid in guids]), can_all=True)
+            lambda guids: self._add_chosen([offer for offer in offered if offer.guid in guids]), can_all=True, needs_one=True)
 
     def _add_chosen(self, chosen: Sequence[Offer]) -> None:
         if not chosen:

@@ -15,7 +15,7 @@ from kivy.uix.widget import Widget
 
 from app.database.errors import DatabaseError
 from app.domain.models import InvalidInput
-from app.i18n import _, ngettext
+from app.i18n import ngettext
 from app.mir.errors import RobotError
 from app.screens.common.shell import Shell
 from app.screens.settings.facts import SettingsFacts, SettingsServices
@@ -85,7 +85,7 @@ class PageContext:
         """Delete something at once, say so with ``text``, and offer to undo it, for some seconds or as long as it ``stays``."""
         def removed(what: Removed) -> None:
             self.refresh()
-            self.shell.snackbars.undo(text, _("Undo"), lambda: self.change(lambda: self.services.catalogue.restore(what)), stays=stays)
+            self.shell.offer_undo(text, lambda: self.services.catalogue.restore(what), self.refresh, stays=stays)
         self.run(work, removed)
 
     def say(self, text: str, icon: str = "check") -> None:

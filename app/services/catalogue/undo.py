@@ -33,8 +33,11 @@ class Removed:
 
 def restore(edit: Edit, removed: Removed) -> None:
     """Put back what a deletion took, under its old ids, with what waited. What would have fallen due meanwhile writes no row."""
+    _check_is_gone(edit, removed)
     if removed.robot is not None:
-        edit.check_robot_name(removed.robot)
+        if edit.robots.by_name(edit.c, removed.robot.name):
+            raise InvalidInput("name", "there is another robot {name} by now: give that one another name, then undo again",
+                               name=removed.robot.name)
         edit.check_is_no_other(removed.robot)
         edit.robots.add(edit.c, replace(removed.robot, idle=None))
         edit.robots.note_idle(edit.c, removed.robot.id, removed.idle_queue_id)
@@ -42,8 +45,11 @@ def restore(edit: Edit, removed: Removed) -> None:
         if removed.accepted is not None:
             edit.robots.note_accepted(edit.c, removed.robot.id, removed.accepted)
     for mission in removed.missions:
+        if mission.robot_id is not None:
+            edit.the_robot(mission.robot_id)
         if edit.missions.by_name(edit.c, mission.name, mission.robot_id):
-            raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
+            raise InvalidInput("name", "there is another mission {name} by now: give that one another name, then undo again",
+                               name=mission.name)
         edit.missions.add(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
         edit.prefer_own(mission)
@@ -54,7 +60,8 @@ def restore(edit: Edit, removed: Removed) -> None:
     calendar = edit.calendar
     for schedule in removed.schedules:
         if edit.schedules.by_name(edit.c, schedule.name):
-            raise InvalidInput("name", "there is a schedule {name} already", name=schedule.name)
+            raise InvalidInput("name", "there is another schedule {name} by now: give that one another name, then undo again",
+                               name=schedule.name)
         edit.the_robot(schedule.robot_id)
         edit.the_mission(schedule.mission_id)
         edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
@@ -72,6 +79,15 @@ def restore(edit: Edit, removed: Removed) -> None:
         edit.days_changed()
         return
     edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
+
+
+def _check_is_gone(edit: Edit, removed: Removed) -> None:
+    """Undo may be pressed twice, at two places."""
+    robots = [removed.robot] if removed.robot is not None else []
+    if (any(edit.robots.get(edit.c, robot.id) for robot in robots) or any(edit.missions.get(edit.c, one.id) for one in removed.missions)
+            or any(edit.schedules.get(edit.c, one.id) for one in removed.schedules)
+            or any(edit.days.get(edit.c, one.id) for one in removed.days)):
+        raise InvalidInput("name", "this has been put back already")
 
 
 def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:

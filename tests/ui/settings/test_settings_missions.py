@@ -1,6 +1,7 @@
 """Settings, Missions: from a robot's list, by hand, favourites, what is missing, and Undo."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime
 
 from app.domain.models import Mission, Schedule
@@ -208,3 +209,33 @@ def test_a_mission_may_start_on_a_low_battery(site, app, ui):
     press(ui, "Save mission", dialog)
     ui.wait(lambda: not ui.find_all(MissionDialog))
     assert missions(site)[0].on_low_battery
+
+
+def test_an_undo_that_is_refused_says_why_and_can_be_pressed_again(site, app, ui):
+    deliver, = site.add_missions("Deliver")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    page(app).act(deliver.id, "remove")
+    ui.wait(lambda: says(ui, "Deliver deleted"))
+    other = site.container.catalogue.save_mission(Mission("Deliver", "other"))
+    undo(ui)
+    ui.wait(lambda: says(ui, "There is another mission Deliver by now: give that one another name, then undo again"))
+    site.container.catalogue.save_mission(replace(other, name="Deliver kits"))
+    ui.advance(60)
+    undo(ui)
+    ui.wait(lambda: {mission.name: mission.id for mission in missions(site)} == {"Deliver": deliver.id, "Deliver kits": other.id})
+
+
+def test_add_chosen_is_off_while_none_is_chosen(site, app, ui):
+    site.add_robots()
+    site.add_missions("Deliver")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    dialog = fetch(ui, "Aino")
+    button = ui.find(CommandButton, dialog, text="Add chosen")
+    assert button.disabled
+    row = ui.find(OptionRow, root=dialog, text="Collect empties")
+    ui.tap(row)
+    ui.wait(lambda: not button.disabled)
+    ui.tap(row)
+    ui.wait(lambda: button.disabled)

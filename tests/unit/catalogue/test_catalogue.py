@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import datetime, time, timedelta
+from datetime import date, datetime, time, timedelta
 
 import pytest
 
@@ -12,7 +12,20 @@ from app.database.holds import HoldRepository, StoredHold
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.domain.models import Between, Execution, IdleRule, InvalidInput, Mission, ReasonCode, Robot, Schedule, Settings, State, Trigger
+from app.domain.models import (
+    Between,
+    DayException,
+    Execution,
+    IdleRule,
+    InvalidInput,
+    Mission,
+    ReasonCode,
+    Robot,
+    Schedule,
+    Settings,
+    State,
+    Trigger,
+)
 from app.domain.robot import IdentifiedBy
 from app.services.catalogue.catalogue import Catalogue
 from app.services.live.changes import Changes, Topic
@@ -184,9 +197,56 @@ def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
 def test_undo_says_when_the_name_has_been_taken_meanwhile(world):
     removed = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_robot(Robot("Aino", "10.0.0.5"))
-    with refuses("name", "a robot Aino already"):
+    with refuses("name", "there is another robot Aino by now: give that one another name, then undo again"):
         world.catalogue.restore(removed)
     assert len(ROBOTS.all(world.db.read())) == 1
+    world.catalogue.save_robot(replace(ROBOTS.by_name(world.db.read(), "Aino"), name="Alma"))
+    world.catalogue.restore(removed)
+    assert {robot.name: robot.address for robot in ROBOTS.all(world.db.read())} == {"Aino": "http://10.0.0.1", "Alma": "http://10.0.0.5"}
+
+
+def test_undo_brings_no_second_robot_to_an_address_that_is_taken_by_now(world):
+    removed = world.catalogue.remove_robot(world.robot.id)
+    world.catalogue.save_robot(Robot("Alma", "10.0.0.1"))
+    with refuses("address", "this is the address of Alma, which is configured already"):
+        world.catalogue.restore(removed)
+    assert [robot.name for robot in ROBOTS.all(world.db.read())] == ["Alma"]
+
+
+def test_undo_says_what_else_was_taken_or_went_meanwhile_and_changes_nothing(world):
+    own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
+    home, morning = world.schedule(name="Home", mission_id=own.id), world.schedule()
+    gone = {
+        "another schedule Morning by now": (world.catalogue.remove_schedule(morning.id), lambda: world.schedule()),
+        "another mission Home by now": (world.catalogue.remove_mission(own.id), lambda: world.catalogue.save_mission(
+            Mission("Home", "guid-3", robot_id=world.robot.id))),
+    }
+    for told, (removed, take) in gone.items():
+        take()
+        with refuses("name", told):
+            world.catalogue.restore(removed)
+    removed = world.catalogue.remove_schedule(SCHEDULES.by_name(world.db.read(), "Morning").id)
+    world.catalogue.remove_mission(world.mission.id)
+    with refuses("mission", "no such mission any more"):
+        world.catalogue.restore(removed)
+    world.catalogue.remove_robot(world.robot.id)
+    with refuses("robot", "no such robot any more"):
+        world.catalogue.restore(gone["another mission Home by now"][0])
+    assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read()), world.stored(home)) == ([], [], None)
+
+
+def test_what_is_put_back_twice_is_there_once(world):
+    days = world.catalogue.save_days(DayException("Audit", date(2026, 12, 1), date(2026, 12, 2)))
+    schedule = world.schedule()
+    for remove in (lambda: world.catalogue.remove_days(days.id), lambda: world.catalogue.remove_schedule(schedule.id),
+                   lambda: world.catalogue.remove_mission(world.mission.id), lambda: world.catalogue.remove_robot(world.robot.id)):
+        removed = remove()
+        world.catalogue.restore(removed)
+        with refuses("name", "this has been put back already"):
+            world.catalogue.restore(removed)
+    world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    with refuses("name", "this has been put back already"):
+        world.catalogue.restore(removed)
 
 
 # ---------------------------------------------------------------------- missions

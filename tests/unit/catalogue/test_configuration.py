@@ -226,8 +226,23 @@ def test_two_robots_may_swap_their_addresses_and_a_new_one_may_not_take_one(worl
     swapped = [{**first, "address": second["address"]}, {**second, "address": first["address"]}]
     world.take({"format": FORMAT, "robots": swapped})
     assert [world.robots[name].address for name in ("R1", "R2")] == ["https://r2.local:8443", "http://192.168.12.20"]
-    with pytest.raises(InvalidInput, match=r"robots\[0\].address: this is the address of R2, which is configured already"):
+    with pytest.raises(InvalidInput, match=r"robots\[0\].address: R3 has the address of R2, which is configured already"):
         world.take({"format": FORMAT, "robots": [{"name": "R3", "address": "192.168.12.20"}]})
+    with pytest.raises(InvalidInput, match=r"robots\[0\].address: this is the address of R2, which is configured already"):
+        world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "192.168.12.20"}]})
+
+
+def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(world):
+    world.take(FULL)
+    world.catalogue.save_robot(replace(world.robots["R1"], name="Aino"))
+    before = world.export()
+    for document, told in (
+            (FULL, r"robots\[0\].address: R1 has the address of Aino, which is configured already; if it is the same one, write Aino in "),
+            ({"format": FORMAT, "schedules": FULL["schedules"]},
+             r"schedules\[0\].robot: there is no robot R1; add it, or write the name that it has now")):
+        with pytest.raises(InvalidInput, match=told):
+            world.take(document)
+    assert world.export() == before
 
 
 # ---------------------------------------------------------------------- its form and its days

@@ -3,7 +3,7 @@ runs only after a person has confirmed it."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
@@ -150,11 +150,24 @@ class _Import:
     def _check_machines(self, before: Mapping[str, Robot | None]) -> None:
         """When all have their new addresses: two robots may swap theirs."""
         robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
+        given = {item.values["name"] for item in self._document.robots}
         for item in self._document.robots:
             robot, stored = robots[item.values["name"]], before[item.path]
             if stored is None or robot.address != stored.address:
                 with _placed(item):
-                    validation.check_is_no_other(robot, robots.values())
+                    self._check_is_no_other(robot, robots.values(), given if stored is None else robots)
+
+    @staticmethod
+    def _check_is_no_other(robot: Robot, others: Iterable[Robot], known: Collection[str]) -> None:
+        """One that is not ``known`` by its name may be the same one, renamed."""
+        for other in others:
+            try:
+                validation.check_is_no_other(robot, [other])
+            except InvalidInput as problem:
+                if other.name in known:
+                    raise
+                raise InvalidInput("address", "{name} has the address of {robot}, which is configured already; if it is the same one, "
+                                   "write {robot} in the file", name=robot.name, robot=other.name) from problem
 
     def _idle(self, item: Item) -> None:
         if "idle" not in item.values:
@@ -248,12 +261,13 @@ class _Import:
     def _robot_named(self, name: str, path: str) -> Robot:
         if robot := self._edit.robots.by_name(self._edit.c, name):
             return robot
-        raise InvalidInput(path, "{path}: there is no robot {name}", path=path, name=name)
+        raise InvalidInput(path, "{path}: there is no robot {name}; add it, or write the name that it has now", path=path, name=name)
 
     def _mission_named(self, name: str, robot: Robot, path: str) -> Mission:
         if mission := self._edit.missions.for_robot(self._edit.c, name, robot.id):
             return mission
-        raise InvalidInput(path, "{path}: there is no mission {name} for {robot}", path=path, name=name, robot=robot.name)
+        raise InvalidInput(path, "{path}: there is no mission {name} for {robot}; add it, or write the name that it has now", path=path,
+                           name=name, robot=robot.name)
 
 
 def _day(item: Item) -> DayException:
