@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.activities import KEPT_FOR
@@ -172,11 +172,11 @@ def ticks(facts: StatesFacts, zone: ZoneInfo) -> list[Tick]:
 
 def _hours(facts: StatesFacts, zone: ZoneInfo) -> Iterator[Tick]:
     step = next(step for step in (1, 2, 3, 6, 24) if (facts.end - facts.start).total_seconds() / HOUR / step <= 12)
-    at = facts.start.astimezone(zone).replace(minute=0, second=0, microsecond=0)
+    at = facts.start.astimezone(UTC).replace(minute=0, second=0, microsecond=0)
     is_named = False
-    for number in range(27):
-        instant = at + timedelta(hours=number)
-        if facts.start <= instant < facts.end and instant.hour % step == 0:
+    for quarters in range(4 * 27):               # clocks are changed by half an hour, too
+        instant = (at + timedelta(minutes=15 * quarters)).astimezone(zone)
+        if facts.start <= instant < facts.end and instant.minute == 0 and instant.hour % step == 0:
             time, day = formats.wall_time(instant), formats.wall_day(instant.date())
             label = day if instant.hour == 0 else time if is_named else f"{day} {time}"
             is_named = True

@@ -14,6 +14,7 @@ from app.screens.scheduler.view import day_begins
 from app.services.live.holds import Hold
 
 FOLDED_FROM = 6.0                        # hours without work and without bars
+QUARTERS = 4                             # of an hour: clocks are changed at one
 NEAR_NOW = 0.03                          # of what is seen, around the now-line, where ticks have no label
 
 Span = tuple[float, float]               # from and to
@@ -118,15 +119,17 @@ def held_until(hold: Hold | None, facts: SchedulerFacts, now: datetime) -> str:
 
 
 def ticks(zone: ZoneInfo, read: Range, now: float, step: int, seen: float) -> Iterable[Tick]:
-    """A tick every ``step`` local hours, strong at midnight, and one where the clock is changed."""
-    begins = int(read.low) - 1
-    before = read.instant(begins).astimezone(zone).utcoffset()
-    for n in range(begins + 1, int(read.high) + 1):
-        local = read.instant(n).astimezone(zone)
+    """A tick every ``step`` local hours, strong at midnight, and one where the clock is changed, be it by half an hour."""
+    begins = int(read.low * QUARTERS) - 1
+    before = read.instant(begins / QUARTERS).astimezone(zone).utcoffset()
+    for hour in (n / QUARTERS for n in range(begins + 1, int(read.high * QUARTERS) + 1)):
+        local = read.instant(hour).astimezone(zone)
         if local.utcoffset() != before:
             before = local.utcoffset()
-            yield Tick(n, _("Clock change"), True)
+            yield Tick(hour, _("Clock change"), True)
+        elif local.minute:
+            continue
         elif local.hour == 0:
-            yield Tick(n, formats.wall_day(local.date()), True)
+            yield Tick(hour, formats.wall_day(local.date()), True)
         elif step < 24 and local.hour % step == 0:
-            yield Tick(n, "" if abs(n - now) < seen * NEAR_NOW else formats.wall_time(local), False)
+            yield Tick(hour, "" if abs(hour - now) < seen * NEAR_NOW else formats.wall_time(local), False)

@@ -36,6 +36,19 @@ def test_the_night_of_a_clock_change_has_a_tick_for_each_midnight():
     assert [round(tick.place * 73) for tick in states.ticks(found, ZONE)] == [0, 24, 49]
 
 
+@pytest.mark.parametrize(("zone", "start", "labels"), [
+    ("Australia/Lord_Howe", datetime(2026, 10, 3, 13, 30, tzinfo=UTC), ["Sun 4 Oct", "01:00", "03:00", "04:00", "05:00", "06:00"]),
+    ("Australia/Lord_Howe", datetime(2027, 4, 3, 13, 0, tzinfo=UTC), ["Sun 4 Apr", "01:00", "02:00", "03:00", "04:00", "05:00"]),
+    ("Europe/Helsinki", datetime(2027, 3, 27, 22, 0, tzinfo=UTC), ["Sun 28 Mar", "01:00", "02:00", "04:00", "05:00", "06:00"]),
+    ("Europe/Helsinki", datetime(2026, 10, 24, 21, 0, tzinfo=UTC), ["Sun 25 Oct", "01:00", "02:00", "03:00", "03:00", "04:00"])])
+def test_ticks_stand_at_full_hours_of_the_wall_clock_also_when_it_is_changed(zone, start, labels):
+    found = states.StatesFacts(start, start + timedelta(hours=6), [])
+    shown = states.ticks(found, ZoneInfo(zone))
+    assert [tick.label for tick in shown] == labels
+    for tick in shown[1:]:
+        assert found.moment(tick.place).astimezone(ZoneInfo(zone)).strftime("%H:%M") == tick.label
+
+
 def test_the_share_on_missions_is_the_utilisation_of_the_figures():
     spans = facts(8, ("executing", 0, 1), ("idle", 1, 4), ("offline", 4, 6), (NO_DATA, 6, 8))
     figures = [RobotKpis(2, "Sisu", mission_s=1., observed_s=2.), RobotKpis(1, "Aino", mission_s=3600., observed_s=4 * 3600.)]

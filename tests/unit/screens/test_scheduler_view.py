@@ -1,6 +1,7 @@
 """The Scheduler's words and bars from plain facts: timeline, days, list of schedules, form_view."""
 from dataclasses import replace
 from datetime import UTC, date, datetime, time, timedelta
+from itertools import pairwise
 from zoneinfo import ZoneInfo
 
 import pytest
@@ -167,6 +168,23 @@ def test_a_clock_change_is_marked_and_the_hours_stay_true():
     shown = timeline(facts(settings=EVERY_DAY), night)
     change = next(hour for hour, label, strong in shown.ticks if label == "Clock change")
     assert Window().start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
+
+
+@pytest.mark.parametrize(("night", "change", "hours_between"), [
+    (datetime(2026, 10, 3, 12, 10, tzinfo=UTC), datetime(2026, 10, 3, 15, 30, tzinfo=UTC), 23.5),
+    (datetime(2027, 4, 3, 12, 10, tzinfo=UTC), datetime(2027, 4, 3, 15, 0, tzinfo=UTC), 24.5),
+    (datetime(2027, 4, 3, 20, 10, tzinfo=UTC), datetime(2027, 4, 3, 15, 0, tzinfo=UTC), 24.5)])
+def test_a_clock_that_is_changed_by_half_an_hour_moves_no_day_line(night, change, hours_between):
+    lord_howe = ZoneInfo("Australia/Lord_Howe")
+    shown = timeline(facts(settings=replace(EVERY_DAY, timezone="Australia/Lord_Howe")), night, Window(hours=48))
+    at = {label: shown.origin + timedelta(hours=hour) for hour, label, _strong in shown.ticks}
+    assert at["Clock change"] == change
+    days = [shown.origin + timedelta(hours=hour) for hour, label, strong in shown.ticks if strong and label != "Clock change"]
+    assert {day.astimezone(lord_howe).strftime("%H:%M") for day in days} == {"00:00"}
+    assert hours_between in [(later - day) / timedelta(hours=1) for day, later in pairwise(days)]
+    for hour, label, strong in shown.ticks:
+        if label and not strong:
+            assert (shown.origin + timedelta(hours=hour)).astimezone(lord_howe).strftime("%H:%M") == label
 
 
 # ---------------------------------------------------------------------- window, zoom
