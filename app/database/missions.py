@@ -46,11 +46,16 @@ class MissionRepository:
         return {row[0] for row in c.execute("""SELECT robot_id FROM schedules WHERE mission_id = ?
                                                UNION SELECT robot_id FROM idle_rules WHERE mission_id = ?""", (mission_id, mission_id))}
 
-    def planned_on(self, c: sqlite3.Connection, robot_id: int) -> list[str]:
-        """Guids of what a schedule or the idle rule of that robot starts."""
-        return [row[0] for row in c.execute("""SELECT DISTINCT guid FROM missions WHERE id IN (
-            SELECT mission_id FROM schedules WHERE robot_id = :robot AND enabled = 1
-            UNION SELECT mission_id FROM idle_rules WHERE robot_id = :robot AND enabled = 1)""", {"robot": robot_id})]
+    def planned(self, c: sqlite3.Connection) -> dict[int, list[str]]:
+        """Guids of what schedules and idle rules start, by the robot's id."""
+        found: dict[int, list[str]] = {}
+        for robot_id, guid in c.execute("""
+                SELECT DISTINCT used.robot_id, missions.guid FROM missions JOIN (
+                    SELECT robot_id, mission_id FROM schedules WHERE enabled = 1
+                    UNION SELECT robot_id, mission_id FROM idle_rules WHERE enabled = 1) AS used ON used.mission_id = missions.id
+                ORDER BY used.robot_id, missions.id"""):
+            found.setdefault(robot_id, []).append(guid)
+        return found
 
     def available_on(self, c: sqlite3.Connection, robot_id: int) -> list[Mission]:
         """Every mission that can be chosen for that robot, in order of name; its own hide those for all of the same name."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import mir_sim
-from app.domain.models import Mission
+from app.domain.models import Connection, Mission, Robot
 from tests.support.network import Fate
 from tests.support.seen import robot_of, sent_at
 
@@ -111,3 +111,17 @@ def test_what_is_known_of_a_guid_holds_for_every_mission_with_it(low):
     low.container.catalogue.save_mission(replace(other, guid=guid))
     learn(low)
     assert named(low).charges
+
+
+def test_as_many_robots_as_there_are_take_one_look_at_the_plan(low):
+    catalogue, mission = low.container.catalogue, named(low)
+    for number in range(50):
+        robot = catalogue.save_robot(Robot(f"More {number}", f"10.0.1.{number}", "user"), "secret")
+        catalogue.save_idle_rule(robot.id, mission.id, enabled=number < 20)
+        low.container.snapshots.update(robot.id, connection=Connection.CONNECTED)
+    asked: list[str] = []
+    low.container.db.read().set_trace_callback(asked.append)
+    wanted = low.container.charging_missions.not_told()
+    low.container.db.read().set_trace_callback(None)
+    assert (len(wanted), {guid for _robot, guids in wanted for guid in guids}) == (21, {mission.guid})
+    assert len(asked) <= 3

@@ -76,9 +76,10 @@ class ChargingMissions:
         c, now = self._db.read(), self._clock.monotonic()
         answering = [robot for robot in self._robots.all(c)
                      if robot.enabled and self._snapshots.get(robot.id).connection in (Connection.CONNECTED, Connection.SLOW)]
-        planned = ((robot, [guid for guid in self._missions.planned_on(c, robot.id)
-                            if guid not in self._told and self._ask_at.get((robot.id, guid), now) <= now]) for robot in answering)
-        return [(robot, guids) for robot, guids in planned if guids]
+        planned = self._missions.planned(c) if answering else {}
+        wanted = ((robot, [guid for guid in planned.get(robot.id, ())
+                           if guid not in self._told and self._ask_at.get((robot.id, guid), now) <= now]) for robot in answering)
+        return [(robot, guids) for robot, guids in wanted if guids]
 
     def _is_behind(self) -> bool:
         return any(mission.charges != self._told.get(mission.guid, mission.charges) for mission in self._missions.all(self._db.read()))
