@@ -77,7 +77,7 @@ class RobotMap(Chart):
 
     def _names(self):
         """Labels of the map and of places; one that would overlap another, the robot or the goal is left out."""
-        taken = [self._around(*self._point(*point), dp(17)) for point in self._marked()]
+        taken = [*self.kept_free(), *(self._around(*self._point(*point), dp(17)) for point in self._marked())]
         corner = None
         if self.name and (width := self.width_of(self.name)) < self.width - dp(24):
             corner = self.x + dp(8), self.top - dp(8) - sp(20), self.x + dp(20) + width, self.top - dp(8)
@@ -96,6 +96,10 @@ class RobotMap(Chart):
                 self._plate(plate, place.name, tk.ink2)
         if corner is not None:
             self._plate(corner, self.name, tk.ink, ring=True)
+
+    def kept_free(self):
+        """Areas (left, bottom, right, top) of the widget in which no label may be, px."""
+        return []
 
     def _marked(self):
         """Points that no label may cover."""

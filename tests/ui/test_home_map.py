@@ -5,8 +5,11 @@ import base64
 import logging
 
 import pytest
+from kivy.core.window import Window
+from kivy.metrics import dp, sp
 
 from app.screens.home.cards import PlaceMap, RobotMessage, RobotPlace
+from app.services.robots.map_picture import Place
 from app.widgets.robot_map import RobotMap, WholeMap
 from app.widgets.rows import RobotChip
 from mir_sim import world
@@ -110,3 +113,28 @@ def test_garbage_for_a_map_is_no_map_and_one_line_in_the_log(site, ui, caplog, p
         assert not ui.find_all(RobotMap)
         assert ui.find_all(RobotMessage)
     assert len([record for record in caplog.records if "map of Aino" in record.getMessage()]) == 1
+
+
+class Told(PlaceMap):
+    """Notes where it writes."""
+
+    def text(self, words, x, y, *args, **kwargs):
+        width = super().text(words, x, y, *args, **kwargs)
+        self.written[words] = x, y, width
+        return width
+
+    def draw(self):
+        self.written = {}
+        super().draw()
+
+
+@pytest.mark.parametrize("at", [(.9, .1), (.97, .12), (.8, .15)])
+def test_no_name_of_a_place_is_under_the_icon_that_enlarges_the_map(ui, at):
+    places = [Place("Compactor", *at), Place("Home", .2, .5)]
+    chart = Told(places=places, size_hint=(None, None), size=(350, 135))
+    Window.add_widget(chart)
+    ui.advance(.1)
+    assert "Home" in chart.written
+    if "Compactor" in chart.written:
+        x, y, width = chart.written["Compactor"]
+        assert x + width / 2 <= chart.right - dp(34) or y - sp(9) >= chart.y + dp(34)

@@ -164,7 +164,12 @@ class PlaceMap(ButtonBehavior, RobotMap):
 
     def draw(self) -> None:
         super().draw()
+        self.box(self.right - dp(31), self.y + dp(5), dp(26), dp(26), tk.map_floor, dp(8), alpha=.82)
         self.icon("arrow-expand", self.right - dp(18), self.y + dp(18), tk.ink2, 22)
+
+    def kept_free(self) -> list[tuple[float, float, float, float]]:
+        """The corner with the icon."""
+        return [(self.right - dp(34), self.y, self.right, self.y + dp(34))]
 
 
 class RobotPlace(Part):
