@@ -5,6 +5,7 @@ nearly all, cost nothing; fonts are only looked for when a character is met that
 box stays.
 """
 import os
+import re
 import struct
 import unicodedata
 from bisect import bisect_right
@@ -24,7 +25,12 @@ DRAWN = (b"glyf", b"CFF ", b"CFF2")      # tables of outlines; colour pictures c
 RIGHT_TO_LEFT = {"ARABIC": "Arab", "HEBREW": "Hebr"}     # ISO 15924 codes, by the first word of their characters' names
 JOINING = ("Cc", "Cf", "Mn", "Zs", "Zl", "Zp")           # categories of characters that need no font of their own: spaces, accents
 
+IDEOGRAPHS = re.compile("[\u3400-\u4dbf\u4e00-\u9fff]+")
+LOOKS = ("font_size", "font_hinting", "font_kerning", "bold", "italic", "outline_width")     # what a character's width depends on
+
 T = TypeVar("T")
+
+_ideographs: dict[tuple[object, ...], tuple[int, int, int]] = {}     # width of the first and of each further one, height
 
 
 class Characters:
@@ -83,7 +89,7 @@ def runs_of(text: str, font: str) -> tuple[Run, ...]:
     for character in text:
         joins = unicodedata.category(character) in JOINING
         words, before = parts.pop() if parts else ("", font)
-        needed = before if joins else _font_of(character, font)
+        needed = before if joins else font_for(character, font)
         if needed == before:
             parts.append((words + character, before))
         else:
@@ -92,7 +98,8 @@ def runs_of(text: str, font: str) -> tuple[Run, ...]:
     return tuple(Run(part, found, _script_of(part) if found != font else "") for part, found in parts if part)
 
 
-def _font_of(character: str, font: str) -> str:
+@lru_cache(maxsize=20_000)
+def font_for(character: str, font: str) -> str:
     if character.isascii() or character in characters_of(font):
         return font
     return next((path for path in fonts_at_hand() if character in characters_of(path) and _opens(path)), font)
@@ -132,7 +139,7 @@ def apply() -> None:
     def get_extents(self, text: str) -> tuple[int, int]:
         if text.isascii():
             return measure(self, text)
-        sizes = [_in(run, self, measure, run.text) for run in runs_of(text, self.options["font_name_r"])]
+        sizes = [_size(run, self, measure) for run in runs_of(text, self.options["font_name_r"])]
         return sum(width for width, _height in sizes), max((height for _width, height in sizes), default=0)
 
     def render_text(self, text: str, x: float, y: float) -> None:
@@ -143,9 +150,22 @@ def apply() -> None:
         ascents = [_in(run, self, CoreLabel.get_ascent) for run in runs]
         for run, ascent in zip(runs, ascents, strict=True):
             _in(run, self, draw, run.text, x, y + max(ascents) - ascent)
-            x += _in(run, self, measure, run.text)[0]
+            x += _size(run, self, measure)[0]
 
     CoreLabel.get_extents, CoreLabel._render_text = get_extents, render_text
+
+
+def _size(run: Run, label: CoreLabel, measure: Callable[..., tuple[int, int]]) -> tuple[int, int]:
+    """Width and height. Ideographs of a font are all as wide, and each that is measured is drawn for that, which takes half a millisecond:
+    kivy would measure each character of a text without spaces."""
+    if not IDEOGRAPHS.fullmatch(run.text):
+        return _in(run, label, measure, run.text)
+    key = run.font, *(label.options[name] for name in LOOKS)
+    if key not in _ideographs:
+        (one, height), (two, _height) = (_in(run, label, measure, run.text[0] * number) for number in (1, 2))
+        _ideographs[key] = one, two - one, height
+    one, further, height = _ideographs[key]
+    return one + further * (len(run.text) - 1), height
 
 
 def _in(run: Run, label: CoreLabel, call: Callable[..., T], *arguments: object) -> T:

@@ -12,6 +12,8 @@ from app.widgets.tokens import font_of
 
 SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")          # where an address, a path or a file name may go on in the next line
 
+SEEN = 2.5               # characters in the width of an em: on average there are two
+
 
 class Txt(MDLabel):
     """A label that shows all of its text, unless ``most_lines`` > 0 says how many lines there may be: the last one then ends with "…".
@@ -76,18 +78,29 @@ class Txt(MDLabel):
         self.lines = len(self._label._cached_lines)
 
     def _broken(self, width) -> str:
-        """The text with a line break wherever kivy would not put the right one."""
-        text = self.text
+        """The text with a line break wherever kivy would not put the right one, ended where there are enough lines."""
+        if not self.most_lines:
+            return self._seamed(self.text, width)
+        room = int(SEEN * (self.most_lines + 2) * width / self.font_size)
+        text = self._seamed(self.text[:room], width)
+        lines = self._lines_of(text)
+        if len(self.text) > room and len(lines) < self.most_lines + 2:       # very narrow characters: more of them are seen
+            text = self._seamed(self.text, width)
+            lines = self._lines_of(text)
+        if len(lines) > self.most_lines:
+            lines = lines[:int(self.most_lines)]
+            text = "\n".join([*lines[:-1], self._shortened(lines[-1], width)])
+        return text
+
+    def _lines_of(self, text) -> list[str]:
+        self._label.text = text
+        self._label.render()
+        return ["".join(word.text for word in line.words) for line in self._label._cached_lines]
+
+    def _seamed(self, text, width) -> str:
         if max(map(len, text.split()), default=0) * self.font_size > width:          # else no word is too wide: don't measure them
             self._label.resolve_font_name()
             text = re.sub(r"\S+", lambda word: self._break_word(word[0], width), text)
-        if self.most_lines:
-            self._label.text = text
-            self._label.render()
-            lines = ["".join(word.text for word in line.words) for line in self._label._cached_lines]
-            if len(lines) > self.most_lines:
-                lines = lines[:int(self.most_lines)]
-                text = "\n".join([*lines[:-1], self._shortened(lines[-1], width)])
         return text
 
     def _break_word(self, word, width) -> str:

@@ -1,8 +1,10 @@
 """What the app's fonts lack is shown in one of kivy's or of the machine's that has it."""
 from __future__ import annotations
 
+import os
 import shutil
 import struct
+import threading
 from pathlib import Path
 
 import pytest
@@ -23,7 +25,7 @@ ICON, UMBRELLA, NOWHERE = "\U000F01D9", "☂", "\U000E0FFF"
 def machine(ui, tmp_path, monkeypatch):
     """A folder with all of the machine's own fonts."""
     def forget() -> None:
-        for remembered in (fonts.fonts_at_hand, runs_of):
+        for remembered in (fonts.fonts_at_hand, fonts.font_for, runs_of):
             remembered.cache_clear()
 
     monkeypatch.setattr(CoreLabel, "get_system_fonts_dir", staticmethod(lambda: [str(tmp_path)]))
@@ -106,3 +108,23 @@ def test_a_label_has_room_for_the_higher_font(machine, ui):
     for label in (plain, other):
         label.texture_update()
     assert (other.width, other.height) > (plain.width, plain.height)
+
+
+def test_many_ideographs_are_as_wide_as_measured_together(machine):
+    for number in (1, 2, 7, 500):
+        assert line_width("机" * number, "Roboto", 16) == line_width("각" * number, "Roboto", 16)        # both are empty boxes
+    assert line_width("机床" * 3, "Roboto", 32) == line_width("각" * 6, "Roboto", 32)
+
+
+def test_a_font_that_is_a_pipe_holds_up_nothing(machine):
+    """Whoever opened it would wait for somebody who writes into it."""
+    os.mkfifo(machine / "Pipe.ttf")
+    (machine / "Link.ttf").symlink_to(machine / "Pipe.ttf")
+    (machine / "Folder.ttf").mkdir()
+    (machine / "Nowhere.ttf").symlink_to(machine / "gone")
+    found: list[object] = []
+    searching = threading.Thread(target=lambda: found.extend([runs_of("Robot 机", ROBOTO), fonts.fonts_at_hand()]), daemon=True)
+    searching.start()
+    searching.join(20)
+    assert found == [(Run("Robot 机", ROBOTO),), (DEJAVU,)]
+    Body(text="Robot 机").texture_update()

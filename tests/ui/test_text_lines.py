@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import pytest
+from kivy.core.text import Label as CoreLabel
 from kivy.factory import Factory
 
 from app.widgets.text import Txt
@@ -67,3 +68,26 @@ def test_the_limit_can_change(ui):
     label.text = "word"
     ui.advance()
     assert (label.lines, label.height) == (1, label.texture_size[1])
+
+
+IDEOGRAPHS = "".join(map(chr, range(0x4E00, 0x4E00 + 500)))
+
+
+@pytest.mark.parametrize("text", [
+    IDEOGRAPHS, "i" * 2000, "il. " * 500, "W" * 900, "word " * 300, "\u0301" * 1500 + "a" * 300, "/data/" * 200, f"{'i' * 150} {'W' * 300}",
+    "one\ntwo\nthree\nfour", "x" * 30], ids=repr)
+@pytest.mark.parametrize("most", [1, 2, 3])
+def test_what_is_seen_of_a_long_text_is_the_beginning_of_all_of_it(ui, text, most):
+    whole, seen = shown_lines(ui, text, 150), shown_lines(ui, text, 150, most_lines=most)
+    assert len(seen) == min(most, len(whole))
+    assert seen[:most - 1] == whole[:len(seen)][:most - 1]
+    if len(whole) > most:
+        assert seen[-1].endswith("…")
+        assert whole[most - 1].startswith(seen[-1].removesuffix("…").rstrip())
+
+
+def test_what_is_not_seen_of_a_long_text_is_not_measured(ui, monkeypatch):
+    measured, measure = [], CoreLabel.get_extents
+    monkeypatch.setattr(CoreLabel, "get_extents", lambda label, text: measured.append(len(text)) or measure(label, text))
+    shown_lines(ui, IDEOGRAPHS * 10, 150, most_lines=2)
+    assert sum(measured) < 2000
