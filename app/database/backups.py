@@ -132,8 +132,19 @@ def _rows_of(backup: sqlite3.Connection, version: int) -> sqlite3.Connection:
 
 def newest_good_backup(path: Path, check: Check | None = None) -> Path | None:
     """The newest backup of the database at ``path`` that can be restored."""
-    made = sorted((path.parent / BACKUPS).glob("*.db"), key=lambda file: file.stat().st_mtime_ns, reverse=True)
-    return next((backup for backup in made if problem_of(backup, check=check) is None), None)
+    return next((backup for backup in backups_of(path) if problem_of(backup, check=check) is None), None)
+
+
+def backups_of(path: Path) -> list[Path]:
+    """What lies in the directory of backups of the database at ``path``, good or not, newest first. Whoever brings one may have its name
+    in capitals; hidden files are none."""
+    found: list[tuple[int, Path]] = []
+    with contextlib.suppress(OSError):                       # there is no such directory
+        for backup in (path.parent / BACKUPS).iterdir():
+            if backup.suffix.lower() == ".db" and not backup.name.startswith("."):
+                with contextlib.suppress(FileNotFoundError):          # the oldest may be deleted meanwhile
+                    found.append((backup.stat().st_mtime_ns, backup))
+    return [backup for _changed, backup in sorted(found, reverse=True)]
 
 
 def settings_in(backup: Path) -> Settings:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from app.database import files
-from app.database.backups import BACKUPS, carry_on_restore, is_restoring, newest_good_backup
+from app.database.backups import backups_of, carry_on_restore, is_restoring, newest_good_backup
 from app.database.errors import DatabaseDamaged, DatabaseError, DatabaseRefused, DatabaseUnavailable, primary_code, translated
 from app.database.migrations import migrate
 from app.database.schema import APPLICATION_ID, MIGRATIONS
@@ -205,7 +205,7 @@ def _check_identity(connection: sqlite3.Connection, path: Path, newest: int) -> 
 
 
 def _has_backups(path: Path) -> bool:
-    return any((path.parent / BACKUPS).glob("*.db"))
+    return bool(backups_of(path))
 
 
 def _is_lost(path: Path) -> bool:

@@ -14,7 +14,7 @@ from typing import TextIO
 
 import platformdirs
 
-from app.database.backups import BACKUPS, NOT_RESTORED, back_up, problem_of
+from app.database.backups import BACKUPS, NOT_RESTORED, back_up, backups_of, problem_of
 from app.database.connection import Database
 from app.database.errors import DatabaseError
 from app.domain.clock import Clock
@@ -95,11 +95,11 @@ class DataFiles:
     def backups(self) -> list[Backup]:
         """Newest first."""
         found = []
-        for path in (self.data_directory / BACKUPS).glob("*.db"):
+        for path in backups_of(self._db.path):
             with contextlib.suppress(FileNotFoundError):          # the oldest may be deleted meanwhile
                 stat = path.stat()
                 found.append(Backup(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
-        return sorted(found, key=lambda backup: backup.made_at, reverse=True)
+        return found
 
     def back_up_now(self) -> Backup:
         """A copy of the database as it is now, whole and verified."""

@@ -147,6 +147,16 @@ def test_files_of_a_place_are_listed_newest_first(tmp_path):
 
 
 # ---------------------------------------------------------------------- backups
+def test_a_backup_in_capitals_is_listed_and_hidden_files_are_not_counted(files):
+    made = files.back_up_now().path
+    brought = made.with_name("BROUGHT.DB")
+    brought.write_bytes(made.read_bytes())
+    for name in (f"._{made.name}", ".hidden.db", f"{made.name}.part"):
+        made.with_name(name).write_bytes(b"x")
+    assert {backup.path for backup in files.backups()} == {made, brought}
+    files.check_backup(brought)
+
+
 def test_backups_are_made_listed_and_checked(files, tmp_path):
     assert files.backups() == []
     first = files.back_up_now()
