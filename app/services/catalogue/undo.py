@@ -38,7 +38,11 @@ def restore(edit: Edit, removed: Removed) -> None:
         if edit.robots.by_name(edit.c, removed.robot.name):
             raise InvalidInput("name", "there is another robot {name} by now: give that one another name, then undo again",
                                name=removed.robot.name)
-        edit.check_is_no_other(removed.robot)
+        try:
+            edit.check_is_no_other(removed.robot)
+        except InvalidInput as other:
+            raise InvalidInput(other.field, "not put back: {problem}; change or delete that one, then undo again",
+                               problem=other.message) from None
         edit.robots.add(edit.c, replace(removed.robot, idle=None))
         edit.robots.note_idle(edit.c, removed.robot.id, removed.idle_queue_id)
         edit.notes.append(f"robot {removed.robot.name!r} put back")

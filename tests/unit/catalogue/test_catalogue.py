@@ -208,7 +208,7 @@ def test_undo_says_when_the_name_has_been_taken_meanwhile(world):
 def test_undo_brings_no_second_robot_to_an_address_that_is_taken_by_now(world):
     removed = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_robot(Robot("Alma", "10.0.0.1"))
-    with refuses("address", "this is the address of Alma, which is configured already"):
+    with refuses("address", "not put back: this is the address of Alma, .* already; change or delete that one, then undo again"):
         world.catalogue.restore(removed)
     assert [robot.name for robot in ROBOTS.all(world.db.read())] == ["Alma"]
 
