@@ -100,13 +100,14 @@ class ScheduleRepository:
                         (schedule_id, to_text(until))).fetchone()
         return int(row[0]) if row else None
 
-    def next_due(self, c: sqlite3.Connection, robot_id: int | None = None) -> datetime | None:
-        """The earliest next occurrence of all robots, or of one."""
-        if robot_id is None:
-            row = c.execute("SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL").fetchone()
-        else:
-            row = c.execute("SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL AND robot_id = ?",
-                            (robot_id,)).fetchone()
+    def next_due(self, c: sqlite3.Connection) -> datetime | None:
+        """The earliest next occurrence of all robots."""
+        return to_optional_instant(c.execute("SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL").fetchone()[0])
+
+    def next_to_run(self, c: sqlite3.Connection, robot_id: int) -> datetime | None:
+        """The earliest next occurrence of a robot that is not left out by a pause."""
+        row = c.execute("""SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL AND robot_id = ?
+                           AND (paused_until IS NULL OR paused_until <= next_at)""", (robot_id,)).fetchone()
         return to_optional_instant(row[0])
 
     def robots_due(self, c: sqlite3.Connection, after: datetime, until: datetime) -> set[int]:

@@ -226,12 +226,13 @@ class RobotClient:
         """Everything pending or executing, whoever put it there, by ascending id."""
         return self._queue.open_items()
 
-    def items_after(self, id_floor: int, known: dict[int, QueueItem] | None = None) -> list[QueueItem]:
+    def items_after(self, id_floor: int, known: dict[int, QueueItem | None] | None = None, highest: int = 0) -> list[QueueItem]:
         """Every item with a higher id, by ascending id. All of them, or it raises: "not there" is a reason to send again.
 
-        ``known``: items that need not be read one by one; those that were are added to it, so that of many the next call reads more.
+        ``known``: items (None: not there) that need not be read one by one; those that were are added to it, so that of many the next call
+        reads more. ``highest``: an id that is there, below which nothing ends.
         """
-        return self._queue.items_after(id_floor, known)
+        return self._queue.items_after(id_floor, known, highest)
 
     def highest_queue_id(self) -> int | None:
         """Highest id in the queue's history; where the robot can't sort, perhaps a lower one, which is safe to search from. None: empty."""
@@ -277,6 +278,7 @@ class RobotClient:
         return self._read(self._request("GET", path, query=query), read, largest)
 
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
+        self.give_way()
         answer = self._request(method, path, query=query, json=json)
         return self._read(answer, lambda found: parse.objects(found, message("the mission queue")), None)
 

@@ -6,7 +6,6 @@ order is checked, what is missing is asked for one by one, and what can't be rea
 """
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -24,6 +23,7 @@ NOT_OFFERED = (400, 404, 405, 410, 501)      # how a robot may answer a feature 
 
 Ask = Callable[[str, str, Mapping[str, str], Any], list[parse.Object]]
 Wanted = Callable[[parse.Object], bool]
+Known = dict[int, QueueItem | None]
 
 
 class QueueReader:
@@ -40,33 +40,44 @@ class QueueReader:
         items, _ = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: parse.queue_state(entry).is_open)
         return [item for item in items if item.is_open]
 
-    def items_after(self, floor: int, known: dict[int, QueueItem] | None = None) -> list[QueueItem]:
+    def items_after(self, floor: int, known: Known | None = None, highest: int = 0) -> list[QueueItem]:
         known = {} if known is None else known
         found, is_proof = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor,
                                        known)
-        return found if is_proof else self._one_by_one(floor, found, known)
+        return found if is_proof else self._one_by_one(floor, found, known, highest)
 
-    def _one_by_one(self, floor: int, listed: Sequence[QueueItem], known: dict[int, QueueItem]) -> list[QueueItem]:
+    def _one_by_one(self, floor: int, listed: Sequence[QueueItem], known: Known, highest: int) -> list[QueueItem]:
         """Where a list proves nothing (it may be of the oldest), numbers do: those above the floor, until some in a row are not there."""
         known |= {item.id: item for item in listed}
         items: list[QueueItem] = []
-        last, missing, reads = max(known, default=0), 0, 0
-        for number in itertools.count(floor + 1):
-            if number not in known:
-                if (reads := reads + 1) > MOST_SINGLE_READS:
-                    break
-                try:
-                    known[number] = self._read_item(number)
-                except Refusal as error:
-                    if error.status not in (404, 410):
-                        raise
-                    missing += 1
-                    if missing >= MISSING_IN_A_ROW and number >= last:
-                        return items
-                    continue
-            items.append(known[number])
-            missing = 0
+        last, missing, reads = max(highest, max(known, default=0)), 0, 0
+        for number in range(floor + 1, floor + 1 + MOST_ITEMS):
+            if number in known:
+                item = known[number]
+            elif (reads := reads + 1) > MOST_SINGLE_READS:
+                break
+            else:
+                item = self._item_with(number)
+                if item is not None or number < last:
+                    known[number] = item
+            if item is not None:
+                items.append(item)
+                missing = 0
+            elif (missing := missing + 1) >= MISSING_IN_A_ROW and number >= last:
+                return items
         raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
+
+    def _item_with(self, number: int) -> QueueItem | None:
+        """None: there is none."""
+        try:
+            item = self._read_item(number)
+        except Refusal as error:
+            if error.status not in (404, 410):
+                raise
+            return None
+        if item.id != number:
+            raise Unreadable(problem=message("item {found} instead of {number}", found=item.id, number=number))
+        return item
 
     def highest_id(self) -> int | None:
         newest = self.ids({"sort_by": "id,desc", "limit": "2"})
@@ -104,7 +115,7 @@ class QueueReader:
         return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]
 
     def _search(self, filter_: Mapping[str, Any], wanted: Wanted,
-                known: dict[int, QueueItem] | None = None) -> tuple[list[QueueItem], bool]:
+                known: Known | None = None) -> tuple[list[QueueItem], bool]:
         """By the robot's search, or where it has none, from its list: newest first, until a page has nothing wanted. Also whether that
         proves that there are no others."""
         entries = self._by_search(filter_, wanted) if self._has_search is not False else None
@@ -144,7 +155,7 @@ class QueueReader:
             seen |= page.keys()
         raise Unreadable(problem=message("more than {n} queue items", n=MOST_ITEMS))
 
-    def _whole(self, entries: Sequence[parse.Object], known: dict[int, QueueItem] | None = None) -> list[QueueItem]:
+    def _whole(self, entries: Sequence[parse.Object], known: Known | None = None) -> list[QueueItem]:
         """Items with all their fields, by ascending id; those that the list gave in short form are asked for, unless they are ``known``."""
         items: list[QueueItem] = []
         known, reads = {} if known is None else known, 0
@@ -153,11 +164,12 @@ class QueueReader:
                 items.append(_item(entry))
                 continue
             number = parse.queue_id(entry)
-            if number not in known:
+            item = known.get(number)
+            if item is None:
                 if (reads := reads + 1) > MOST_SINGLE_READS:
                     raise Unreadable(problem=message("more than {n} queue items in short form", n=MOST_SINGLE_READS))
-                known[number] = self._read_item(number)
-            items.append(known[number])
+                item = known[number] = self._read_item(number)
+            items.append(item)
         return sorted(items, key=lambda item: item.id)
 
 

@@ -98,6 +98,23 @@ def test_late_starts_are_listed_when_the_clock_was_behind_at_the_start_and_is_se
     site.switch_off()
 
 
+def test_an_absence_ends_when_the_app_was_started_and_not_when_its_clock_was_set(tmp_path):
+    """A small computer comes up with its last saved time, an hour behind; it is set right after forty minutes."""
+    site = Site(tmp_path)
+    site.add_robots()
+    site.run(120)
+    site.switch_off(cleanly=False)
+    site.clock.advance(600)
+    site.clock.step(-3600)
+    site.switch_on()
+    site.run(2400)
+    site.clock.step(3600)
+    site.run(60)
+    [alarm] = [alarm for alarm in site.container.alarms.open() if alarm.code == "app_was_off"]
+    assert datetime.fromisoformat(alarm.details["end"]) < datetime(2026, 11, 23, 6, 13, tzinfo=UTC)
+    site.switch_off()
+
+
 @pytest.fixture
 def late(tmp_path):
     """Two late starts on the list of a window, on R1 and R2."""

@@ -145,6 +145,25 @@ def test_a_skip_that_is_undone_runs_and_leaves_no_row(plant):
     assert [row.state for row in plant.rows()] == [State.WAITING]
 
 
+def test_skip_next_passes_over_what_a_pause_leaves_out_anyway(plant):
+    plant.skipping.pause(plant.daily.id, WEDNESDAY)
+    assert plant.skipping.skip_next(plant.daily.id) == datetime(2026, 11, 25, 6, 30, tzinfo=UTC)
+    plant.skipping.resume(plant.daily.id)
+    assert [run.at.day for run in plant.container.plan.next(3)] == [23, 24, 26]
+
+
+def test_a_skip_of_a_start_that_the_plan_has_passed_over_is_not_undone(plant):
+    """The clock was ahead when later starts were made, and has been set back since."""
+    at = plant.skipping.skip(plant.daily.id, datetime(2026, 11, 24, 6, 30, tzinfo=UTC))
+    for day in (23, 25):
+        plant.go_to(datetime(2026, 11, day, 6, 30, 1, tzinfo=UTC))
+    plant.clock.step(-30 * 3600)
+    before = plant.rows()
+    with pytest.raises(InvalidInput, match="passed"):
+        plant.skipping.take_again(plant.daily.id, at)
+    assert plant.rows() == before
+
+
 def test_of_two_skips_only_one_is_undone(plant):
     first, second = (plant.skipping.skip_next(plant.daily.id) for _ in range(2))
     plant.skipping.take_again(plant.daily.id, second)
@@ -223,10 +242,10 @@ def test_after_a_later_skip_comes_up_it_is_passed_over_by_the_next_one(plant):
 
 
 def test_skip_next_skips_the_one_that_would_run(plant):
-    """Where the planner has come to a start that was skipped before, that is no next start."""
+    """What was skipped before is no next start when the planner comes to it."""
     plant.skipping.skip(plant.daily.id, at(24))
     plant.go_to(at(23) + timedelta(seconds=1))
-    assert plant.stored().next_at == at(24)
+    assert plant.stored().next_at == at(25)
     assert plant.skipping.skip_next(plant.daily.id) == at(25)
     assert planned(plant, 2) == [26, 27]
     plant.skipping.take_again(plant.daily.id, at(25))

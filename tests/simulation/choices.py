@@ -281,7 +281,7 @@ class ChoiceSite(Site):
             yield f"{len(items)} items ({', '.join(str(item.state) for item in items)}): {told(row)}"
         if len(done) > 1 and was_beyond and not self._is_told(row):
             yield f"ran twice and nobody was told: {told(row)}"
-        if (row.state is State.COMPLETED) != bool(done):
+        if (row.state is State.COMPLETED) != bool(done) and not (was_beyond and self._is_told(row)):
             yield f"the robot says {', '.join(str(item.state) for item in items) or 'nothing'}: {told(row)}"
         if row.state is State.COMPLETED and row.queue_id not in {item.id for item in done}:
             yield f"another item than the one that ran: {told(row)}"

@@ -34,14 +34,11 @@ class ScheduleActions:
                   self._started.follow)
 
     def skip_next(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda at: self._offer_undo(
-            schedule, at, _("The next start of {name} is skipped").format(name=schedule.name)))
+        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda at: self._was_skipped(schedule, at))
 
     def skip(self, schedule: Schedule, at: datetime) -> None:
         """The start planned at that instant."""
-        time = formats.day_and_time(at, schedule.timezone, self._services.clock.now())
-        self._act(schedule.id, lambda: self._services.pausing.skip(schedule.id, at), lambda _at: self._offer_undo(
-            schedule, at, _("The start of {name} is skipped: {time}").format(name=schedule.name, time=time)))
+        self._act(schedule.id, lambda: self._services.pausing.skip(schedule.id, at), lambda _at: self._was_skipped(schedule, at))
 
     def take_again(self, schedule_id: int, at: datetime) -> None:
         """What was skipped is started after all."""
@@ -65,7 +62,9 @@ class ScheduleActions:
         self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
 
     # ------------------------------------------------------------------ inside
-    def _offer_undo(self, schedule: Schedule, at: datetime, text: str) -> None:
+    def _was_skipped(self, schedule: Schedule, at: datetime) -> None:
+        time = formats.day_and_time(at, schedule.timezone, self._services.clock.now())
+        text = _("The start of {name} is skipped: {time}").format(name=schedule.name, time=time)
         self._shell.offer_undo(text, lambda: self._services.pausing.take_again(schedule.id, at), self._done)
 
     def _pick_pause(self, schedule: Schedule) -> None:

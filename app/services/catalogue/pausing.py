@@ -41,7 +41,7 @@ class Pausing:
         """Returns the instant (UTC) that was skipped. Raises InvalidInput when no start is left."""
         def work(c: sqlite3.Connection) -> tuple[Schedule, datetime]:
             schedule = self._the_schedule(c, schedule_id)
-            at = self._next_to_run(c, schedule)
+            at = self._next_to_run(c, schedule, may_be_paused=False)
             if not schedule.enabled or at is None:
                 raise _nothing_to_skip(schedule)
             return self._skip(c, schedule, at)
@@ -66,7 +66,7 @@ class Pausing:
         """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed."""
         def work(c: sqlite3.Connection) -> Schedule:
             now, schedule, settings = self._clock.now(), self._the_schedule(c, schedule_id), self._settings.load(c)
-            if instant <= now:
+            if instant <= now or (schedule.planned_through is not None and instant <= schedule.planned_through):
                 raise InvalidInput("schedule", "the time of this start has passed")
             self._schedules.take_again(c, schedule_id, instant)
             self._executions.drop_skipped(c, schedule_id, instant)
@@ -115,10 +115,10 @@ class Pausing:
     def _calendar(self, c: sqlite3.Connection) -> WorkingCalendar:
         return working_calendar(c, self._settings.load(c))
 
-    def _next_to_run(self, c: sqlite3.Connection, schedule: Schedule) -> datetime | None:
+    def _next_to_run(self, c: sqlite3.Connection, schedule: Schedule, may_be_paused: bool = True) -> datetime | None:
         """The next start, which may be due as well, that is not skipped."""
         at, skipped, calendar = schedule.next_at, self._schedules.skipped(c, schedule.id), self._calendar(c)
-        while at is not None and at in skipped:
+        while at is not None and (at in skipped or (not may_be_paused and schedule.is_paused(at))):
             at = next_occurrence(schedule, at, calendar)
         return at
 

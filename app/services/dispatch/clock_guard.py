@@ -57,18 +57,16 @@ class ClockGuard:
         self._doubt: _Doubt | None = None
         self._absent_since: datetime | None = None
         self._unreported: Gap | None = None                      # an absence that is told once the clock is trusted
-        self._is_behind_heartbeat = False                        # so it could not be told for how long the app was off
+        self._started_at: float | None = None                    # on the monotonic clock, until it is told for how long the app was off
         self._went_back = False
         self._overruled: dict[int, float] = {}                   # robots against whose clocks a person decided, and when they last differed
         self.is_proven = False                                  # by a robot or a person; else one robot's word counts
 
     def start(self) -> None:
-        """Find out for how long the app was off. Called once, before the first round."""
+        """Called once, before the first round."""
         self._last_heartbeat = self._settings.heartbeat(self._db.read())
-        now = self._clock.now()
-        self._notice_absence(now)
-        self._is_behind_heartbeat = self._last_heartbeat is not None and now < self._last_heartbeat
-        self._begin_doubt(now)
+        self._started_at = self._clock.monotonic()
+        self._begin_doubt(self._clock.now())
 
     def judge(self, readings: Readings, can_ask: bool) -> Judgement:
         """One round. ``can_ask``: there are robots that may tell the time."""
@@ -110,14 +108,12 @@ class ClockGuard:
 
     def _end_doubt(self, now: datetime) -> None:
         doubt, self._doubt = self._doubt, None
+        self._notice_absence(now)
         if doubt is not None and doubt.has_alarm:
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
             self._absent_since = self._absent_since or min(doubt.since, now)
         if doubt is not None and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:             # it was right to jump: the tablet slept
             self._away(doubt.since, now)
-        if self._is_behind_heartbeat:
-            self._is_behind_heartbeat = False
-            self._notice_absence(now)
         self._went_back = True                     # perhaps before this run
         self._holds.distrust_clock(None)
         self._alarms.clear("clock_implausible", "clock")
@@ -215,9 +211,13 @@ class ClockGuard:
         return 60.0 * self._settings.load(self._db.read()).start_window_minutes
 
     def _notice_absence(self, now: datetime) -> None:
-        """Since the previous run."""
-        if self._last_heartbeat is not None and now - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
-            self._away(self._last_heartbeat, now)
+        """For how long the app was off before this run: by a clock that is trusted, and was perhaps set since the start."""
+        if self._started_at is None:
+            return
+        began = now - timedelta(seconds=self._clock.monotonic() - self._started_at)
+        self._started_at = None
+        if self._last_heartbeat is not None and began - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
+            self._away(self._last_heartbeat, began)
 
     def _away(self, start: datetime, end: datetime) -> None:
         self._downtime.add(Gap(start, end))

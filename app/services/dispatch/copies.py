@@ -12,7 +12,7 @@ from datetime import timedelta
 from app.domain.models import Execution, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
-from app.mir.errors import Rejected, RobotError
+from app.mir.errors import Refusal, Rejected, RobotError, Unreadable
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import WATCHED_FOR
@@ -36,7 +36,7 @@ class Copies:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
         self._alarmed: set[tuple[str, int]] = set()             # alarms by code and queue id
-        self._read: dict[int, QueueItem] = {}                   # for an answer that takes several calls: items by id
+        self._read: dict[int, QueueItem | None] = {}            # for an answer that takes several calls: items by id; None: not there
 
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
@@ -80,13 +80,17 @@ class Copies:
 
     def newest_of_idle_mission(self, last_queue_id: int | None, highest: int | None) -> int | None:
         """The robot's newest item, where all since its last idle mission are copies of idle missions of ours: nobody has used the robot.
-        None: somebody has, or that can't be told."""
-        if last_queue_id is None or highest is None or highest < last_queue_id:
+        None: somebody has, or its answers don't tell. Raises RobotError when it does not answer."""
+        if last_queue_id is None or highest is None or highest <= last_queue_id:
             return None
-        newer = self._client.items_after(last_queue_id)
-        if not newer or not all(self._is_of_idle_mission(item) for item in newer):
+        try:
+            if not self._is_of_idle_mission(self._client.queue_item(highest)):       # mostly; of what is before it thousands may be
+                return None
+            newer = self._client.items_after(last_queue_id)
+        except (Refusal, Unreadable) as error:
+            log.info("What %r has executed since its last idle mission is not known: %s", self._seen.robot.name, error.text)
             return None
-        return max(item.id for item in newer)
+        return max(item.id for item in newer) if newer and all(map(self._is_of_idle_mission, newer)) else None
 
     def _is_of_idle_mission(self, item: QueueItem) -> bool:
         row = self._ledger.by_token(item.description) if looks_like_token(item.description) else None
@@ -96,13 +100,20 @@ class Copies:
         """Say which starts this robot has, while one is looked for that any robot may have. Failing holds up nothing else."""
         robot, asked_at, known = self._seen.robot, self._s.clock.monotonic(), len(self._read)
         if not self._s.whereabouts.wants(robot):
+            self._read = {}
             return
         try:
             found = self._client.status().serial_number
             if robot.serial_number and found and found != robot.serial_number:        # another machine
                 return
-            newest = (self._client.highest_queue_id() or 0) - SEARCHED_AFTER_RESTORE
-            items = self._client.items_after(max(0, newest), self._read)
+            highest = self._client.highest_queue_id() or 0
+            if highest < max(self._read, default=0):         # its numbers have begun anew
+                self._read, known = {}, 0
+            last = self._s.robots.last_accepted(self._s.db.read(), robot.id)
+            if last is not None and highest < last.queue_id:                 # it boots, or has forgotten what it had: that is no answer
+                log.info("%r does not show its newest items, so whether it has starts of before the restore is not known", robot.name)
+                return
+            items = self._client.items_after(max(0, highest - SEARCHED_AFTER_RESTORE), self._read, highest)
         except RobotError as error:
             if len(self._read) > known:          # more of them the next time: reading all at once would make what falls due late
                 return
@@ -115,6 +126,11 @@ class Copies:
     def watch_for(self, row: Execution) -> None:
         """Its request was given up and may arrive all the same: the robot's queue is searched for it for a while."""
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
+
+    def watch_from(self, token: str, floor: int) -> None:
+        """One too many that could not be cancelled is met again, though it may have begun by then. What is searched for stays so."""
+        highest = self._seen.highest
+        self._watched.setdefault(token, (floor if highest is None else min(floor, highest), self._s.clock.monotonic() + WATCHED_FOR))
 
     def watch_again(self) -> None:
         """What an earlier run of the app gave up, of late."""
@@ -133,7 +149,7 @@ class Copies:
             return                                           # these rows are another tablet's
         items = {item.id: item for item in open_items if looks_like_token(item.description)}
         self._find_other_tablet(items.values())
-        self._watched = {token: value for token, value in self._watched.items() if value[1] > self._s.clock.monotonic()}
+        mono = self._s.clock.monotonic()
         newer = self._client.items_after(self._watched_from()) if self._watched else []
         items |= {item.id: item for item in newer if item.description in self._watched}
         unsettled: set[str] = set()
@@ -145,12 +161,13 @@ class Copies:
                 unsettled.add(row.token)
             elif not self._set_right(row, item):                         # it may begin before it is met again
                 unsettled.add(row.token)
-                self._watched.setdefault(row.token, (item.id - 1, self._s.clock.monotonic() + WATCHED_FOR))
+                self.watch_from(row.token, item.id - 1)
         searched = max((item.id for item in newer), default=0)           # what is older has been seen
         if self._seen.highest is not None:
             self._seen.highest = max(self._seen.highest, searched)       # or the next search would begin at the first item
         self._watched = {token: (floor if token in unsettled or not newer else searched, until)
-                         for token, (floor, until) in self._watched.items()}
+                         for token, (floor, until) in self._watched.items()
+                         if until > mono or (token in unsettled and until > mono - WATCHED_FOR)}       # once more after its time
 
     def _watched_from(self) -> int:
         """What has to be searched has a higher number, unless the robot's numbers have begun anew since."""

@@ -172,6 +172,8 @@ class Planner:
             return _Taken([], Progress(schedule.id, None, None, None))
         make = _RowMaker(schedule, robot, mission, context)
         earlier, following = _instants(schedule, context.now, context.calendar)
+        while following is not None and (schedule.id, following) in context.skips:       # its row was written when it was skipped
+            following = next_occurrence(schedule, following, context.calendar)
         through, started, rows = earlier[-1], None, []
         if following is None or following > context.now:
             *earlier, latest = earlier

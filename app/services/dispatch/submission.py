@@ -371,7 +371,8 @@ class Submission:
         self._accepted(row, first.id)
         self.note()
         for item in later:
-            self._copies.cancel_copy(item, row)
+            if not self._copies.cancel_copy(item, row):
+                self._copies.watch_from(row.token, first.id)
 
     def _give_up(self, row: Execution, problem: Message) -> None:
         self._seen.raise_about(row, "unknown_outcome", problem=problem)

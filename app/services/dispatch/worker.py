@@ -293,6 +293,6 @@ class RobotWorker:
             return False
         db, rule = self._s.db.read(), self.robot.idle
         mission = self._s.missions.get(db, rule.mission_id) if rule is not None else None
-        situation = IdleSituation(idle_seconds, status, highest, last_queue_id, self._s.schedules.next_due(db, self.robot.id),
+        situation = IdleSituation(idle_seconds, status, highest, last_queue_id, self._s.schedules.next_to_run(db, self.robot.id),
                                   rules.minimum_battery(None, mission, self._s.settings()))
         return idle_mission_is_due(self.robot.idle, situation, self._s.settings(), self._s.calendar(), self._clock.now())

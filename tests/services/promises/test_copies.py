@@ -131,6 +131,55 @@ def test_a_late_request_that_could_not_be_cancelled_and_ran_is_not_said_to_have_
     assert "late_cancelled" not in alarms(site)
 
 
+def test_a_second_copy_that_could_not_be_cancelled_at_once_is_cancelled_soon_and_without_reading_the_history(site, plan, monkeypatch):
+    """The robot is on screen, so its queue is read between polls, and the network has doubled the request."""
+    for _n in range(20):
+        site.stranger_queues("Home")
+    site.machines["R1"].cancel_all()
+    site.container.catalogue.change_settings(poll_interval_seconds=600)
+    site.run(10)
+    site.engine.watch(1)
+    plan("2026-11-23T06:05")
+    site.run(296)
+    [row] = site.executions()
+    for _n in range(5):
+        site.stranger_queues("Home")                    # so that it waits
+    copy = site.container.make_client(robot_of(site)).enqueue(row.mission_guid, description=row.token)
+    site.network.next("DELETE", f"/mission_queue/{copy}", Fate.LOST)
+    search, floors = RobotClient.items_after, []
+    monkeypatch.setattr(RobotClient, "items_after", lambda client, floor, *more: floors.append(floor) or search(client, floor, *more))
+    site.run(30)
+    assert next(str(item.state) for item in items(site) if item.id == copy) == "Aborted"
+    assert "duplicate_healed" in alarms(site)
+    assert min(floors) >= 20
+
+
+def test_two_items_of_one_start_of_which_the_second_could_not_be_cancelled_are_told(site, plan):
+    """Found when the outcome was looked for; the copy begins before it is met again."""
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(303)
+    [row] = site.executions()
+    copy = site.container.make_client(robot_of(site)).enqueue(row.mission_guid, description=row.token)
+    site.network.next("DELETE", f"/mission_queue/{copy}", Fate.LOST, count=50)
+    site.run(400)
+    assert states(site) == ["Done", "Done"]
+    assert "duplicate_running" in alarms(site)
+
+
+def test_what_was_given_up_is_searched_for_once_more_however_long_the_robot_was_gone(site, plan):
+    """It had the item all the time and comes back long after anybody would look for it."""
+    plan("2026-11-23T06:05", start_window_minutes=5)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(300.5)
+    site.network.down.add("R1")
+    site.run(1800)
+    assert outcomes(site) == [(State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)]
+    site.network.down.clear()
+    site.run(120)
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
 # ---------------------------------------------------------------------- the only item of a row that has ended
 def silent(site, plan, how):
     """The row ends in six minutes, while nobody knows that its item is or will be on the robot."""

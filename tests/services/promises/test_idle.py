@@ -1,8 +1,11 @@
 """Idle automation starts what its robot's idle period, as it was really seen, still allows at that moment (D14)."""
 from __future__ import annotations
 
+from datetime import UTC, datetime, timedelta
+
 import pytest
 
+from app.domain.models import Schedule
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
 from tests.support.seen import robot_of, sent_at, states
@@ -95,6 +98,34 @@ def test_a_late_copy_of_an_idle_mission_that_a_person_has_cancelled_ends_no_rest
     site.container.operator.cancel_execution(site.executions()[0].id)
     site.run(3600)
     assert states(site) == ["Aborted"]
+    assert len(sent_at(site)) == 1
+
+
+def test_however_much_a_robot_has_done_since_its_idle_mission_comes_again(resting):
+    """On a robot that is read item by item, a hundred and more missions between two rests are too many to read at once."""
+    site = resting
+    site.run_until(lambda: states(site) == ["Done"], within=900)
+    for _n in range(150):
+        site.stranger_queues("Deliver")
+    site.machines["R1"].cancel_all()
+    site.network.short_lists = 10
+    site.run(1200)
+    assert len(sent_at(site)) == 2
+
+
+@pytest.mark.parametrize("how", ["paused", "skipped"])
+def test_a_start_that_is_left_out_keeps_no_idle_mission_away(resting, how):
+    """It comes every five minutes, so that there would never be room before the next one."""
+    site = resting
+    catalogue, pausing = site.container.catalogue, site.container.pausing
+    first = datetime(2026, 11, 23, 6, 4)
+    schedule = catalogue.save_schedule(Schedule("Often", robot_of(site).id, 1, first, "UTC", "FREQ=MINUTELY;INTERVAL=4"))
+    if how == "paused":
+        pausing.pause(schedule.id, datetime(2026, 11, 23, 8, tzinfo=UTC))
+    else:
+        for number in range(20):
+            pausing.skip(schedule.id, first.replace(tzinfo=UTC) + number * timedelta(minutes=4))
+    site.run(1200)
     assert len(sent_at(site)) == 1
 
 

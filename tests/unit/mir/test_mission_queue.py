@@ -8,6 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from app.domain.robot import QueueItem
 from app.mir import mission_queue
 from app.mir.address import Address
 from app.mir.client import RobotClient
@@ -222,3 +223,43 @@ def test_an_item_that_appears_twice_while_paging_counts_once() -> None:
     assert [one.id for one in found] == list(range(101, 451))
     assert len(transport.requests) == 3
     assert mission_queue.PAGE == 200
+
+
+def reader_of(there: set[int], read: Callable[[int], QueueItem] = QueueItem) -> mission_queue.QueueReader:
+    """Of a robot that lists its ten oldest items only, whatever it is asked."""
+    def ask(_method: str, path: str, _query: Mapping[str, str], _json: Any) -> list[dict[str, Any]]:
+        if path.endswith("search"):
+            raise Rejected(status=404, address="r1")
+        return [item(number) for number in sorted(there)[:10]]
+
+    def read_item(number: int) -> QueueItem:
+        if number not in there:
+            raise Rejected(status=404, address="r1")
+        return read(number)
+    return mission_queue.QueueReader(ask, read_item)
+
+
+@pytest.mark.parametrize("there", [set(range(1, 451)), {*range(1, 12), *range(301, 451)}, {*range(1, 12), *range(40, 451, 7), 450}])
+def test_what_is_read_one_by_one_is_read_in_several_calls_however_many_numbers_are_missing(there: set[int]) -> None:
+    reader, known, calls = reader_of(there), dict[int, QueueItem | None](), 0
+    while (calls := calls + 1) < 10:
+        try:
+            found = reader.items_after(0, known, 450)
+            break
+        except Unreadable:
+            assert calls < 6
+    assert {each.id for each in found} == there
+
+
+def test_a_robot_that_has_every_number_is_not_read_for_ever() -> None:
+    reader, known = reader_of(set(range(1, 2 * mission_queue.MOST_ITEMS))), dict[int, QueueItem | None]()
+    for _n in range(100):
+        with pytest.raises(Unreadable):
+            reader.items_after(0, known)
+    assert len(known) <= mission_queue.MOST_ITEMS
+
+
+def test_another_item_than_the_one_that_was_asked_for_proves_nothing() -> None:
+    reader = reader_of(set(range(1, 30)), lambda _number: QueueItem(5))
+    with pytest.raises(Unreadable, match="instead of"):
+        reader.items_after(12)
