@@ -18,7 +18,9 @@ from tests.ui.whole_app import GUIDS
 
 
 def fetch(ui, robot: str) -> ChoiceDialog:
+    ui.wait(lambda: ui.find_all(CommandButton, text="Fetch from robot", disabled=False))
     press(ui, "Fetch from robot")
+    ui.wait(lambda: ui.find_all(OptionRow, text=robot))
     ui.tap(ui.find(OptionRow, text=robot))
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
     return ui.find(ChoiceDialog)
