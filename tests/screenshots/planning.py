@@ -214,11 +214,13 @@ def menu(studio: Any) -> Any:
 
 
 def card_at(look: str) -> Callable[[Any], Any]:
-    """The card of the first long bar of that look."""
+    """The card of the longest bar of that look that is seen."""
     def build(studio: Any) -> Any:
         stand = Stand(studio, "scheduler")
         chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
-        bar = max((bar for lane in chart.lanes for bar in lane.bars if bar.state == look), key=lambda bar: bar.end - bar.start)
+        seen = {box[4] for box in chart.boxes() if box[0] < chart.right}
+        bar = max((bar for lane in chart.lanes for bar in lane.bars if bar.state == look and bar.key in seen),
+                  key=lambda bar: bar.end - bar.start)
         stand.vm.open_bars([bar.key], chart.place_of(bar.key))
         return studio.dialogs.top
 

@@ -150,10 +150,11 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
     assert SCHEDULES.next_due(c) == first.next_at
     assert [found.id for found in SCHEDULES.upcoming(c, 4)] == [first.id, second.id, exact.id, later.id]
     db.write(lambda w: SCHEDULES.advance(w, first.id, None))
-    assert SCHEDULES.next_due(c) == second.next_at == SCHEDULES.next_to_run(c, schedule.robot_id)
+    assert SCHEDULES.next_due(c) == second.next_at
+    assert SCHEDULES.next_to_run(c, schedule.robot_id) == exact.next_at          # all are paused until then
+    db.write(lambda w: SCHEDULES.pause(w, second.id, None))
+    assert SCHEDULES.next_to_run(c, schedule.robot_id) == second.next_at
     assert SCHEDULES.next_to_run(c, schedule.robot_id + 1) is None
-    db.write(lambda w: SCHEDULES.pause(w, second.id, second.next_at + timedelta(seconds=1)))
-    assert SCHEDULES.next_to_run(c, schedule.robot_id) == exact.next_at
 
 
 def test_how_far_schedules_have_been_planned(db, schedule):
