@@ -18,15 +18,26 @@ from app.i18n import _
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.frame import controller as frame_controller
+from app.screens.frame.view import top_bar
 from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.screen import SchedulerScreen
 from app.widgets.timeline import LONG
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
+from tests.support import home_facts as sample
 from tests.support import month
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
+
+
+def framed(name: str) -> Any:
+    """The frame around a screen as Home shows it: all well with the robot."""
+    frame = Factory.Frame()
+    frame.items = [(key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION]
+    frame.current, frame.title = name, frame_controller.screen_word(name)
+    frame_controller.show_bar(frame, top_bar(sample.FACTS.robot, sample.FACTS.snapshot, sample.FACTS.settings, sample.NOW, ()))
+    return frame
 
 
 class Stand:
@@ -41,9 +52,7 @@ class Stand:
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background)
         kind = SCREENS[name]
         self.screen = kind(pick(kind.Services, self.container), self.shell)
-        frame = Factory.Frame(date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now", link_icon="wifi")
-        frame.items = [(key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION]
-        frame.current, frame.title = name, frame_controller.screen_word(name)
+        frame = framed(name)
         frame.add_widget(self.screen)
         studio.show(frame)
         if name == "scheduler":                  # nobody answers at the robots' addresses
