@@ -150,6 +150,8 @@ class Copies:
         items = {item.id: item for item in open_items if looks_like_token(item.description)}
         self._find_other_tablet(items.values())
         mono = self._s.clock.monotonic()
+        longest = LOOKS_BACK.total_seconds()                 # a queue that can't be searched must not keep the robot unreadable for ever
+        self._watched = {token: value for token, value in self._watched.items() if value[1] > mono - longest}
         newer = self._client.items_after(self._watched_from()) if self._watched else []
         items |= {item.id: item for item in newer if item.description in self._watched}
         unsettled: set[str] = set()

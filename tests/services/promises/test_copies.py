@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from app.domain.models import InvalidInput, ReasonCode, State
+from app.domain.models import Connection, InvalidInput, ReasonCode, State
 from app.mir.client import RobotClient
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
@@ -178,6 +178,24 @@ def test_what_was_given_up_is_searched_for_once_more_however_long_the_robot_was_
     site.network.down.clear()
     site.run(120)
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
+def test_a_queue_that_can_not_be_searched_keeps_a_robot_unreadable_for_a_while_only(site, plan):
+    """Its numbers have begun anew since, and it is read item by item: a hundred are too many."""
+    plan("2026-11-23T06:05", start_window_minutes=5)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(300.5)
+    site.network.down.add("R1")
+    site.run(900)
+    site.machines["R1"].catch_up()
+    site.machines["R1"].queue = MissionQueue()
+    for _n in range(150):
+        site.stranger_queues("Home")
+    site.machines["R1"].cancel_all()
+    site.network.short_lists = 10
+    site.network.down.clear()
+    site.run(2 * 3600)
+    assert site.container.snapshots.get(1).connection is Connection.CONNECTED
 
 
 # ---------------------------------------------------------------------- the only item of a row that has ended
