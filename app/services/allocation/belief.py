@@ -1,0 +1,91 @@
+"""What a decision rests on: the robots of a group as they are believed to be, the starts that wait, and those that are still to come.
+
+Times are seconds from the moment of the decision: of what has passed they are negative.
+"""
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Protocol
+
+LOW, NORMAL, HIGH, CRITICAL = -1, 0, 1, 2
+_WEIGHTS = (0.5, 1.0, 3.0, 10.0)
+
+
+def weight(priority: int) -> float:
+    """How much a second of lateness counts."""
+    return _WEIGHTS[max(LOW, min(priority, CRITICAL)) - LOW]
+
+
+class Out(StrEnum):
+    """Why a robot gets nothing at present."""
+    OFF = "off"                          # switched off, or without its password
+    SILENT = "silent"
+    WRONG_ROBOT = "wrong_robot"
+    HELD = "held"
+    STOPPED = "stopped"                  # error, emergency stop, pause, manual control, mapping
+    LACKS_MISSION = "lacks_mission"
+    TRIED = "tried"                      # it refused this start, or is to be asked again later
+    LOW_BATTERY = "low_battery"
+    TOO_LITTLE_BATTERY = "too_little_battery"        # for the whole run
+
+
+@dataclass(frozen=True)
+class Member:
+    """A robot. ``free_s``: until it has nothing more to do. ``is_free``: Ready, with nothing of anybody in its queue, as read a moment ago.
+    ``battery`` in %, ``drain`` in % per hour of running, ``hours`` that it ran today; ``out`` whatever the start."""
+    id: int
+    name: str
+    is_free: bool = True
+    free_s: float = 0.0
+    battery: float | None = None
+    drain: float = 10.0
+    hours: float = 0.0
+    out: Out | None = None
+
+
+@dataclass(frozen=True)
+class Start:
+    """One that waits for a robot. ``members``: robots that may get it. ``tried``: those of them that are barred for it at present.
+    ``finish_s``: by when it has to be done, None: whenever. ``keep_free``: robots of its group that are left to what matters more."""
+    id: int
+    mission: str
+    members: Collection[int]
+    priority: int = NORMAL
+    planned_s: float = 0.0
+    closes_s: float = 900.0
+    finish_s: float | None = None
+    minimum_battery: float | None = None
+    tried: Mapping[int, Out] = field(default_factory=dict)
+    keep_free: int = 0
+    at_once: bool = False
+
+
+@dataclass(frozen=True)
+class Coming:
+    """A start that is planned within the next minutes. One member: it is fixed to that robot."""
+    mission: str
+    members: Sequence[int]
+    planned_s: float
+    lasts_s: float
+    priority: int = NORMAL
+
+    @property
+    def is_fixed(self) -> bool:
+        return len(self.members) == 1
+
+
+class Takes(Protocol):
+    """Seconds that a mission takes on a robot from where that will be when it is free; None: it lacks the mission."""
+
+    def __call__(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None: ...
+
+
+@dataclass(frozen=True)
+class Situation:
+    """Everything that a decision needs to know."""
+    robots: Mapping[int, Member]
+    starts: Sequence[Start]
+    takes: Takes
+    coming: Sequence[Coming] = ()        # in order of time, at most AHEAD s away

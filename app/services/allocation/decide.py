@@ -1,0 +1,142 @@
+"""Which start goes to which robot now. Pure: the same situation gives the same decisions.
+
+All that waits is laid on the robots, the most important first, each where its score is least:
+
+    seconds until it would be done there + PATIENCE where the robot is busy + EVEN for each hour that it ran today
+    + the delay that this brings to planned starts that matter more, in seconds of its own weight
+
+What comes to lie on a free robot is given to it; what comes to lie on a busy one keeps its place there and waits. One at a time to the best
+robot is within a factor of three of whatever could be known (Gerkey and Matarić 2004 on single-task robots and online assignment); the
+constants were measured in simulated days, ``tests/benchmarks/bench_allocation.py``.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from app.services.allocation.belief import HIGH, Coming, Member, Out, Situation, Start, weight
+from app.services.allocation.delay import delay
+
+PATIENCE = 120.0             # s by which a busy robot has to be done sooner than a free one, to be waited for
+EVEN = 30.0                  # s for each hour run today
+AHEAD = 600.0                # s within which planned starts are protected
+LAST_CALL = 5.0              # s before its window closes a start goes into a queue after all
+RESERVE = 8.0                # % of battery that has to be left when a run ends
+IN_A_HURRY = 300.0           # s to the latest start that can still be done in time
+FAILED_S = 600.0             # s for which a robot counts as busy that could not be given what it was to get
+
+
+@dataclass(frozen=True)
+class Option:
+    """A robot that could take a start: when it would be done, and its score, both in s."""
+    score: float
+    robot_id: int
+    done_s: float
+    lasts_s: float
+    is_free: bool
+
+
+@dataclass(frozen=True)
+class Decision:
+    """``robot_id``: who gets it now; None: nobody yet. ``options`` best first; ``out`` says why the other robots are none. ``kept_for``: it
+    waits so that this planned start is on time. ``too_late``: it can't be done by when it has to be."""
+    start: Start
+    robot_id: int | None = None
+    options: Sequence[Option] = ()
+    out: Sequence[tuple[int, Out]] = ()
+    kept_for: Coming | None = None
+    is_last_call: bool = False
+    too_late: bool = False
+
+
+def decide(situation: Situation) -> list[Decision]:
+    """A decision for each start, in the order in which they are laid on the robots."""
+    return list(_Board(situation).lay())
+
+
+class _Board:
+    """The robots as they would be with what has been laid on them so far."""
+
+    def __init__(self, situation: Situation) -> None:
+        self._situation = situation
+        usable = [robot for robot in situation.robots.values() if robot.out is None]
+        self._free_s = {robot.id: robot.free_s for robot in usable}
+        self._idle = {robot.id for robot in usable if robot.is_free}
+
+    def lay(self) -> Iterator[Decision]:
+        for start in sorted(self._situation.starts, key=self._rank):
+            yield self._decide(start)
+
+    def _rank(self, start: Start) -> tuple[float, ...]:
+        return -start.priority, not self._is_in_a_hurry(start), start.planned_s, start.id
+
+    def _is_in_a_hurry(self, start: Start) -> bool:
+        if start.finish_s is None:
+            return False
+        shortest = min((lasts for robot_id in start.members if (lasts := self._situation.takes(robot_id, start.mission)) is not None),
+                       default=0.0)
+        return start.finish_s - shortest < IN_A_HURRY
+
+    # ------------------------------------------------------------------ one start
+    def _decide(self, start: Start) -> Decision:
+        options, out = self._options(start)
+        if not options:
+            return Decision(start, out=out)
+        is_last_call = start.closes_s <= LAST_CALL
+        in_time = [option for option in options if start.finish_s is None or option.done_s <= start.finish_s]
+        if not in_time:
+            return Decision(start, None, options, out, too_late=True)
+        protected = [] if is_last_call else [
+            each for each in self._situation.coming if each.is_fixed or each.priority > start.priority]
+        best = self._looking_ahead(start, in_time, protected) if protected else in_time[0]
+        if best is None:
+            return Decision(start, None, options, out, kept_for=protected[0])
+        is_given = is_last_call or start.at_once or (best.is_free and self._may_use_one_more(start))
+        self._idle.discard(best.robot_id)
+        self._free_s[best.robot_id] = best.done_s
+        return Decision(start, best.robot_id if is_given else None, options, out, is_last_call=is_last_call)
+
+    def _may_use_one_more(self, start: Start) -> bool:
+        return start.priority >= HIGH or len(self._idle.intersection(start.members)) > start.keep_free
+
+    def _options(self, start: Start) -> tuple[list[Option], list[tuple[int, Out]]]:
+        options, out = [], []
+        for robot_id in start.members:
+            robot = self._situation.robots.get(robot_id)
+            if robot is None:
+                continue                             # it has just been removed
+            if (why := robot.out or start.tried.get(robot_id) or _too_low(robot, start)) is not None:
+                out.append((robot_id, why))
+                continue
+            lasts = self._situation.takes(robot_id, start.mission)
+            if lasts is None:
+                out.append((robot_id, Out.LACKS_MISSION))
+            elif robot.battery is not None and robot.battery - lasts / 3600 * robot.drain < RESERVE:
+                out.append((robot_id, Out.TOO_LITTLE_BATTERY))
+            else:
+                done, is_free = self._free_s[robot_id] + lasts, robot_id in self._idle
+                options.append(Option(done + (0.0 if is_free else PATIENCE) + EVEN * robot.hours, robot_id, done, lasts, is_free))
+        options.sort(key=lambda option: (option.score, self._situation.robots[option.robot_id].name))
+        return options, out
+
+    def _looking_ahead(self, start: Start, options: Sequence[Option], protected: Sequence[Coming]) -> Option | None:
+        """The option that is best with what it delays; None: going after the first of what is protected is better than every one."""
+        before = delay(protected, self._free_s)
+        best, least = None, float("inf")
+        for option in options:
+            if option.score >= least:                # whatever it delays, it can't get better
+                break
+            kept = self._free_s[option.robot_id]
+            slow = self._situation.takes(option.robot_id, start.mission, slow=True) or option.lasts_s
+            self._free_s[option.robot_id] = kept + max(slow, option.lasts_s)
+            total = option.score + (delay(protected, self._free_s) - before) / weight(start.priority)
+            self._free_s[option.robot_id] = kept
+            if total < least:
+                best, least = option, total
+        behind = max(0.0, protected[0].planned_s) + options[0].score + options[0].lasts_s
+        return best if least <= behind else None
+
+
+def _too_low(robot: Member, start: Start) -> Out | None:
+    wanted = start.minimum_battery
+    return Out.LOW_BATTERY if wanted is not None and (robot.battery is None or robot.battery < wanted) else None

@@ -1,0 +1,177 @@
+"""Who gets what: the rules one by one, and what holds for any situation."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.domain.models import DurationEstimate
+from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL, Coming, Member, Out, Situation, Start, weight
+from app.services.allocation.decide import EVEN, LAST_CALL, PATIENCE, RESERVE, decide
+from app.services.allocation.delay import delay
+from app.services.allocation.estimates import SHORTEST_S, UNKNOWN_S, remaining, takes
+
+AINO, SISU, VEIKKO = Member(1, "Aino"), Member(2, "Sisu"), Member(3, "Veikko")
+ALL = (1, 2, 3)
+
+
+def busy(robot: Member, seconds: float) -> Member:
+    return replace(robot, is_free=False, free_s=seconds)
+
+
+def lasts(robot_id: int, mission: str, *, slow: bool = False) -> float:
+    return 400.0 if slow else 300.0
+
+
+def situation(*starts: Start, robots=(AINO, SISU, VEIKKO), takes=lasts, coming=()) -> Situation:
+    return Situation({robot.id: robot for robot in robots}, starts, takes, coming)
+
+
+def start(number: int = 1, **values) -> Start:
+    return Start(number, "Deliver", ALL, **values)
+
+
+def given_to(*args, **values) -> dict[int, int | None]:
+    return {decision.start.id: decision.robot_id for decision in decide(situation(*args, **values))}
+
+
+# ---------------------------------------------------------------------- to whom
+def test_of_equals_the_one_that_ran_less_and_then_the_first_by_name():
+    assert given_to(start()) == {1: AINO.id}
+    assert given_to(start(), robots=(replace(AINO, hours=1.0), SISU, VEIKKO)) == {1: SISU.id}
+    assert given_to(start(), takes=lambda robot_id, mission, slow=False: 300.0 + 2 * EVEN * (robot_id == 2),
+                    robots=(replace(AINO, hours=1.0), SISU, replace(VEIKKO, hours=3.0))) == {1: AINO.id}
+
+
+def test_a_busy_robot_is_waited_for_only_if_it_is_done_much_sooner():
+    def fast_aino(robot_id, mission, slow=False):
+        return 100.0 if robot_id == AINO.id else 100.0 + PATIENCE + 60.0
+    assert given_to(start(), robots=(busy(AINO, 59.0), SISU), takes=fast_aino) == {1: None}
+    assert given_to(start(), robots=(busy(AINO, 61.0), SISU), takes=fast_aino) == {1: SISU.id}
+
+
+def test_what_is_laid_on_a_robot_is_there_for_the_next_start():
+    assert given_to(start(1), start(2), start(3), start(4)) == {1: 1, 2: 2, 3: 3, 4: None}
+
+
+def test_the_most_important_chooses_first_then_who_is_in_a_hurry_then_who_waits_longest():
+    starts = (start(1, planned_s=-60), start(2, planned_s=-50, finish_s=500.0), start(3, priority=HIGH),
+              start(4, priority=LOW, planned_s=-900))
+    assert given_to(*starts) == {3: 1, 2: 2, 1: 3, 4: None}
+
+
+# ---------------------------------------------------------------------- who can't
+@pytest.mark.parametrize(("robot", "why"), [
+    (replace(AINO, out=Out.SILENT), Out.SILENT), (replace(AINO, battery=None), Out.LOW_BATTERY),
+    (replace(AINO, battery=19.9), Out.LOW_BATTERY), (replace(AINO, battery=20.0, drain=200.0), Out.TOO_LITTLE_BATTERY)])
+def test_a_robot_that_cannot_is_passed_by_and_it_is_said_why(robot, why):
+    [decision] = decide(situation(start(minimum_battery=20.0), robots=(robot, replace(SISU, battery=80.0))))
+    assert (decision.robot_id, list(decision.out)) == (SISU.id, [(AINO.id, why)])
+
+
+def test_a_robot_that_lacks_the_mission_or_has_refused_it_is_passed_by():
+    [decision] = decide(situation(start(tried={2: Out.TRIED}), takes=lambda robot_id, mission, slow=False: 300.0 if robot_id > 1 else None))
+    assert (decision.robot_id, list(decision.out)) == (VEIKKO.id, [(1, Out.LACKS_MISSION), (2, Out.TRIED)])
+
+
+def test_so_much_battery_is_left_when_a_run_ends():
+    enough = replace(AINO, battery=RESERVE + 10 * 300 / 3600)
+    assert given_to(replace(start(), members=(1,)), robots=(enough,)) == {1: 1}
+    assert given_to(replace(start(), members=(1,)), robots=(replace(enough, battery=enough.battery - 0.01),)) == {1: None}
+
+
+# ---------------------------------------------------------------------- when
+def test_before_its_window_closes_a_start_goes_into_the_queue_of_the_one_that_is_done_first():
+    robots = (busy(AINO, 900.0), busy(SISU, 200.0))
+    two = replace(start(), members=(1, 2))
+    assert given_to(replace(two, closes_s=LAST_CALL + 0.1), robots=robots) == {1: None}
+    [decision] = decide(situation(replace(two, closes_s=LAST_CALL), robots=robots))
+    assert (decision.robot_id, decision.is_last_call) == (SISU.id, True)
+
+
+def test_what_has_to_be_done_by_then_is_not_begun_when_it_cannot_be():
+    [decision] = decide(situation(start(finish_s=299.0)))
+    assert (decision.robot_id, decision.too_late) == (None, True)
+    assert given_to(start(finish_s=300.0)) == {1: 1}
+
+
+def test_a_group_that_hands_over_at_once_waits_for_no_free_robot():
+    assert given_to(replace(start(at_once=True), members=(1, 2)), robots=(busy(AINO, 900.0), busy(SISU, 200.0))) == {1: SISU.id}
+
+
+def test_robots_are_kept_free_for_what_matters_more():
+    assert given_to(start(1, keep_free=1), start(2, keep_free=1), start(3, keep_free=1)) == {1: 1, 2: 2, 3: None}
+    assert given_to(start(1, keep_free=3, priority=HIGH)) == {1: 1}
+
+
+# ---------------------------------------------------------------------- looking ahead
+def coming(seconds: float, members=ALL, priority: int = CRITICAL) -> Coming:
+    return Coming("Shift bus", members, seconds, 300.0, priority)
+
+
+def test_the_last_free_robot_is_kept_for_what_matters_more():
+    """The shift bus at 06:55 must not wait because a low one took the last robot at 06:53."""
+    robots = (AINO, busy(SISU, 1800.0), busy(VEIKKO, 1800.0))
+    [decision] = decide(situation(start(priority=LOW), robots=robots, coming=[coming(120.0)]))
+    assert (decision.robot_id, decision.kept_for) == (None, coming(120.0))
+    assert given_to(start(priority=LOW), robots=robots, coming=[coming(500.0)]) == {1: AINO.id}       # done before
+    assert given_to(start(priority=CRITICAL), robots=robots, coming=[coming(120.0)]) == {1: AINO.id}  # no less important
+    assert given_to(start(priority=LOW, closes_s=1.0), robots=robots, coming=[coming(120.0)]) == {1: AINO.id}
+
+
+def test_a_fixed_start_is_protected_whatever_its_priority():
+    two = replace(start(priority=HIGH), members=(1, 2))
+    assert given_to(two, robots=(AINO, SISU), coming=[coming(60.0, (AINO.id,), LOW)]) == {1: SISU.id}
+
+
+def test_delay_leaves_the_robot_that_is_free_last_in_time_to_what_comes():
+    free = {1: 0.0, 2: 100.0, 3: 500.0}
+    assert delay([coming(120.0), coming(120.0)], free) == 0.0
+    assert delay([coming(120.0)] * 3, free) == weight(CRITICAL) * 300.0
+    assert delay([coming(120.0, (3,), NORMAL)], free) == 380.0
+
+
+# ---------------------------------------------------------------------- estimates
+def test_what_is_left_of_a_run_comes_from_the_longer_ones():
+    known = DurationEstimate(200.0, 300.0, (100.0, 200.0, 300.0))
+    assert [remaining(known, elapsed) for elapsed in (0.0, 150.0, 250.0, 400.0)] == [200.0, 100.0, 50.0, 30.0]
+    assert remaining(DurationEstimate(600.0, 600.0, typed=True), 200.0) == 400.0
+    assert (remaining(None, 100.0), remaining(None, 1e6)) == (200.0, 45.0)
+
+
+def test_a_few_runs_of_one_robot_say_less_than_those_of_its_group():
+    own, group = DurationEstimate(100.0, 100.0, (100.0,) * 2), DurationEstimate(250.0, 280.0, (250.0,) * 9)
+    typed = DurationEstimate(60.0, 60.0, typed=True)
+    assert (takes(own, group), takes(own, group, slow=True), takes(own, None), takes(None, None)) == (250.0, 280.0, 100.0, UNKNOWN_S)
+    assert (takes(typed, group), takes(typed, None, 20.0), takes(typed, None, -100.0)) == (60.0, 90.0, SHORTEST_S)
+
+
+# ---------------------------------------------------------------------- any situation
+members = st.builds(Member, st.integers(1, 4), st.sampled_from("ABCD"), st.booleans(), st.floats(0, 900), st.none() | st.floats(0, 100),
+                    st.floats(0, 30), st.floats(0, 12), st.none() | st.sampled_from(Out))
+starts = st.builds(Start, st.integers(1, 30), st.just("Deliver"), st.sets(st.integers(1, 4), min_size=1).map(tuple), st.integers(-3, 5),
+                   st.floats(-900, 0), st.floats(0, 900), st.none() | st.floats(-60, 900), st.none() | st.floats(0, 100),
+                   st.dictionaries(st.integers(1, 4), st.sampled_from(Out)), st.integers(0, 3))
+comings = st.builds(Coming, st.just("Bus"), st.sets(st.integers(1, 4), min_size=1).map(tuple), st.floats(0, 600), st.floats(20, 600),
+                    st.integers(-1, 2))
+
+
+@given(st.lists(members, min_size=4, max_size=4), st.lists(starts, max_size=8, unique_by=lambda s: s.id), st.lists(comings, max_size=5))
+def test_only_who_can_gets_a_start_and_a_free_robot_at_most_one(robots, waiting, later):
+    robots = [replace(robot, id=number, free_s=0.0 if robot.is_free else robot.free_s) for number, robot in enumerate(robots, 1)]
+    found = decide(situation(*waiting, robots=robots, coming=sorted(later, key=lambda each: each.planned_s)))
+    assert sorted(decision.start.id for decision in found) == sorted(each.id for each in waiting)
+    by_id = {robot.id: robot for robot in robots}
+    given_now = [decision for decision in found if decision.robot_id is not None]
+    for decision in given_now:
+        robot, wanted = by_id[decision.robot_id], decision.start
+        assert robot.id in wanted.members
+        assert robot.id not in wanted.tried
+        assert robot.out is None
+        assert wanted.minimum_battery is None or robot.battery >= wanted.minimum_battery
+        assert robot.is_free or decision.is_last_call
+    usual = [decision.robot_id for decision in given_now if not decision.is_last_call]
+    assert len(usual) == len(set(usual))
+    assert found == decide(situation(*waiting, robots=robots, coming=sorted(later, key=lambda each: each.planned_s)))
