@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from typing import Protocol
 
 LOW, NORMAL, HIGH, CRITICAL = -1, 0, 1, 2
@@ -66,14 +67,18 @@ class Start:
 class Coming:
     """A start that is planned within the next minutes. One member: it is fixed to that robot."""
     mission: str
-    members: Sequence[int]
+    members: tuple[int, ...]
     planned_s: float
     lasts_s: float
     priority: int = NORMAL
 
-    @property
+    @cached_property
     def is_fixed(self) -> bool:
         return len(self.members) == 1
+
+    @cached_property
+    def weight(self) -> float:
+        return weight(self.priority)
 
 
 class Takes(Protocol):

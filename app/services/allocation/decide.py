@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.services.allocation.belief import HIGH, Coming, Member, Out, Situation, Start, weight
 from app.services.allocation.delay import delay
@@ -26,8 +27,7 @@ IN_A_HURRY = 300.0           # s to the latest start that can still be done in t
 FAILED_S = 600.0             # s for which a robot counts as busy that could not be given what it was to get
 
 
-@dataclass(frozen=True)
-class Option:
+class Option(NamedTuple):
     """A robot that could take a start: when it would be done, and its score, both in s."""
     score: float
     robot_id: int
@@ -86,7 +86,8 @@ class _Board:
         in_time = [option for option in options if start.finish_s is None or option.done_s <= start.finish_s]
         if not in_time:
             return Decision(start, None, options, out, too_late=True)
-        protected = [] if is_last_call else [
+        may_go = not self._idle.isdisjoint(start.members) or start.at_once       # else it waits whatever is planned
+        protected = [] if is_last_call or not may_go else [
             each for each in self._situation.coming if each.is_fixed or each.priority > start.priority]
         best = self._looking_ahead(start, in_time, protected) if protected else in_time[0]
         if best is None:

@@ -1,0 +1,145 @@
+"""Who gets what: the app's own decision, and the rules beside which it is measured. Fixed starts go into their robot's queue under each."""
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from app.services.allocation.belief import Coming, Member, Out, Situation, Start
+from app.services.allocation.decide import AHEAD, LAST_CALL, decide
+from tests.benchmarks.hall.day import MINIMUM, Day, Robot
+from tests.benchmarks.hall.site import HOUR, Run
+
+
+def in_order(runs: list[Run]) -> list[Run]:
+    return sorted(runs, key=lambda run: (-run.priority, run.planned, run.id))
+
+
+class Rule:
+    """Base of the rules that look at one start after the other."""
+    turns_to_others = True
+
+    def decide(self, day: Day) -> None:
+        for run in in_order([run for run in day.waiting if run.not_before <= day.now]):
+            if not run.is_fixed:
+                self.give(day, run)
+            elif run.home is not None and day.level(day.robots[run.home]) >= MINIMUM:
+                day.send(run, day.robots[run.home])
+
+    def give(self, day: Day, run: Run) -> None:
+        raise NotImplementedError
+
+
+class FixedRobot(Rule):
+    """As without groups: the schedule names the robot. An urgent one goes where the operator sees least to do."""
+    turns_to_others = False
+
+    def give(self, day: Day, run: Run) -> None:
+        number = run.home
+        if number is None:
+            known = [robot for robot in day.robots if not robot.is_known_down] or day.robots
+            number = min(known, key=lambda robot: (len(robot.queue) + (robot.running is not None), robot.number)).number
+        if day.level(day.robots[number]) >= MINIMUM:
+            day.send(run, day.robots[number])
+
+
+class WhenDue(Rule):
+    """Chosen when it falls due, then in that robot's queue."""
+
+    def give(self, day: Day, run: Run) -> None:
+        if robots := [robot for robot in day.robots if day.can_take(run, robot)]:
+            day.send(run, self.choose(day, run, robots))
+
+    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
+        raise NotImplementedError
+
+
+class AtRandom(WhenDue):
+    def __init__(self) -> None:
+        self._rng = random.Random(5)
+
+    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
+        return self._rng.choice(robots)
+
+
+class RoundRobin(WhenDue):
+    last = -1
+
+    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
+        robot = min(robots, key=lambda each: (each.number - self.last - 1) % len(day.robots))
+        self.last = robot.number
+        return robot
+
+
+class EarliestCompletion(WhenDue):
+    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
+        def done(robot: Robot) -> float:
+            seconds, place = day.free_in(robot)
+            return seconds + day.learned.takes(robot.number, run.mission, place)
+        return min(robots, key=lambda robot: (done(robot), robot.number))
+
+
+class WhenIdle(Rule):
+    """With the app until a robot is free, and into a queue just before it is too late."""
+
+    def give(self, day: Day, run: Run) -> None:
+        robots = [robot for robot in day.robots if day.can_take(run, robot)]
+        if idle := [robot for robot in robots if day.is_idle(robot)]:
+            day.send(run, self.choose(day, run, idle))
+        elif robots and day.now >= run.closes - LAST_CALL:
+            day.send(run, min(robots, key=lambda robot: (day.free_in(robot)[0], robot.number)))
+
+    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
+        raise NotImplementedError
+
+
+class FirstIdle(WhenIdle):
+    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
+        return robots[0]
+
+
+class NearestIdle(WhenIdle):
+    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
+        return min(robots, key=lambda robot: (day.learned.takes(robot.number, run.mission, robot.place), robot.number))
+
+
+class ThisApp(Rule):
+    """The app's own decision code, with all that waits. ``ahead``: s within which planned starts are protected; ``keep_free``: robots."""
+
+    def __init__(self, ahead: float = AHEAD, keep_free: int = 0) -> None:
+        self._ahead, self._keep_free = ahead, keep_free
+
+    def decide(self, day: Day) -> None:
+        super().decide(day)                      # the fixed ones
+        runs = {run.id: run for run in day.waiting if not run.is_fixed and run.not_before <= day.now}
+        if not runs:
+            return
+        for decision in decide(self.situation(day, runs.values())):
+            if decision.robot_id is not None:
+                day.send(runs[decision.start.id], day.robots[decision.robot_id])
+
+    def give(self, day: Day, run: Run) -> None:
+        """Together, not one by one."""
+
+    def situation(self, day: Day, runs: Iterable[Run]) -> Situation:
+        everybody = tuple(range(len(day.robots)))
+        believed = [day.free_in(robot) for robot in day.robots]
+        missions = {str(mission.number): mission for mission in day.site.missions}
+
+        def takes(robot_id: int, mission: str, *, slow: bool = False) -> float:
+            return day.learned.takes(robot_id, missions[mission], believed[robot_id][1], slow=slow)
+
+        robots = {robot.number: Member(
+            robot.number, f"{robot.number:02d}", day.is_idle(robot), believed[robot.number][0], day.level(robot), 8.0, robot.busy / HOUR,
+            Out.SILENT if robot.known_silent else Out.STOPPED if robot.known_error else None) for robot in day.robots}
+        starts = [Start(run.id, str(run.mission.number), everybody, run.priority, run.planned - day.now, run.closes - day.now,
+                        minimum_battery=MINIMUM, keep_free=self._keep_free,
+                        tried={number: Out.TRIED for number, until in run.barred.items() if until > day.now})
+                  for run in runs]
+        coming = [Coming(str(run.mission.number), (run.home,) if run.is_fixed and run.home is not None else everybody,
+                         run.planned - day.now, day.site.mean_s, run.priority) for run in day.coming(self._ahead)] if self._ahead else []
+        return Situation(robots, starts, takes, coming)
+
+
+POLICIES: Mapping[str, Callable[[], Rule]] = {
+    "fixed robot": FixedRobot, "random": AtRandom, "round robin": RoundRobin, "earliest completion, when due": EarliestCompletion,
+    "first idle": FirstIdle, "nearest idle": NearestIdle, "this app without look-ahead": lambda: ThisApp(0.0), "this app": ThisApp}
