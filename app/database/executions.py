@@ -22,8 +22,8 @@ _LONGEST_USUAL_S = 86_400.0  # of these; as much as can be typed. A robot whose 
 _ADDED_AT_ONCE = 100         # rows in one statement
 PRUNED_AT_ONCE = 100         # of each kind, so that due executions never wait long for the writer
 
-_INSTANTS = ("hold_until", "planned_at", "closes_at", "created_at", "submitted_at", "started_at", "ended_at")
-_OBJECTS = ("parameters", "wait_details")
+_INSTANTS = ("hold_until", "finish_by", "bound_at", "planned_at", "closes_at", "created_at", "submitted_at", "started_at", "ended_at")
+_OBJECTS = ("parameters", "wait_details", "choice", "tried")
 _FIELDS = tuple(field.name for field in fields(Execution) if field.name != "id")
 _PLAIN = tuple(name for name in _FIELDS if name != "reason")         # columns of the same name
 _COLUMNS = (*_PLAIN, "reason_code", "reason_details")
@@ -397,6 +397,8 @@ def execution_of(row: sqlite3.Row) -> Execution:
         hold_until=to_optional_instant(row["hold_until"]), planned_at=to_instant(row["planned_at"]), closes_at=to_instant(row["closes_at"]),
         created_at=to_instant(row["created_at"]), attempts=row["attempts"], queue_floor=row["queue_floor"], queue_id=row["queue_id"],
         cancel_code=ReasonCode(row["cancel_code"]) if row["cancel_code"] else None, revoked=_text_to_reason(row["revoked"]),
-        held=bool(row["held"]), robot_address=row["robot_address"], robot_serial=row["robot_serial"],
+        held=bool(row["held"]), group_id=row["group_id"], robot_group=row["robot_group"], finish_by=to_optional_instant(row["finish_by"]),
+        bound_at=to_optional_instant(row["bound_at"]), choice=from_json(row["choice"]), tried=from_json(row["tried"]),
+        approach_m=row["approach_m"], robot_address=row["robot_address"], robot_serial=row["robot_serial"],
         submitted_at=to_optional_instant(row["submitted_at"]), started_at=to_optional_instant(row["started_at"]),
         ended_at=to_optional_instant(row["ended_at"]), duration_s=row["duration_s"], robot_delay_s=row["robot_delay_s"])

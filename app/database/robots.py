@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from app.database.values import placeholders
-from app.domain.models import IdleRule, Robot
+from app.domain.models import HandOver, IdleRule, Robot
 from app.domain.robot import IdentifiedBy
 
 _IDENTITY = ("serial_number", "model", "software", "identified_by")
-COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", *_IDENTITY)
+COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", "hand_over", *_IDENTITY)
 _MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number")      # whom we ask, and as whom
 _SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled
              FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id"""
@@ -110,6 +110,6 @@ def _robot(row: sqlite3.Row) -> Robot:
     if row["idle_mission_id"] is not None:
         idle = IdleRule(row["idle_mission_id"], row["idle_after_minutes"], bool(row["idle_enabled"]))
     values = {name: row[name] for name in COLUMNS} | {
-        "enabled": bool(row["enabled"]), "needs_password": bool(row["needs_password"]),
+        "enabled": bool(row["enabled"]), "hand_over": HandOver(row["hand_over"]), "needs_password": bool(row["needs_password"]),
         "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"])}
     return Robot(id=row["id"], idle=idle, **values)

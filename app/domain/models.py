@@ -106,6 +106,13 @@ class Overlap(StrEnum):
     """What happens when a schedule falls due while its previous execution is still open."""
     SKIP = "skip"
     QUEUE = "queue"
+    PARALLEL = "parallel"                # of a group: beside it, on another robot
+
+
+class HandOver(StrEnum):
+    """When a start that is due goes to a robot: into its queue at once, or as soon as it is free, so that until then the order is ours."""
+    AT_ONCE = "at_once"
+    WHEN_FREE = "when_free"
 
 
 @dataclass(frozen=True)
@@ -132,6 +139,26 @@ class Robot:
     model: str | None = None
     software: str | None = None
     idle: IdleRule | None = None
+    hand_over: HandOver = HandOver.AT_ONCE
+
+
+@dataclass(frozen=True)
+class Group:
+    """Robots of which any may take a start. ``members``: their ids. ``keep_free``: so many are left for starts of high priority."""
+    name: str
+    members: tuple[int, ...] = ()
+    hand_over: HandOver = HandOver.WHEN_FREE
+    keep_free: int = 0
+    id: int = 0
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where at most so many missions of this app may be at a time. ``missions``: ids of those that use it."""
+    name: str
+    most: int
+    missions: tuple[int, ...] = ()
+    id: int = 0
 
 
 @dataclass(frozen=True)
@@ -161,19 +188,21 @@ class Between:
 
 @dataclass(frozen=True)
 class Schedule:
-    """A rule: which mission on which robot, when, how often, under which constraints."""
+    """A rule: which mission on which robot, when, how often, under which constraints. Either ``robot_id`` or ``group_id`` is None."""
     name: str
-    robot_id: int
+    robot_id: int | None
     mission_id: int
     start: datetime                      # naive, whole minutes, in ``timezone``
     timezone: str
     recurrence: str | None = None        # RFC 5545 RRULE value; None = once
     id: int = 0
+    group_id: int | None = None
     enabled: bool = True
     between: Between | None = None
     minimum_battery_percent: float | None = None    # None inherits the setting, 0 means none
     respect_working_days: bool = True
     start_window_minutes: int | None = None         # None inherits the setting
+    finish_by_minutes: int | None = None            # of a group: after its instant; None: whenever
     overlap: Overlap = Overlap.SKIP
     priority: int = 0
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -208,7 +237,8 @@ class DurationEstimate:
 
 @dataclass(frozen=True)
 class Execution:
-    """One run of a mission caused by this app, from planned to its end: one row of the ledger."""
+    """One run of a mission caused by this app, from planned to its end: one row of the ledger. One of a group has no robot until one is
+    chosen: ``robot_id`` is None then, and ``robot`` empty."""
     trigger: Trigger
     robot_id: int | None
     robot: str
@@ -236,6 +266,13 @@ class Execution:
     cancel_code: ReasonCode | None = None           # asked for by the operator, not yet confirmed by the robot
     revoked: Reason | None = None        # must not be sent (again), though what is on the robot goes on
     held: bool = False                   # by a person: not sent until it is released, nor after its window
+    group_id: int | None = None
+    robot_group: str = ""                # its name then
+    finish_by: datetime | None = None    # one of a group that can't be done by then is not sent
+    bound_at: datetime | None = None     # when its robot was chosen
+    choice: Mapping[str, Any] = field(default_factory=dict)      # why that robot, or why none yet: codes and numbers
+    tried: Mapping[str, Any] = field(default_factory=dict)       # by a robot's id: what became of it there
+    approach_m: float | None = None      # straight way from the robot to the mission's first place when it was chosen
     robot_address: str | None = None     # where it was sent to, and the serial number of the machine there
     robot_serial: str | None = None
     submitted_at: datetime | None = None
