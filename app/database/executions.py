@@ -17,6 +17,7 @@ from app.domain.models import OPEN_STATES, DurationEstimate, Execution, Reason, 
 _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
+_UNBOUND = "robot_id = NULL, robot = '', bound_at = NULL"
 _USUAL_OF = 20               # newest completed runs that the usual duration is computed from
 _LONGEST_USUAL_S = 86_400.0  # of these; as much as can be typed. A robot whose clock was set meanwhile says decades
 _ADDED_AT_ONCE = 100         # rows in one statement
@@ -128,6 +129,15 @@ class ExecutionRepository:
             where, values = f"{where} AND id IN ({placeholders(ids)})", [value, *ids]
         c.execute(f"UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'", (_reason_to_text(reason), *values))
         return self._end(c, f"{where} AND state = 'waiting'", values, reason, now)
+
+    def give_back(self, c: sqlite3.Connection, robot_id: int, group_id: int | None = None) -> int:
+        """What waits to be sent to this robot as one of a group (of any, or of one) waits for any robot again; how many that were."""
+        return c.execute(f"""UPDATE executions SET {_UNBOUND} WHERE robot_id = ? AND {_OPEN} AND state = 'waiting'
+                             AND group_id IS NOT NULL AND group_id = coalesce(?, group_id)""", (robot_id, group_id)).rowcount
+
+    def unbind(self, c: sqlite3.Connection, execution_id: int) -> None:
+        """The same of one."""
+        c.execute(f"UPDATE executions SET {_UNBOUND} WHERE id = ? AND state = 'waiting' AND group_id IS NOT NULL", (execution_id,))
 
     def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> list[int]:
         """End everything open of a robot that is being removed; returns the ids of what was still waiting."""

@@ -2,9 +2,11 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 from dataclasses import replace
 
-from app.domain.models import Group, HandOver, Place
+from app.database.robots import RobotRepository
+from app.domain.models import Group, HandOver, Place, Robot, Schedule
 
 
 class GroupRepository:
@@ -48,7 +50,7 @@ class GroupRepository:
         """Ids of the groups that it is in."""
         return [row[0] for row in c.execute("SELECT group_id FROM group_members WHERE robot_id = ? ORDER BY group_id", (robot_id,))]
 
-    def join(self, c: sqlite3.Connection, robot_id: int, group_ids: list[int]) -> None:
+    def join(self, c: sqlite3.Connection, robot_id: int, group_ids: Sequence[int]) -> None:
         """A robot that was removed is back in those of these groups that there still are."""
         c.executemany("INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?",
                       [(robot_id, group_id) for group_id in group_ids])
@@ -56,6 +58,13 @@ class GroupRepository:
     @staticmethod
     def _put_members(c: sqlite3.Connection, group: Group) -> None:
         c.executemany("INSERT INTO group_members (group_id, robot_id) VALUES (?, ?)", [(group.id, robot_id) for robot_id in group.members])
+
+
+def target_of(c: sqlite3.Connection, schedule: Schedule) -> Robot | Group | None:
+    """The robot that a schedule names, or its group; None: it has been removed."""
+    if schedule.robot_id is not None:
+        return RobotRepository().get(c, schedule.robot_id)
+    return None if schedule.group_id is None else GroupRepository().get(c, schedule.group_id)
 
 
 class PlaceRepository:
@@ -66,6 +75,10 @@ class PlaceRepository:
             missions.setdefault(place_id, []).append(mission_id)
         rows = c.execute("SELECT id, name, most FROM places ORDER BY name")
         return [Place(name, most, tuple(missions.get(id_, ())), id_) for id_, name, most in rows]
+
+    def count(self, c: sqlite3.Connection) -> int:
+        found: int = c.execute("SELECT count(*) FROM places").fetchone()[0]
+        return found
 
     def by_name(self, c: sqlite3.Connection, name: str) -> Place | None:
         return next((place for place in self.all(c) if place.name == name), None)

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from app.domain.message import Message, message
-from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
+from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
@@ -46,16 +46,19 @@ def _namespace(install_id: str) -> bytes:
 
 
 # ---------------------------------------------------------------------- the rows of new executions
-def scheduled(schedule: Schedule, robot: Robot, mission: Mission, settings: Settings, install_id: str, planned_at: datetime,
+def scheduled(schedule: Schedule, target: Robot | Group, mission: Mission, settings: Settings, install_id: str, planned_at: datetime,
               now: datetime, intent_floor: int | None = None) -> Execution:
-    """An occurrence of a schedule, waiting; with ``intent_floor``, the highest queue id known of its robot, already with the intent of its
-    first attempt."""
-    is_intent = intent_floor is not None
+    """An occurrence of a schedule, waiting, for a group without a robot; with ``intent_floor``, the highest queue id known of its robot,
+    already with the intent of its first attempt."""
+    is_intent, robot = intent_floor is not None, target if isinstance(target, Robot) else None
+    finish_by = schedule.finish_by_minutes
     return Execution(
         state=State.SUBMITTING if is_intent else State.WAITING, attempts=int(is_intent), queue_floor=intent_floor,
-        trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id, robot=robot.name,
+        trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id if robot else None, robot=robot.name if robot else "",
+        group_id=None if robot else target.id, robot_group="" if robot else target.name,
+        finish_by=None if finish_by is None else planned_at + timedelta(minutes=finish_by),
         mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
-        robot_address=robot.address if is_intent else None, robot_serial=robot.serial_number if is_intent else None,
+        robot_address=robot.address if robot and is_intent else None, robot_serial=robot.serial_number if robot and is_intent else None,
         minimum_battery_percent=minimum_battery(schedule, mission, settings), timezone=schedule.timezone, planned_at=planned_at,
         closes_at=closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
         token=token_of(install_id, schedule.id, planned_at))

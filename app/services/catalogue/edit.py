@@ -9,11 +9,10 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import Any
 
-from app.database.schedules import Skip
 from app.domain import names, rules
 from app.domain.models import (
     DayException,
-    Execution,
+    Group,
     IdleRule,
     InvalidInput,
     Mission,
@@ -26,7 +25,7 @@ from app.domain.models import (
 )
 from app.mir.credentials import token_for
 from app.services.catalogue import made_names, told, validation
-from app.services.catalogue.transaction import Transaction
+from app.services.catalogue.group_edit import GroupEdit
 from app.services.catalogue.undo import Removed
 from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
@@ -40,7 +39,7 @@ _NO_NEWS = frozenset({"selected_robot_id"})              # settings that change 
 _MOMENT = timedelta(microseconds=1)
 
 
-class Edit(Transaction):
+class Edit(GroupEdit):
     """Changes inside one transaction at one moment. Every method raises InvalidInput before it has written anything."""
 
     # ------------------------------------------------------------------ settings
@@ -160,6 +159,8 @@ class Edit(Transaction):
         other = self.robots.by_name(self.c, robot.name)
         if other is not None and other.id != robot.id:
             raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
+        if self.groups.by_name(self.c, robot.name) is not None:
+            raise InvalidInput("name", "there is a group {name} already", name=robot.name)
 
     def check_is_no_other(self, robot: Robot, before: Robot | None = None) -> None:
         """That the same machine is not there twice. What was stored so, by an older version, can be changed otherwise."""
@@ -179,7 +180,8 @@ class Edit(Transaction):
             made_names.follow_robot(self, stored.name, robot)
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
-                self._ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id))
+                self._give_back(robot.id)
+                self.note_ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id))
                 self._clear_alarms(robot.id)
             if robot.needs_password and stored.enabled:
                 details = {"robot": robot.name, "robot_id": robot.id}
@@ -209,13 +211,15 @@ class Edit(Transaction):
         """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
         robot = self.the_robot(robot_id)
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
-        waiting = self._ended(self.executions.end_open_of_robot(self.c, robot_id, reason, self.now))
+        self._give_back(robot_id)
+        waiting = self.note_ended(self.executions.end_open_of_robot(self.c, robot_id, reason, self.now))
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
-                          schedules=schedules, skips=self._skips(schedules),
+                          schedules=schedules, skips=self.skips_of(schedules),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
-                          holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting)
+                          holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting,
+                          member_of=self.groups.of_robot(self.c, robot_id))
         self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
@@ -277,9 +281,9 @@ class Edit(Transaction):
             self._use_instead(mission_id, general.id, mission.robot_id)
         idle = [(robot.id, robot.idle) for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
         schedules = self.schedules.for_mission(self.c, mission_id)
-        waiting = [row.id for schedule in schedules for row in self._take_back(schedule)]
+        waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
-        removed = Removed(missions=[mission], schedules=schedules, skips=self._skips(schedules), idle=idle, waiting=waiting)
+        removed = Removed(missions=[mission], schedules=schedules, skips=self.skips_of(schedules), idle=idle, waiting=waiting)
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed
@@ -287,11 +291,11 @@ class Edit(Transaction):
     # ------------------------------------------------------------------ schedules
     def save_schedule(self, schedule: Schedule) -> Schedule:
         """Add (id 0) or change. A blank name becomes "<mission> on <robot>". What waits of a changed one goes on as changed where its robot
-        and its instant stay, else it is cancelled; instants before now write no row; one that is as it was stays untouched."""
+        or group and its instant stay, else it is cancelled; instants before now write no row; one that is as it was stays untouched."""
         stored = self.the_schedule(schedule.id) if schedule.id else None
-        robot = self.the_robot(schedule.robot_id)
-        mission = self._mission_on(robot.id, schedule.mission_id)
-        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, robot, mission))
+        target = self.target_of(schedule)
+        mission = self.mission_for(target, schedule.mission_id)
+        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, target, mission))
         if stored is not None and self.definition(schedule) == self.definition(stored):
             return stored
         schedule = validation.schedule(schedule)
@@ -304,12 +308,12 @@ class Edit(Transaction):
             self.notes.append(f"schedule {schedule.name!r} added")
             schedule = self.schedules.add(self.c, replace(schedule, next_at=self.first_due(schedule, calendar)))
         else:
-            was_on, ran = self.the_robot(stored.robot_id), self.the_mission(stored.mission_id)
-            changed = told.differences(told.of_schedule(stored, was_on, ran), told.of_schedule(schedule, robot, mission))
+            was_on, ran = self.target_of(stored), self.the_mission(stored.mission_id)
+            changed = told.differences(told.of_schedule(stored, was_on, ran), told.of_schedule(schedule, target, mission))
             self.notes.append(f"schedule {stored.name!r} changed: {changed}")
             schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
-            self._change_waiting(schedule, robot, self.the_mission(schedule.mission_id))
+            self._change_waiting(schedule, target, mission)
         self.topics.add(Topic.SCHEDULES)
         return schedule
 
@@ -321,9 +325,9 @@ class Edit(Transaction):
         if _when(schedule) == _when(stored):
             return schedule
         kept = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id)
-                if schedule.enabled and schedule.robot_id == stored.robot_id
+                if schedule.enabled and (schedule.robot_id, schedule.group_id) == (stored.robot_id, stored.group_id)
                 and first_due(replace(schedule, planned_through=None), self.settings, row.planned_at, calendar) == row.planned_at]
-        gone = [row for row in self._take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0 and not row.held]
+        gone = [row for row in self.take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0 and not row.held]
         if gone:                               # never sent: as if they had never been planned
             last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
             schedule = replace(schedule, planned_through=last)
@@ -332,14 +336,16 @@ class Edit(Transaction):
             self.executions.drop_taken_back(self.c, schedule.id, schedule.next_at)
         return schedule
 
-    def _change_waiting(self, schedule: Schedule, robot: Robot, mission: Mission) -> None:
-        """What waits runs as it is defined now."""
+    def _change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
+        """What waits runs as it is defined now. One for which a robot of a group had been chosen is decided anew."""
         for row in self.executions.unsent_of_schedule(self.c, schedule.id):
             install_id = self._settings.install_id(self.c)
-            made = rules.scheduled(schedule, robot, mission, self.settings, install_id, row.planned_at, row.created_at)
+            made = rules.scheduled(schedule, target, mission, self.settings, install_id, row.planned_at, row.created_at)
             self.executions.change(self.c, row.id, (State.WAITING,), schedule=made.schedule, mission=made.mission,
                                     mission_guid=made.mission_guid, parameters=made.parameters, priority=made.priority,
-                                    minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at)
+                                    minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at, finish_by=made.finish_by)
+            if isinstance(target, Group):
+                self.executions.unbind(self.c, row.id)
             self.topics.add(Topic.EXECUTIONS)
 
     @staticmethod
@@ -347,9 +353,9 @@ class Edit(Transaction):
         """The schedule without what the app itself notes on it."""
         return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
 
-    def _schedule_name(self, schedule: Schedule, robot: Robot, mission: Mission) -> str:
+    def _schedule_name(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> str:
         if not schedule.name.strip():
-            return self.free_schedule_name(mission.name, robot.name)
+            return self.free_schedule_name(mission.name, target.name)
         name = validation.name(schedule.name)
         other = self.schedules.by_name(self.c, name)
         if other is not None and other.id != schedule.id:
@@ -362,32 +368,17 @@ class Edit(Transaction):
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
-        removed = Removed(schedules=[schedule], skips=self._skips([schedule]), waiting=[row.id for row in self._take_back(schedule)])
+        removed = Removed(schedules=[schedule], skips=self.skips_of([schedule]), waiting=[row.id for row in self.take_back(schedule)])
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)
         return removed
 
-    def _skips(self, schedules: Sequence[Schedule]) -> set[Skip]:
-        return self.schedules.skips(self.c, [schedule.id for schedule in schedules])
-
-    def _take_back(self, schedule: Schedule, except_for: Sequence[int] = ()) -> list[Execution]:
-        """What no robot has yet of a schedule, but for some, is not sent any more; returns what waited."""
-        gone = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
-        ended = self._ended(self.executions.take_back(self.c, Reason(ReasonCode.SCHEDULE_CHANGED), self.now, schedule_id=schedule.id,
-                                                       ids=[row.id for row in gone]))
-        return [row for row in gone if row.id in ended]
-
-    def _ended(self, ids: list[int]) -> list[int]:
-        if ids:
-            self.topics.add(Topic.EXECUTIONS)
-        return ids
-
 
 def _when(schedule: Schedule) -> tuple[object, ...]:
     """What decides at which instants it starts, and where."""
     return (schedule.start, schedule.timezone, schedule.recurrence, schedule.between, schedule.respect_working_days, schedule.enabled,
-            schedule.robot_id)
+            schedule.robot_id, schedule.group_id)
 
 
 def _days_off(settings: Settings) -> tuple[object, ...]:

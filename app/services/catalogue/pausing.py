@@ -13,8 +13,8 @@ from typing import TypeVar
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
+from app.database.groups import target_of
 from app.database.missions import MissionRepository
-from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 class Pausing:
     def __init__(self, db: Database, clock: Clock, changes: Changes) -> None:
         self._db, self._clock, self._changes = db, clock, changes
-        self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()
+        self._schedules, self._missions = ScheduleRepository(), MissionRepository()
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
     def skip_next(self, schedule_id: int) -> datetime:
@@ -124,10 +124,10 @@ class Pausing:
 
     def _skip(self, c: sqlite3.Connection, schedule: Schedule, at: datetime) -> tuple[Schedule, datetime]:
         settings, now = self._settings.load(c), self._clock.now()
-        robot, mission = self._robots.get(c, schedule.robot_id), self._missions.get(c, schedule.mission_id)
-        if robot is None or mission is None:             # foreign keys prevent that
+        target, mission = target_of(c, schedule), self._missions.get(c, schedule.mission_id)
+        if target is None or mission is None:             # foreign keys prevent that
             raise InvalidInput("schedule", "there is no such schedule any more")
-        row = rules.scheduled(schedule, robot, mission, settings, self._settings.install_id(c), at, now)
+        row = rules.scheduled(schedule, target, mission, settings, self._settings.install_id(c), at, now)
         self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
         self._schedules.skip(c, schedule.id, at)
         self._schedules.advance(c, schedule.id, self._next_to_run(c, schedule))

@@ -15,15 +15,16 @@ from zoneinfo import ZoneInfo
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
+from app.database.groups import GroupRepository, target_of
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Mission, Schedule, Settings
+from app.domain.models import DurationEstimate, Mission, Robot, Schedule, Settings
 from app.services.catalogue import validation
-from app.services.planning.durations import expected
+from app.services.planning.durations import expected, pooled
 from app.services.planning.overlaps import Other, RunConflict, conflicts, free_shift, nearby
 from app.services.planning.plan import MOMENT
 from app.services.planning.recurrence import Occurrence, occurrences
@@ -87,14 +88,15 @@ class Forecasts:
         calendar = working_calendar(c, settings)
         draft = validation.schedule(draft)
         validation.one_time_on_working_day(draft, calendar)
-        mission, robot = self._missions.get(c, draft.mission_id), self._robots.get(c, draft.robot_id)
+        mission, target = self._missions.get(c, draft.mission_id), target_of(c, draft)
+        robot = target if isinstance(target, Robot) else None
         now = self._clock.now()
         paused_until = draft.paused_until if draft.paused_until is not None and draft.paused_until > now else None
         begins = paused_until - MOMENT if paused_until else now
         skips = self._schedules.skips_from(c, now)
         ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
         starts = tuple(islice(ahead, count)) if draft.enabled else ()
-        usual = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission) if mission else None
+        usual = self._usual(c, draft, mission) if mission else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
             concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
@@ -125,18 +127,29 @@ class Forecasts:
         missions = {mission.id: mission for mission in self._missions.all(c)}
         usual: dict[int, DurationEstimate | None] = {}
         others = []
-        for schedule in self._schedules.for_robot(c, draft.robot_id):
+        same = (self._schedules.for_group(c, draft.group_id or 0) if draft.robot_id is None else
+                self._schedules.for_robot(c, draft.robot_id))
+        for schedule in same:
             if schedule.enabled and schedule.next_at is not None and schedule.id != draft.id:
                 mission = missions[schedule.mission_id]
                 if mission.id not in usual:
-                    usual[mission.id] = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission)
+                    usual[mission.id] = self._usual(c, draft, mission)
                 others.append(Other(schedule, mission.name, usual[mission.id], {at for skipped, at in skips if skipped == schedule.id}))
         return others
+
+    def _usual(self, c: sqlite3.Connection, draft: Schedule, mission: Mission) -> DurationEstimate | None:
+        """On its robot; of a group on whichever of its robots."""
+        if draft.robot_id is not None:
+            return expected(self._executions.usual(c, draft.robot_id, mission.guid), mission)
+        group = GroupRepository().get(c, draft.group_id or 0)
+        own = [(robot_id, self._missions.for_robot(c, mission.name, robot_id)) for robot_id in (group.members if group else ())]
+        found = [self._executions.usual(c, robot_id, meant.guid) for robot_id, meant in own if meant is not None]
+        return expected(pooled([each for each in found if each is not None]), mission)
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
         """The robot's battery was too low lately around the same time of day."""
         minimum = rules.minimum_battery(draft, self._missions.get(c, draft.mission_id), settings)
-        if minimum is None:
+        if minimum is None or draft.robot_id is None:
             return
         zone, wanted = ZoneInfo(draft.timezone), draft.start.hour * 60 + draft.start.minute
         seen = [instant.astimezone(zone) for instant in

@@ -2,18 +2,20 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
 from app.database.executions import ExecutionRepository
+from app.database.groups import GroupRepository, PlaceRepository
 from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository
+from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
-from app.domain.models import InvalidInput, Mission, Robot, Schedule
+from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
 from app.services.live.changes import Topic
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -30,6 +32,7 @@ class Transaction:
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self.executions, self._settings, self.holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
+        self.groups, self.places = GroupRepository(), PlaceRepository()
         self.days, self._alarms = CalendarRepository(), AlarmRepository()
         self.settings = self._settings.load(self.c)
 
@@ -44,6 +47,25 @@ class Transaction:
         if robot := self.robots.get(self.c, robot_id):
             return robot
         raise InvalidInput("robot", "there is no such robot any more")
+
+    def the_group(self, group_id: int) -> Group:
+        if group := self.groups.get(self.c, group_id):
+            return group
+        raise InvalidInput("group", "there is no such group any more")
+
+    def target_of(self, schedule: Schedule) -> Robot | Group:
+        """The robot that a schedule names, or its group."""
+        if schedule.group_id is not None and schedule.robot_id is None:
+            return self.the_group(schedule.group_id)
+        if schedule.robot_id is not None and schedule.group_id is None:
+            return self.the_robot(schedule.robot_id)
+        raise InvalidInput("robot", "choose a robot, or a group of robots")
+
+    def the_place(self, place_id: int) -> Place:
+        found = next((place for place in self.places.all(self.c) if place.id == place_id), None)
+        if found is None:
+            raise InvalidInput("place", "there is no such place any more")
+        return found
 
     def the_mission(self, mission_id: int) -> Mission:
         if mission := self.missions.get(self.c, mission_id):
@@ -62,3 +84,29 @@ class Transaction:
         if meant is None:
             raise InvalidInput("mission", "the mission {name} is for another robot only", name=mission.name)
         return meant
+
+    def mission_for(self, target: Robot | Group, mission_id: int) -> Mission:
+        """The mission of that name on that robot; of a group the one for all robots, in place of which each takes its own of that name."""
+        if isinstance(target, Robot):
+            return self._mission_on(target.id, mission_id)
+        mission = self.the_mission(mission_id)
+        meant = self.missions.by_name(self.c, mission.name)
+        if meant is None:
+            raise InvalidInput("mission", "the mission {name} is for one robot only; a group needs one for all robots", name=mission.name)
+        return meant
+
+    # ------------------------------------------------------------------ what follows from a change
+    def skips_of(self, schedules: Sequence[Schedule]) -> set[Skip]:
+        return self.schedules.skips(self.c, [schedule.id for schedule in schedules])
+
+    def take_back(self, schedule: Schedule, except_for: Sequence[int] = ()) -> list[Execution]:
+        """What no robot has yet of a schedule, but for some, is not sent any more; returns what waited."""
+        gone = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
+        ended = self.note_ended(self.executions.take_back(self.c, Reason(ReasonCode.SCHEDULE_CHANGED), self.now, schedule_id=schedule.id,
+                                                          ids=[row.id for row in gone]))
+        return [row for row in gone if row.id in ended]
+
+    def note_ended(self, ids: list[int]) -> list[int]:
+        if ids:
+            self.topics.add(Topic.EXECUTIONS)
+        return ids

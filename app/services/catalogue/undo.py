@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from app.database.holds import StoredHold
 from app.database.robots import Accepted
 from app.database.schedules import Skip
-from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule
+from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
 from app.services.catalogue import told
 from app.services.live.changes import Topic
 
@@ -29,6 +29,9 @@ class Removed:
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
     waiting: Sequence[int] = ()                          # executions that ended with it
+    group: Group | None = None
+    member_of: Sequence[int] = ()                        # groups that the robot was in
+    place: Place | None = None
 
 
 def restore(edit: Edit, removed: Removed) -> None:
@@ -48,6 +51,12 @@ def restore(edit: Edit, removed: Removed) -> None:
         edit.notes.append(f"robot {removed.robot.name!r} put back")
         if removed.accepted is not None:
             edit.robots.note_accepted(edit.c, removed.robot.id, removed.accepted)
+        edit.groups.join(edit.c, removed.robot.id, removed.member_of)
+    if removed.group is not None:
+        _restore_group(edit, removed.group)
+    if removed.place is not None:
+        edit.save_place(replace(removed.place, id=0, missions=tuple(
+            mission for mission in removed.place.missions if edit.missions.get(edit.c, mission))))
     for mission in removed.missions:
         if mission.robot_id is not None:
             edit.the_robot(mission.robot_id)
@@ -66,7 +75,7 @@ def restore(edit: Edit, removed: Removed) -> None:
         if edit.schedules.by_name(edit.c, schedule.name):
             raise InvalidInput("name", "there is another schedule {name} by now: give that one another name, then undo again",
                                name=schedule.name)
-        edit.the_robot(schedule.robot_id)
+        edit.target_of(schedule)
         edit.the_mission(schedule.mission_id)
         edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
         edit.notes.append(f"schedule {schedule.name!r} put back")
@@ -92,6 +101,15 @@ def _check_is_gone(edit: Edit, removed: Removed) -> None:
             or any(edit.schedules.get(edit.c, one.id) for one in removed.schedules)
             or any(edit.days.get(edit.c, one.id) for one in removed.days)):
         raise InvalidInput("name", "this has been put back already")
+
+
+def _restore_group(edit: Edit, group: Group) -> None:
+    """With those of its robots that there still are."""
+    if edit.groups.by_name(edit.c, group.name):
+        raise InvalidInput("name", "there is another group {name} by now: give that one another name, then undo again", name=group.name)
+    if edit.robots.by_name(edit.c, group.name):
+        raise InvalidInput("name", "there is another robot {name} by now: give that one another name, then undo again", name=group.name)
+    edit.groups.add(edit.c, replace(group, members=tuple(id_ for id_ in group.members if edit.robots.get(edit.c, id_))))
 
 
 def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:

@@ -23,8 +23,11 @@ from app.domain.models import (
     WEEKDAYS,
     Between,
     DayException,
+    Group,
+    HandOver,
     InvalidInput,
     Overlap,
+    Place,
     Robot,
     Schedule,
     Settings,
@@ -42,6 +45,7 @@ LONGEST_EXCEPTION = timedelta(days=366)
 MOST_DAY_EXCEPTIONS = 2000
 LONGEST_PARAMETER = 1000     # characters of a value
 LARGEST_NUMBER = 2**63 - 1
+FEWEST_TO_KEEP_FREE = 4      # robots of a group; with fewer, everything else waits too long (tests/benchmarks/bench_allocation.py)
 LONGEST_RECURRENCE = 500     # characters; all months, days, hours and minutes together have fewer
 WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
     "poll_interval_seconds": (1, 3600),
@@ -52,6 +56,9 @@ WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
     "after_minutes": (5, 30),
     "priority": (-2**31, 2**31 - 1),
     "usual_minutes": (1, 1440),
+    "finish_by_minutes": (1, 1440),
+    "keep_free": (0, 99),
+    "most": (1, 999),
 })
 _GUID = re.compile(r"[0-9A-Za-z_-]{1,64}", re.ASCII)
 _UNPRINTABLE = ("Cc", "Cs", "Zl", "Zp")          # control characters, halves of characters, line ends
@@ -201,6 +208,29 @@ def robot(given: Robot) -> Robot:
                    certificate_sha256=normalise_fingerprint(fingerprint) if fingerprint else None)
 
 
+def group(given: Group) -> Group:
+    """Checks its own values; names and members are checked by the catalogue."""
+    members = tuple(sorted(set(given.members)))
+    if not members:
+        raise InvalidInput("members", "choose the robots of the group")
+    keep_free = whole_number(given.keep_free, "keep_free")
+    if keep_free and (len(members) < FEWEST_TO_KEEP_FREE or keep_free >= len(members)):
+        raise InvalidInput("keep_free", "robots can be kept free in a group of {fewest} robots or more, and not all of them",
+                           fewest=FEWEST_TO_KEEP_FREE)
+    return replace(given, name=name(given.name), members=members, keep_free=keep_free, hand_over=hand_over(given.hand_over))
+
+
+def place(given: Place) -> Place:
+    """Checks its own values; its name and its missions are checked by the catalogue."""
+    return replace(given, name=name(given.name), most=whole_number(given.most, "most"), missions=tuple(sorted(set(given.missions))))
+
+
+def hand_over(value: object, field: str = "hand_over") -> HandOver:
+    if not isinstance(value, str) or value not in tuple(HandOver):
+        raise InvalidInput(field, "enter {choices}", choices=" or ".join(HandOver))
+    return HandOver(value)
+
+
 def _machine(address: str) -> object:
     """One that makes no sense, after a damage, is no other's."""
     try:
@@ -228,13 +258,18 @@ def schedule(given: Schedule) -> Schedule:
         raise InvalidInput("start", "a start is wall-clock time in whole minutes, without a zone")
     if given.start.year not in YEARS:
         raise InvalidInput("start", "enter a year from {first} to {last}", first=YEARS[0], last=YEARS[-1])
-    window = given.start_window_minutes
+    window, finish_by = given.start_window_minutes, given.finish_by_minutes
     normal = replace(
         given, timezone=timezone(given.timezone), start=given.start.replace(fold=0),
         recurrence=None if given.recurrence is None else recurrence(given.recurrence),
         minimum_battery_percent=battery(given.minimum_battery_percent),
         start_window_minutes=None if window is None else whole_number(window, "start_window_minutes"),
+        finish_by_minutes=None if finish_by is None else whole_number(finish_by, "finish_by_minutes"),
         overlap=overlap(given.overlap), priority=whole_number(given.priority, "priority"), parameters=parameters(given.parameters))
+    if normal.group_id is None and normal.finish_by_minutes is not None:
+        raise InvalidInput("finish_by_minutes", "a time by which it has to be done can be given for a group of robots only")
+    if normal.group_id is None and normal.overlap is Overlap.PARALLEL:
+        raise InvalidInput("overlap", "one beside the other can run on a group of robots only")
     rule = Recurrence.parse(normal.recurrence)
     if normal.between is not None:
         if not rule.frequency.is_sub_daily:

@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
+from app.database.groups import GroupRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import Progress, ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Alarm, Execution, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
+from app.domain.models import Alarm, Execution, Group, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
 from app.services.dispatch.timing import LONGEST_WAIT
@@ -38,7 +39,8 @@ AT_ONCE = 100                # schedules, and rows, per transaction, so that nei
 class DueBatch:
     """What one reading of the plan found due."""
     robot_ids: set[int] = field(default_factory=set)      # with something that waits to be sent
-    touched: set[int] = field(default_factory=set)        # with something new in the ledger
+    has_unbound: bool = False                             # something waits for a robot of a group
+    touched: set[int | None] = field(default_factory=set)    # with something new in the ledger; None: it has no robot yet
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
     intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
@@ -52,6 +54,8 @@ class DueBatch:
                     self.skipped.append(row)
                 case State.SUBMITTING:
                     self.intents.append(row)
+                case State.WAITING if row.robot_id is None:
+                    self.has_unbound = True
                 case State.WAITING if row.robot_id is not None:
                     self.robot_ids.add(row.robot_id)
 
@@ -62,6 +66,7 @@ class Planner:
                  ledger: Ledger, changes: Changes, hold_late_starts: bool) -> None:
         self._db, self._schedules, self._executions = db, schedules, executions
         self._robots, self._missions, self._settings = robots, missions, settings
+        self._groups = GroupRepository()
         self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
         self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
         self._missed = 0                                  # not told yet
@@ -157,20 +162,21 @@ class Planner:
         """All that the rows of these schedules depend on. Few statements for however many of them: each releases the interpreter, and
         has to wait until it gets it back."""
         settings = self._settings.load(c)
-        robot_ids = {schedule.robot_id for schedule in schedules}
+        robot_ids = {schedule.robot_id for schedule in schedules if schedule.robot_id is not None}
+        groups = {group.id: group for group in self._groups.all(c)} if any(schedule.group_id for schedule in schedules) else {}
         no_overlap = [schedule.id for schedule in schedules if schedule.overlap is Overlap.SKIP]
         return PlanningContext(
-            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids),
+            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids), groups,
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
             self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
         and something prevents a start, which only then can be judged."""
-        robot, mission = context.robots.get(schedule.robot_id), context.missions.get(schedule.mission_id)
-        if robot is None or mission is None:               # foreign keys prevent that
+        target, mission = context.target_of(schedule), context.missions.get(schedule.mission_id)
+        if target is None or mission is None:              # foreign keys prevent that
             return _Taken([], Progress(schedule.id, None, None, None))
-        make = _RowMaker(schedule, robot, mission, context)
+        make = _RowMaker(schedule, target, mission, context)
         earlier, following = _instants(schedule, context.now, context.calendar)
         while following is not None and (schedule.id, following) in context.skips:       # its row was written when it was skipped
             following = next_occurrence(schedule, following, context.calendar)
@@ -182,14 +188,14 @@ class Planner:
                 return None
             if row.state in (State.WAITING, State.SUBMITTING):
                 started = latest
-            if row.state is State.WAITING:
-                context.waited_for.add(robot.id)
+            if row.state is State.WAITING and row.robot_id is not None:
+                context.waited_for.add(row.robot_id)
             batch.missed += row.state is State.MISSED
             rows = [row]
         limit = context.settings.history_limit
         newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
         batch.missed += sum(not make.is_left_out(instant) for instant in earlier)
-        batch.touched.add(robot.id)
+        batch.touched.add(schedule.robot_id)
         gone = [make.left_out(instant) if make.is_left_out(instant) else make.missed(instant, self._downtime.at(instant))
                 for instant in newest]
         return _Taken([*gone, *rows], Progress(schedule.id, following, through, started))
@@ -202,13 +208,16 @@ class Planner:
             return make.left_out(instant)
         if context.now >= rules.closes_at(instant, schedule.start_window_minutes, context.settings):
             return make.missed(instant, self._downtime.at(instant))
-        if not make.robot.enabled:
-            return make.ended(instant, Reason(ReasonCode.ROBOT_REMOVED, {"robot": make.robot.name}))
+        robot = make.target if isinstance(make.target, Robot) else None
+        if robot is not None and not robot.enabled:
+            return make.ended(instant, Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name}))
         if previous := context.open_of_schedule.get(schedule.id):
             return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
         if self._hold_late_starts and (gap := self._downtime.at(instant)) is not None and gap.problem is None:
             return make.waiting(instant, late=True)
-        ready = None if make.robot.id in context.waited_for else context.ready(make.robot.id)     # what waits may have to go first
+        if robot is None:
+            return make.waiting(instant)
+        ready = None if robot.id in context.waited_for else context.ready(robot.id)     # what waits may have to go first
         return make.waiting(instant) if ready is None else make.submitting(instant, ready)
 
 
@@ -239,24 +248,30 @@ class PlanningContext:
     install_id: str
     calendar: WorkingCalendar
     robots: Mapping[int, Robot]
+    groups: Mapping[int, Group]
     missions: Mapping[int, Mission]
     waited_for: set[int]                         # robots for which something waits
     open_of_schedule: Mapping[int, datetime]     # by schedules that don't overlap: when what still runs was planned
     skips: Collection[Skip]
     ready: Callable[[int], Readiness | None]     # robots to which something can go out at once
 
+    def target_of(self, schedule: Schedule) -> Robot | Group | None:
+        if schedule.robot_id is not None:
+            return self.robots.get(schedule.robot_id)
+        return None if schedule.group_id is None else self.groups.get(schedule.group_id)
+
 
 @dataclass(frozen=True)
 class _RowMaker:
     """Makes the rows of one schedule."""
     schedule: Schedule
-    robot: Robot
+    target: Robot | Group
     mission: Mission
     context: PlanningContext
 
     def waiting(self, planned_at: datetime, late: bool = False, intent_floor: int | None = None) -> Execution:
         context = self.context
-        row = rules.scheduled(self.schedule, self.robot, self.mission, context.settings, context.install_id, planned_at, context.now,
+        row = rules.scheduled(self.schedule, self.target, self.mission, context.settings, context.install_id, planned_at, context.now,
                               intent_floor)
         return replace(row, wait=Wait.LATE_START, hold_until=context.now + rules.LATE_START_HOLD) if late else row
 

@@ -61,6 +61,14 @@ def expected(learned: DurationEstimate | None, mission: Mission | None) -> Durat
     return DurationEstimate(seconds, seconds, typed=True)
 
 
+def pooled(estimates: Sequence[DurationEstimate]) -> DurationEstimate | None:
+    """Of the runs of several robots together; None without any."""
+    samples = sorted(seconds for each in estimates for seconds in each.samples_s)
+    if not samples:
+        return None
+    return DurationEstimate(percentile(samples, 50) or 0.0, percentile(samples, 90) or 0.0, tuple(samples))
+
+
 def percentile(ordered: Sequence[float], percent: float) -> float | None:
     """By nearest rank: the smallest value that at least so many percent are not above."""
     if not ordered:

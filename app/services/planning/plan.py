@@ -95,7 +95,7 @@ class Plan:
         learned: dict[tuple[int, str], DurationEstimate | None] = {}
         streams: list[Iterator[PlannedRun]] = []
         for schedule in schedules:
-            robot, mission = robots.get(schedule.robot_id), missions.get(schedule.mission_id)
+            robot, mission = robots.get(schedule.robot_id or 0), missions.get(schedule.mission_id)
             if schedule.enabled and schedule.next_at is not None and robot and mission:
                 key = (robot.id, mission.guid)
                 if key not in learned:

@@ -38,6 +38,8 @@ class Document:
     display: Item
     calendar: Item                       # its "days" are a list of Item
     robots: Sequence[Item]
+    groups: Sequence[Item]
+    places: Sequence[Item]
     missions: Sequence[Item]
     schedules: Sequence[Item]
 
@@ -48,12 +50,14 @@ def read(content: bytes) -> Document:
     if not isinstance(root, dict):
         raise InvalidInput("file", "the file has to hold one JSON object")
     _check_format(root)
-    _check_keys("", root, {"format", "settings", "display", "calendar", "robots", "missions", "schedules"})
+    _check_keys("", root, {"format", "settings", "display", "calendar", "robots", "groups", "places", "missions", "schedules"})
     return Document(
         _item("settings", root.get("settings", {}), SETTINGS),
         _item("display", root.get("display", {}), DISPLAY),
         _item("calendar", root.get("calendar", {}), CALENDAR),
         _items("robots", root.get("robots", []), ROBOT),
+        _items("groups", root.get("groups", []), GROUP),
+        _items("places", root.get("places", []), PLACE),
         _items("missions", root.get("missions", []), MISSION),
         _items("schedules", root.get("schedules", []), SCHEDULE))
 
@@ -174,6 +178,16 @@ def _recurrence(value: Any, path: str) -> str:
     return validation.recurrence(_text(value, path))
 
 
+def _names(value: Any, path: str) -> tuple[str, ...]:
+    """Each once."""
+    if not isinstance(value, list):
+        raise InvalidInput(path, "a list of names is wanted here")
+    found = tuple(validation.name(each, path) for each in value)
+    if len(set(found)) < len(found):
+        raise InvalidInput(path, "a name appears twice")
+    return found
+
+
 def _idle(value: Any, path: str) -> Mapping[str, Any]:
     return _item(path, value, _IDLE).values
 
@@ -239,6 +253,17 @@ ROBOT: Mapping[str, Read] = MappingProxyType({
     "enabled": validation.flag,
     "certificate_sha256": _or_none(_fingerprint),
     "idle": _or_none(_idle),
+    "hand_over": validation.hand_over,
+})
+GROUP: Mapping[str, Read] = MappingProxyType({
+    "name": validation.name,
+    "robots": _names,
+    "hand_over": validation.hand_over,
+    "keep_free": _number("keep_free"),
+})
+PLACE: Mapping[str, Read] = MappingProxyType({
+    "name": validation.name,
+    "most": _number("most"),
 })
 _IDLE: Mapping[str, Read] = MappingProxyType({
     "mission": validation.name,
@@ -252,10 +277,12 @@ MISSION: Mapping[str, Read] = MappingProxyType({
     "usual_minutes": _or_none(_number("usual_minutes")),
     "favourite": validation.flag,
     "on_low_battery": validation.flag,
+    "places": _names,
 })
 SCHEDULE: Mapping[str, Read] = MappingProxyType({
     "name": _or_none(validation.name),
     "robot": validation.name,
+    "group": validation.name,
     "mission": validation.name,
     "start": validation.starts_text,
     "timezone": validation.timezone,
@@ -265,11 +292,13 @@ SCHEDULE: Mapping[str, Read] = MappingProxyType({
     "respect_working_days": validation.flag,
     "between": _or_none(_between),
     "start_window_minutes": _or_none(_number("start_window_minutes")),
+    "finish_by_minutes": _or_none(_number("finish_by_minutes")),
     "overlap": validation.overlap,
     "priority": _number("priority"),
     "parameters": validation.parameters,
 })
 _BETWEEN: Mapping[str, Read] = MappingProxyType({"from": _time_of_day, "to": _time_of_day})
 REQUIRED: Mapping[str, Sequence[str]] = MappingProxyType({
-    "robots": ("name", "address"), "missions": ("name", "guid"), "schedules": ("robot", "mission", "start"),
+    "robots": ("name", "address"), "groups": ("name", "robots"), "places": ("name", "most"), "missions": ("name", "guid"),
+    "schedules": ("mission", "start"),
     "calendar.days": ("name", "first_day")})

@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from app.database.calendar import CalendarRepository
+from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import names
-from app.domain.models import DayException, InvalidInput, Mission, Robot, Schedule, Settings
+from app.domain.models import DayException, Group, HandOver, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.catalogue.configuration.document import DISPLAY, FORMAT
 from app.services.planning.working_days import WorkingCalendar
@@ -22,6 +23,7 @@ def export_configuration(c: sqlite3.Connection) -> str:
     """JSON with a line break at its end."""
     robots = {robot.id: robot for robot in RobotRepository().all(c)}
     missions = {mission.id: mission for mission in MissionRepository().all(c)}
+    groups, places = {group.id: group for group in GroupRepository().all(c)}, PlaceRepository().all(c)
     settings, days = SettingsRepository().load(c), CalendarRepository().all(c)
     calendar = WorkingCalendar(settings, days)
     document = {
@@ -30,9 +32,11 @@ def export_configuration(c: sqlite3.Connection) -> str:
         "display": {key: getattr(settings, key) for key in DISPLAY},
         "calendar": _calendar(settings, days),
         "robots": [_robot(robot, missions) for robot in robots.values()],
-        "missions": sorted((_mission(mission, robots) for mission in missions.values()),
+        "groups": [_group(group, robots) for group in groups.values()],
+        "places": [{"name": place.name, "most": place.most} for place in places],
+        "missions": sorted((_mission(mission, robots, places) for mission in missions.values()),
                            key=lambda given: (given["name"], given.get("robot", ""))),
-        "schedules": [_schedule(schedule, robots, missions, calendar) for schedule in ScheduleRepository().all(c)],
+        "schedules": [_schedule(schedule, _target(schedule, robots, groups), missions, calendar) for schedule in ScheduleRepository().all(c)],
     }
     return json.dumps(document, ensure_ascii=False, indent=2) + "\n"
 
@@ -65,10 +69,23 @@ def _robot(robot: Robot, missions: Mapping[int, Mission]) -> dict[str, Any]:
         given["certificate_sha256"] = robot.certificate_sha256
     idle = robot.idle
     given["idle"] = idle and {"mission": missions[idle.mission_id].name, "after_minutes": idle.after_minutes, "enabled": idle.enabled}
+    if robot.hand_over is not HandOver.AT_ONCE:
+        given["hand_over"] = str(robot.hand_over)
     return given
 
 
-def _mission(mission: Mission, robots: Mapping[int, Robot]) -> dict[str, Any]:
+def _group(group: Group, robots: Mapping[int, Robot]) -> dict[str, Any]:
+    return {"name": group.name, "robots": sorted(robots[robot_id].name for robot_id in group.members), "hand_over": str(group.hand_over),
+            "keep_free": group.keep_free}
+
+
+def _target(schedule: Schedule, robots: Mapping[int, Robot], groups: Mapping[int, Group]) -> dict[str, str]:
+    if schedule.robot_id is not None:
+        return {"robot": robots[schedule.robot_id].name}
+    return {"group": groups[schedule.group_id or 0].name}
+
+
+def _mission(mission: Mission, robots: Mapping[int, Robot], places: Sequence[Place]) -> dict[str, Any]:
     given: dict[str, Any] = {"name": mission.name, "guid": mission.guid}
     if mission.robot_id is not None:
         given["robot"] = robots[mission.robot_id].name
@@ -78,19 +95,22 @@ def _mission(mission: Mission, robots: Mapping[int, Robot]) -> dict[str, Any]:
         given["favourite"] = True
     if mission.on_low_battery:
         given["on_low_battery"] = True
+    if used := [place.name for place in places if mission.id in place.missions]:
+        given["places"] = used
     return given
 
 
-def _schedule(schedule: Schedule, robots: Mapping[int, Robot], missions: Mapping[int, Mission],
+def _schedule(schedule: Schedule, target: Mapping[str, str], missions: Mapping[int, Mission],
               calendar: WorkingCalendar) -> dict[str, Any]:
-    between = schedule.between
+    between, finish_by = schedule.between, schedule.finish_by_minutes
     return {
-        "name": schedule.name, "robot": robots[schedule.robot_id].name, "mission": missions[schedule.mission_id].name,
+        "name": schedule.name, **target, "mission": missions[schedule.mission_id].name,
         "start": schedule.start.isoformat(timespec="minutes"), "timezone": schedule.timezone, "recurrence": schedule.recurrence,
         "enabled": schedule.enabled, "minimum_battery_percent": _percent(schedule.minimum_battery_percent),
         "respect_working_days": schedule.respect_working_days and not _is_on_a_day_off(schedule, calendar),
         "between": between and {"from": f"{between.start:%H:%M}", "to": f"{between.end:%H:%M}"},
-        "start_window_minutes": schedule.start_window_minutes, "overlap": str(schedule.overlap), "priority": schedule.priority,
+        "start_window_minutes": schedule.start_window_minutes,
+        **({} if finish_by is None else {"finish_by_minutes": finish_by}), "overlap": str(schedule.overlap), "priority": schedule.priority,
         "parameters": dict(schedule.parameters),
     }
 

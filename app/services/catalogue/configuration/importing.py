@@ -12,18 +12,18 @@ from typing import Any
 
 from app.domain import names
 from app.domain.message import Message, message, render
-from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule
+from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
 from app.services.catalogue import validation
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration.document import Document, Item, at, read
 from app.services.catalogue.configuration.unnamed import Unnamed
 
-MOST_ROBOTS, MOST_MISSIONS, MOST_SCHEDULES = 500, 2000, 2000        # written in some 200 ms, while nobody else can write
-_OF_ROBOT = ("address", "username", "enabled", "certificate_sha256")
+MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100, 100, 2000, 2000        # written in some 200 ms, while nobody else can write
+_OF_ROBOT = ("address", "username", "enabled", "certificate_sha256", "hand_over")
 _OF_MISSION = ("guid", "usual_minutes", "favourite", "on_low_battery")
 _OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
-                "start_window_minutes", "overlap", "priority", "parameters")
-_KEY_OF_FIELD = {"robot_id": "robot", "mission_id": "mission", "holiday_country": "country", "holiday_subdivision": "region"}
+                "start_window_minutes", "finish_by_minutes", "overlap", "priority", "parameters")
+_KEY_OF_FIELD = {"robot_id": "robot", "group_id": "group", "members": "robots", "mission_id": "mission", "holiday_country": "country", "holiday_subdivision": "region"}
 # Keys of the file as sentences name them; in English as they are written in the file.
 _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word in (
     message("poll_interval_seconds"), message("retry_limit"), message("minimum_battery_percent"), message("working_days"),
@@ -32,7 +32,8 @@ _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word i
     message("robot"), message("mission"), message("start"), message("recurrence"), message("respect_working_days"), message("between"),
     message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"),
     message("favourite"), message("on_low_battery"), message("language"), message("theme"), message("gloves"),
-    message("font_scale_percent"), message("keyboard"), message("alarm_sound"), message("country"), message("region"))})
+    message("font_scale_percent"), message("keyboard"), message("alarm_sound"), message("hand_over"), message("group"), message("robots"), message("keep_free"),
+    message("finish_by_minutes"), message("most"), message("places"), message("country"), message("region"))})
 
 
 class DeletesRuns(InvalidInput):
@@ -64,7 +65,7 @@ def stops_a_robot(line: Message) -> bool:
 class _Import:
     def __init__(self, edit: Edit, document: Document) -> None:
         self._edit, self._document = edit, document
-        self._unnamed: dict[tuple[int, int], Unnamed] = {}
+        self._unnamed: dict[tuple[str, int], Unnamed] = {}
 
     def run(self) -> list[Message]:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
@@ -77,6 +78,8 @@ class _Import:
             with _placed(item):
                 self._robot(item)
         self._check_machines(before)
+        group_lines = [line for item in self._document.groups for line in self._group(item)]
+        place_lines = [line for item in self._document.places for line in self._place(item)]
         mission_lines: list[Message] = []
         for item in self._document.missions:
             with _placed(item):
@@ -86,12 +89,13 @@ class _Import:
         schedule_lines = self._schedules(self._document.schedules)
         self._check_room()
         robot_lines = [line for item in self._document.robots for line in self._robot_line(item, before[item.path])]
-        return [*setting_lines, *robot_lines, *mission_lines, *schedule_lines]
+        return [*setting_lines, *robot_lines, *group_lines, *place_lines, *mission_lines, *schedule_lines]
 
     def _check_room(self) -> None:
         """Each robot takes a thread, and each schedule time at every change of working days."""
         edit, given = self._edit, self._document
-        for section, items, repository, most in (("robots", given.robots, edit.robots, MOST_ROBOTS),
+        for section, items, repository, most in (("robots", given.robots, edit.robots, MOST_ROBOTS), ("groups", given.groups, edit.groups, MOST_GROUPS),
+                                                 ("places", given.places, edit.places, MOST_PLACES),
                                                  ("missions", given.missions, edit.missions, MOST_MISSIONS),
                                                  ("schedules", given.schedules, edit.schedules, MOST_SCHEDULES)):
             if items and max(len(items), repository.count(edit.c)) > most:
@@ -205,6 +209,46 @@ class _Import:
         elif before.certificate_sha256 and not after.certificate_sha256:
             yield message("the certificate of robot {name} is no longer the only one that is trusted", name=after.name)
 
+    # ------------------------------------------------------------------ groups and places
+    def _group(self, item: Item) -> Iterator[Message]:
+        given, edit = item.values, self._edit
+        stored = edit.groups.by_name(edit.c, given["name"])
+        members = [self._robot_named(name, f"{item.path}.robots").id for name in given["robots"]]
+        values = {key: given[key] for key in ("hand_over", "keep_free") if key in given} | {"members": tuple(sorted(members))}
+        with _placed(item):
+            saved = edit.save_group(replace(stored or Group(given["name"]), **values))
+        if stored is None:
+            yield message("group {name} added", name=saved.name)
+        elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
+            yield message("group {name} changed: {what}", name=saved.name, what=_list(changed))
+
+    def _place(self, item: Item) -> Iterator[Message]:
+        given, edit = item.values, self._edit
+        stored = edit.places.by_name(edit.c, given["name"])
+        with _placed(item):
+            saved = edit.save_place(replace(stored or Place(given["name"], 1), most=given["most"]))
+        if stored is None:
+            yield message("place {name} added", name=saved.name)
+        elif saved != stored:
+            yield message("place {name} changed: {what}", name=saved.name, what=_list(["most"]))
+
+    def _uses(self, mission: Mission, item: Item) -> bool:
+        """Have the mission use the places that the file names, and no others; whether that is something new."""
+        edit, wanted = self._edit, item.values.get("places")
+        if wanted is None:
+            return False
+        for name in wanted:
+            if edit.places.by_name(edit.c, name) is None:
+                path = f"{item.path}.places"
+                raise InvalidInput(path, "{path}: there is no place {name}", path=path, name=name)
+        changed = False
+        for place in edit.places.all(edit.c):
+            if (mission.id in place.missions) is not (place.name in wanted):
+                missions = {*place.missions, mission.id} if place.name in wanted else {*place.missions} - {mission.id}
+                edit.save_place(replace(place, missions=tuple(missions)))
+                changed = True
+        return changed
+
     # ------------------------------------------------------------------ missions
     def _mission(self, item: Item) -> Iterator[Message]:
         name, owner = item.values["name"], item.values.get("robot")
@@ -213,10 +257,11 @@ class _Import:
         stored = self._edit.missions.by_name(self._edit.c, name, robot_id)
         given = {key: item.values[key] for key in _OF_MISSION if key in item.values}
         saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **given))
+        uses_others = self._uses(saved, item)
         if stored is None:
             yield (message("mission {name} of {robot} added", name=name, robot=robot.name) if robot else
                    message("mission {name} added", name=name))
-        elif changed := [key for key in given if getattr(saved, key) != getattr(stored, key)]:
+        elif changed := [key for key in given if getattr(saved, key) != getattr(stored, key)] + ["places"] * uses_others:
             what = _list(changed)
             yield (message("mission {name} of {robot} changed: {what}", name=name, robot=robot.name, what=what) if robot else
                    message("mission {name} changed: {what}", name=name, what=what))
@@ -232,10 +277,12 @@ class _Import:
 
     def _schedule(self, item: Item, taken: set[str]) -> Iterator[Message]:
         given = item.values
-        robot = self._robot_named(given["robot"], f"{item.path}.robot")
-        mission = self._mission_named(given["mission"], robot, f"{item.path}.mission")
-        values = {key: given[key] for key in _OF_SCHEDULE if key in given} | {"robot_id": robot.id, "mission_id": mission.id}
-        name = given.get("name") or self._name_of_unnamed(robot, mission, values, taken)
+        target = self._target(item)
+        mission = self._mission_named(given["mission"], target, f"{item.path}.mission")
+        values = {key: given[key] for key in _OF_SCHEDULE if key in given} | {
+            "robot_id": target.id if isinstance(target, Robot) else None, "group_id": target.id if isinstance(target, Group) else None,
+            "mission_id": mission.id}
+        name = given.get("name") or self._name_of_unnamed(target, mission, values, taken)
         taken.add(name)
         stored = self._stored(name)
         if stored is None:
@@ -248,10 +295,21 @@ class _Import:
         elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
             yield message("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
 
-    def _name_of_unnamed(self, robot: Robot, mission: Mission, values: dict[str, Any], taken: set[str]) -> str:
-        unnamed = self._unnamed.get((robot.id, mission.id))
+    def _target(self, item: Item) -> Robot | Group:
+        given, edit = item.values, self._edit
+        if ("robot" in given) is ("group" in given):
+            raise InvalidInput(f"{item.path}.robot", "{path}: name either a robot or a group", path=item.path)
+        if "robot" in given:
+            return self._robot_named(given["robot"], f"{item.path}.robot")
+        if group := edit.groups.by_name(edit.c, given["group"]):
+            return group
+        path = f"{item.path}.group"
+        raise InvalidInput(path, "{path}: there is no group {name}", path=path, name=given["group"])
+
+    def _name_of_unnamed(self, target: Robot | Group, mission: Mission, values: dict[str, Any], taken: set[str]) -> str:
+        unnamed = self._unnamed.get((target.name, mission.id))
         if unnamed is None:
-            unnamed = self._unnamed[robot.id, mission.id] = Unnamed(names.of_schedule(mission.name, robot.name), taken, self._stored)
+            unnamed = self._unnamed[target.name, mission.id] = Unnamed(names.of_schedule(mission.name, target.name), taken, self._stored)
         return unnamed.name_of(values)
 
     def _stored(self, name: str) -> Schedule | None:
@@ -263,11 +321,12 @@ class _Import:
             return robot
         raise InvalidInput(path, "{path}: there is no robot {name}; add it, or write the name that it has now", path=path, name=name)
 
-    def _mission_named(self, name: str, robot: Robot, path: str) -> Mission:
-        if mission := self._edit.missions.for_robot(self._edit.c, name, robot.id):
+    def _mission_named(self, name: str, target: Robot | Group, path: str) -> Mission:
+        missions, c = self._edit.missions, self._edit.c
+        if mission := missions.for_robot(c, name, target.id) if isinstance(target, Robot) else missions.by_name(c, name):
             return mission
         raise InvalidInput(path, "{path}: there is no mission {name} for {robot}; add it, or write the name that it has now", path=path,
-                           name=name, robot=robot.name)
+                           name=name, robot=target.name)
 
 
 def _day(item: Item) -> DayException:
@@ -291,7 +350,7 @@ def _placed(item: Item) -> Iterator[None]:
 
 def _check_no_doubles(document: Document) -> None:
     """Names are the identity, so one file can't describe the same object twice."""
-    for items, keys in ((document.robots, ("name",)), (document.missions, ("name", "robot")), (document.schedules, ("name",))):
+    for items, keys in ((document.robots, ("name",)), (document.groups, ("name",)), (document.places, ("name",)), (document.missions, ("name", "robot")), (document.schedules, ("name",))):
         seen: set[tuple[object, ...]] = set()
         for item in items:
             identity = tuple(item.values.get(key) for key in keys)

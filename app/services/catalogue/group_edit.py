@@ -1,0 +1,81 @@
+"""Groups of robots and the places that they share: the part of a change of the plan that is about them."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.models import Group, InvalidInput, Place
+from app.services.catalogue import validation
+from app.services.catalogue.transaction import Transaction
+from app.services.catalogue.undo import Removed
+from app.services.live.changes import Topic
+
+
+class GroupEdit(Transaction):
+    """Every method raises InvalidInput before it has written anything."""
+
+    def save_group(self, group: Group) -> Group:
+        """Add (id 0) or change. What waits for a robot that is no member any more, with nothing sent, waits for another one."""
+        stored = self.the_group(group.id) if group.id else None
+        group = validation.group(group)
+        other = self.groups.by_name(self.c, group.name)
+        if other is not None and other.id != group.id:
+            raise InvalidInput("name", "there is a group {name} already", name=group.name)
+        if self.robots.by_name(self.c, group.name) is not None:
+            raise InvalidInput("name", "there is a robot {name} already", name=group.name)
+        for robot_id in group.members:
+            self.the_robot(robot_id)
+        if group == stored:
+            return group
+        if stored is None:
+            group = self.groups.add(self.c, group)
+        else:
+            self.groups.update(self.c, group)
+            for robot_id in set(stored.members) - set(group.members):
+                self._give_back(robot_id, group.id)
+        self.notes.append(f"group {group.name!r} {'added' if stored is None else 'changed'}: {len(group.members)} robots, {group.hand_over}, "
+                          f"{group.keep_free} kept free")
+        self.topics.add(Topic.ROBOTS)
+        return group
+
+    def remove_group(self, group_id: int) -> Removed:
+        """With its schedules. What no robot has yet of them is cancelled; what runs goes on."""
+        group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
+        waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
+        removed = Removed(group=group, schedules=schedules, skips=self.skips_of(schedules), waiting=waiting)
+        self.groups.remove(self.c, group_id)
+        self.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
+        self.topics |= {Topic.ROBOTS, Topic.SCHEDULES}
+        return removed
+
+    def _give_back(self, robot_id: int, group_id: int | None = None) -> None:
+        """What was to go to this robot as one of a group, with nothing sent, is for any of the others again."""
+        if self.executions.give_back(self.c, robot_id, group_id):
+            self.topics.add(Topic.EXECUTIONS)
+
+    # ------------------------------------------------------------------ places
+    def save_place(self, place: Place) -> Place:
+        """Add (id 0) or change."""
+        stored = self.the_place(place.id) if place.id else None
+        place = validation.place(place)
+        other = self.places.by_name(self.c, place.name)
+        if other is not None and other.id != place.id:
+            raise InvalidInput("name", "there is a place {name} already", name=place.name)
+        for mission_id in place.missions:
+            self.the_mission(mission_id)
+        if place == stored:
+            return place
+        if stored is None:
+            place = self.places.add(self.c, place)
+        else:
+            self.places.update(self.c, place)
+        self.notes.append(f"place {place.name!r} {'added' if stored is None else 'changed'}: at most {place.most} missions")
+        self.topics.add(Topic.MISSIONS)
+        return place
+
+    def remove_place(self, place_id: int) -> Removed:
+        """Missions that used it stay."""
+        place = self.the_place(place_id)
+        self.places.remove(self.c, place_id)
+        self.notes.append(f"place {place.name!r} removed")
+        self.topics.add(Topic.MISSIONS)
+        return Removed(place=replace(place))
