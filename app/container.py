@@ -26,6 +26,7 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.catalogue.stored import problem_in
+from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.clock_guard import ClockGuard
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
@@ -112,11 +113,14 @@ class Container:
                           alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
         robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
         self.whereabouts = Whereabouts(db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings)
+        self.shared = Shared(db, clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, repositories.robots,
+                             repositories.missions, repositories.schedules, self.settings, self.calendar, self.tablet, self.whereabouts,
+                             lambda: self.engine.plan_version)
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
         self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,
                              robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
                              poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe,
-                             whereabouts=self.whereabouts)
+                             whereabouts=self.whereabouts, allocator=Allocator(self.shared))
         self.engine.add_chore("Watching the database", db.check_in_place)
         self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
@@ -178,10 +182,7 @@ class Container:
             log.warning("At the start %s", line)
 
     def make_worker(self, robot: Robot) -> RobotWorker:
-        r = self.repositories
-        return RobotWorker(robot, self.make_client(robot), Shared(
-            self.db, self.clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, r.robots, r.missions, r.schedules,
-            self.settings, self.calendar, self.tablet, self.whereabouts, lambda: self.engine.plan_version))
+        return RobotWorker(robot, self.make_client(robot), self.shared)
 
     def close(self) -> None:
         self.runner.stop()

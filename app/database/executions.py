@@ -95,16 +95,18 @@ class ExecutionRepository:
         """Thousands at once, skipping those in the ledger already; returns how many were new."""
         return max(0, c.executemany(f"{_INSERT} ON CONFLICT DO NOTHING", map(_row_of, executions)).rowcount)
 
-    def change(self, c: sqlite3.Connection, execution_id: int, expected: Sequence[State], **columns: Any) -> Execution | None:
-        """Change columns of a row that is still in one of the expected states.
+    def change(self, c: sqlite3.Connection, execution_id: int, expected: Sequence[State], of_robot: int | None = -1,
+               **columns: Any) -> Execution | None:
+        """Change columns of a row that is still in one of the expected states and, where ``of_robot`` is given, that robot's (None: none's).
 
         Returns the row after the change, or None when its state was another one: then nothing was changed. Values are those of
         ``Execution`` (``reason`` sets or, with None, clears code and details).
         """
         values = _stored(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
-        row = c.execute(f"UPDATE executions SET {assignments} WHERE id = ? AND state IN ({placeholders(expected)}) RETURNING *",
-                        (*values.values(), execution_id, *expected)).fetchone()
+        row = c.execute(f"""UPDATE executions SET {assignments} WHERE id = ? AND state IN ({placeholders(expected)})
+                            AND (? = -1 OR robot_id IS ?) RETURNING *""",
+                        (*values.values(), execution_id, *expected, of_robot, of_robot)).fetchone()
         return row and execution_of(row)
 
     def change_owned(self, c: sqlite3.Connection, execution: Execution, expected: Sequence[State], **columns: Any) -> Execution | None:
@@ -138,6 +140,33 @@ class ExecutionRepository:
     def unbind(self, c: sqlite3.Connection, execution_id: int) -> None:
         """The same of one."""
         c.execute(f"UPDATE executions SET {_UNBOUND} WHERE id = ? AND state = 'waiting' AND group_id IS NOT NULL", (execution_id,))
+
+    def unbound(self, c: sqlite3.Connection) -> list[Execution]:
+        """What waits for a robot of a group, oldest first."""
+        return self._list(c, "INDEXED BY executions_unbound WHERE state = 'waiting' AND robot_id IS NULL ORDER BY planned_at, id")
+
+    def has_earlier_open(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
+        """Whether an earlier start of this schedule, whose runs don't overlap, is open."""
+        found = c.execute(f"""SELECT 1 FROM executions INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {_OPEN}
+                              AND planned_at < ? AND EXISTS (SELECT 1 FROM schedules WHERE id = executions.schedule_id AND overlap <> 'parallel')
+                              LIMIT 1""", (schedule_id, to_text(planned_at))).fetchone()
+        return found is not None
+
+    def may_be_bound(self, c: sqlite3.Connection, execution_id: int, robot_id: int, is_last_call: bool) -> bool:
+        """Whether a start of a group is still to be given to a robot, and to this one: it is switched on, of the group, has nothing else of
+        ours (but at the last call), and there is room at every place that the mission uses."""
+        return c.execute(f"""
+            SELECT 1 FROM executions AS e JOIN group_members USING (group_id) JOIN robots AS r ON r.id = group_members.robot_id
+            WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
+                AND r.id = ? AND r.enabled
+                AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {_OPEN}))
+                AND NOT EXISTS (
+                    SELECT 1 FROM places JOIN mission_places AS used ON used.place_id = places.id JOIN missions ON missions.id = used.mission_id
+                    WHERE missions.name = e.mission AND places.most <= (
+                        SELECT count(*) FROM executions AS o INDEXED BY executions_open WHERE o.robot_id IS NOT NULL
+                            AND o.state IN ('waiting', 'submitting', 'queued', 'executing') AND o.mission IN (
+                                SELECT m.name FROM mission_places AS u JOIN missions AS m ON m.id = u.mission_id
+                                WHERE u.place_id = places.id)))""", (execution_id, robot_id, is_last_call)).fetchone() is not None
 
     def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> list[int]:
         """End everything open of a robot that is being removed; returns the ids of what was still waiting."""

@@ -57,6 +57,7 @@ class ReasonCode(StrEnum):
     WRONG_ROBOT = "wrong_robot"
     VANISHED = "vanished"
     UNKNOWN_OUTCOME = "unknown_outcome"
+    NO_ROBOT = "no_robot"                # none of the group could be asked until the window was over
     USER_CANCELLED = "user_cancelled"
     QUEUE_CLEARED = "queue_cleared"
     SCHEDULE_CHANGED = "schedule_changed"
@@ -64,6 +65,8 @@ class ReasonCode(StrEnum):
     BATTERY_LOW = "battery_low"
     OVERLAP = "overlap"
     HOLD = "hold"
+    FINISH_BY = "finish_by"              # it could not be done in time
+    PLACE_BUSY = "place_busy"
     APP_DOWN = "app_down"
     CLOCK_IMPLAUSIBLE = "clock_implausible"
 
@@ -71,10 +74,11 @@ class ReasonCode(StrEnum):
 STATE_OF_REASON: Mapping[ReasonCode, State] = MappingProxyType({
     **dict.fromkeys((ReasonCode.ROBOT_ABORTED, ReasonCode.RETRY_LIMIT, ReasonCode.WINDOW_CLOSED, ReasonCode.UNAUTHORIZED,
                      ReasonCode.UNKNOWN_MISSION, ReasonCode.REFUSED, ReasonCode.WRONG_ROBOT, ReasonCode.VANISHED,
-                     ReasonCode.UNKNOWN_OUTCOME), State.FAILED),
+                     ReasonCode.UNKNOWN_OUTCOME, ReasonCode.NO_ROBOT), State.FAILED),
     **dict.fromkeys((ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED, ReasonCode.SCHEDULE_CHANGED,
                      ReasonCode.ROBOT_REMOVED), State.CANCELLED),
-    **dict.fromkeys((ReasonCode.BATTERY_LOW, ReasonCode.OVERLAP, ReasonCode.HOLD), State.SKIPPED),
+    **dict.fromkeys((ReasonCode.BATTERY_LOW, ReasonCode.OVERLAP, ReasonCode.HOLD, ReasonCode.FINISH_BY,
+                     ReasonCode.PLACE_BUSY), State.SKIPPED),
     **dict.fromkeys((ReasonCode.APP_DOWN, ReasonCode.CLOCK_IMPLAUSIBLE), State.MISSED),
 })
 
@@ -99,6 +103,8 @@ class Wait(StrEnum):
     HOLD = "hold"
     LATE_START = "late_start"            # the app came back late; sent when the operator's 30 s are over
     CLOCK = "clock"
+    ROBOT = "robot"                      # of a group: none is free yet
+    PLACE = "place"                      # as many missions as may be are at a place that it uses
     ELSEWHERE = "elsewhere"              # a robot may have it though a restored backup does not say so: all are asked
 
 

@@ -37,6 +37,8 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
     ReasonCode.VANISHED: ((("queue_id",), "Queue item {queue_id} is gone from the robot"), ((), "It is gone from the robot's queue")),
     ReasonCode.UNKNOWN_OUTCOME: ((("problem",), "It is not known whether the robot received it: {problem}"),
                                  ((), "It is not known whether the robot received it")),
+    ReasonCode.NO_ROBOT: ((("until", "group"), "No robot of {group} could be asked until {until}"),
+                          ((), "No robot of its group could be asked")),
     ReasonCode.USER_CANCELLED: (((), "Cancelled by a person"),),
     ReasonCode.QUEUE_CLEARED: (((), "Cancelled with the robot's whole queue"),),
     ReasonCode.SCHEDULE_CHANGED: (((), "Its schedule was changed, switched off or deleted while it waited"),),
@@ -51,6 +53,8 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
     ReasonCode.HOLD: ((("hold", "until"), "Held back until {until_with_date}: {hold}"), (("until",), "Held back until {until_with_date}"),
                       (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
                       ((), "Skipped or held back by a person")),
+    ReasonCode.FINISH_BY: ((("finish_by",), "It could not be done by {finish_by}"), ((), "It could not be done in time")),
+    ReasonCode.PLACE_BUSY: ((("place", "until"), "{place} was full until {until}"), ((), "A place that it uses stayed full")),
     ReasonCode.APP_DOWN: ((("start", "end", "problem"), "Nothing could be written from {start} to {end}: {problem}"),
                           (("start", "end"), "The app was off or asleep from {start} to {end}"),
                           (("until",), "The app was off or asleep until its start window closed at {until}"),
@@ -70,6 +74,8 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType({
     Wait.HOLD: ((("hold",), "Held back: {hold}; waits until {closes_at}"), ((), "Held back; waits until {closes_at}")),
     Wait.LATE_START: (((), "Starts late because the app was off; can be held back now"),),
     Wait.CLOCK: (((), "The tablet's clock can't be trusted; waits until {closes_at}"),),
+    Wait.ROBOT: ((("group",), "Waits for a robot of {group} until {closes_at}"), ((), "Waits for a robot until {closes_at}")),
+    Wait.PLACE: ((("place",), "Waits for {place} until {closes_at}"), ((), "Waits for a place until {closes_at}")),
     Wait.ELSEWHERE: ((("robots",), "May have run already; waits until {closes_at} for an answer from {robots}"),
                      ((), "Robots are being asked whether it has run already; waits until {closes_at}")),
 })
@@ -80,7 +86,7 @@ _UNDER_WAY: Mapping[State, str] = MappingProxyType({
     State.EXECUTING: "Running on the robot",
 })
 
-_INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at"})
+_INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at", "finish_by"})
 _FILLED_IN = re.compile(r"\{\w+\}")
 _LONGEST = 400                                               # characters of a text that came from elsewhere
 

@@ -110,6 +110,10 @@ def when_window_closed(execution: Execution, app_was_down: bool) -> Reason:
             return Reason(ReasonCode.BATTERY_LOW, {**execution.wait_details, "until": until})
         case Wait.HOLD | Wait.LATE_START:
             return Reason(ReasonCode.HOLD, {**execution.wait_details, "until": until})
+        case Wait.ROBOT:
+            return Reason(ReasonCode.NO_ROBOT, {**execution.wait_details, "until": until})
+        case Wait.PLACE:
+            return Reason(ReasonCode.PLACE_BUSY, {**execution.wait_details, "until": until})
         case Wait.CLOCK:
             return Reason(ReasonCode.CLOCK_IMPLAUSIBLE, {"until": until})
         case Wait.ELSEWHERE:

@@ -261,7 +261,7 @@ class FormModel(EventDispatcher):
             self._preview = Preview()
             self.show()
             return
-        known = self._services.robot_missions.names(schedule.robot_id)
+        known = self._services.robot_missions.names(schedule.robot_id) if schedule.robot_id else {}
         self._shell.background.run(lambda: self._ask_forecast(schedule, known), lambda preview: self._take_preview(draft, preview),
                                    self._shell.say_problem, key=("scheduler", "forecast"))
 

@@ -14,13 +14,14 @@ from typing import Any, TypeVar
 from app.database.calendar import CalendarRepository
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
+from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.rehearsal import Rehearsal
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule, Settings
+from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.services.catalogue.edit import Edit
 from app.services.catalogue.undo import Removed, restore
 from app.services.live.changes import Changes
@@ -48,6 +49,14 @@ class Catalogue:
 
     def robot(self, robot_id: int) -> Robot | None:
         return self._robots.get(self._db.read(), robot_id)
+
+    def groups(self) -> list[Group]:
+        """In order of name."""
+        return GroupRepository().all(self._db.read())
+
+    def places(self) -> list[Place]:
+        """In order of name."""
+        return PlaceRepository().all(self._db.read())
 
     def missions(self) -> list[Mission]:
         """In order of name."""
@@ -146,6 +155,23 @@ class Catalogue:
     def save_idle_rule(self, robot_id: int, mission_id: int, after_minutes: int = 10, enabled: bool = True) -> Robot:
         """The robot's idle automation: which mission after how many minutes (5–30)."""
         return self.edit(lambda edit: edit.set_idle_rule(robot_id, IdleRule(mission_id, after_minutes, enabled)))
+
+    # ------------------------------------------------------------------ groups and places
+    def save_group(self, group: Group) -> Group:
+        """Add (id 0) or change a group of robots."""
+        return self.edit(lambda edit: edit.save_group(group))
+
+    def remove_group(self, group_id: int) -> Removed:
+        """With its schedules; ``restore`` puts all that back."""
+        return self.edit(lambda edit: edit.remove_group(group_id))
+
+    def save_place(self, place: Place) -> Place:
+        """Add (id 0) or change a place at which so many missions may be at a time."""
+        return self.edit(lambda edit: edit.save_place(place))
+
+    def remove_place(self, place_id: int) -> Removed:
+        """``restore`` puts it back."""
+        return self.edit(lambda edit: edit.remove_place(place_id))
 
     # ------------------------------------------------------------------ missions
     def save_mission(self, mission: Mission) -> Mission:

@@ -22,6 +22,7 @@ from app.domain.clock import Clock
 from app.domain.message import message_of
 from app.domain.models import Execution, Robot
 from app.services.dispatch import messages
+from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.clock_guard import ClockGuard, Judgement, Readings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
@@ -67,15 +68,18 @@ class Mailboxes(Protocol):
 class Engine:
     def __init__(self, *, planner: Planner, guard: ClockGuard, ledger: Ledger, clock: Clock, alarms: Alarms, changes: Changes,
                  robots: Callable[[], list[Robot]], make_worker: Callable[[Robot], RobotWorker], poll_interval: Callable[[], float],
-                 probe: Callable[[], object], whereabouts: Whereabouts) -> None:
+                 probe: Callable[[], object], whereabouts: Whereabouts, allocator: Allocator) -> None:
         self._planner, self._guard, self._ledger, self._clock = planner, guard, ledger, clock
         self._alarms, self._robots, self._make_worker = alarms, robots, make_worker
-        self._whereabouts = whereabouts
+        self._whereabouts, self._allocator = whereabouts, allocator
         self._poll_interval, self._probe = poll_interval, probe       # ``probe`` writes something; it raises while nothing can be written
         self._mailboxes: Mailboxes
         self._wake: Callable[[], None] = lambda: None
         self._workers: dict[int, RobotWorker] = {}
         self._watched: int | None = None
+        self._allocate_at = -math.inf
+        self._allocating: int | None = None       # the thread that gives starts to robots
+        self._sought: frozenset[int] = frozenset()            # robots that a start waits for
         self._lock = threading.Lock()             # for what other threads ask: workers, whose turn it is
         self._inserting: int | None = None        # the thread that is writing what is due
         self.plan_version = 1                     # counts changes that may take a start back
@@ -161,6 +165,11 @@ class Engine:
             else:
                 self._mailboxes.post(about, messages.LedgerChanged())
         if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS):
+            self._allocate_at = -math.inf
+            self._wake()
+        elif topic in (Topic.EXECUTIONS, Topic.SNAPSHOT) and (about is None or about in self._sought) \
+                and self._allocating != threading.get_ident():
+            self._allocate_at = -math.inf
             self._wake()
 
     def _post_to_all(self, message: messages.Message) -> None:
@@ -184,6 +193,8 @@ class Engine:
                 self._planner.note_unwritable(alarm)
         judgement = self._judge_clock()
         is_behind = judgement.is_trusted and self._start_what_is_due()
+        if judgement.is_trusted and self._clock.monotonic() >= self._allocate_at:
+            self._allocate()
         self._do_chores()
         self._take_turns()
         if judgement.is_trusted:
@@ -220,11 +231,28 @@ class Engine:
             batch = self._planner.insert_due(self._readiness, partial(self._hand_over, self.plan_version))
         finally:
             self._inserting = None
+        if batch.has_unbound:
+            self._allocate_at = -math.inf
         for robot_id in batch.robot_ids:
             self._mailboxes.post(robot_id, messages.LedgerChanged())
         for robot_id in self._due_soon():
             self._mailboxes.post(robot_id, messages.Prefetch())
         return batch.is_behind
+
+    def _allocate(self) -> None:
+        """Starts of groups to robots that are free; robots that one waits for are read often."""
+        self._allocate_at = math.inf
+        with self._lock:
+            workers = dict(self._workers)
+        self._allocating = threading.get_ident()
+        try:
+            wait = self._allocator.advance(workers)
+        finally:
+            self._allocating = None
+        self._allocate_at = min(self._allocate_at, self._clock.monotonic() + wait)
+        before, self._sought = self._sought, self._allocator.members
+        for robot_id in before ^ self._sought:
+            self._mailboxes.post(robot_id, messages.Sought(robot_id in self._sought))
 
     def _readiness(self, robot_id: int) -> messages.Readiness | None:
         worker = self._workers.get(robot_id)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any
 
@@ -137,7 +137,7 @@ class Ledger:
 
     def _made(self, c: Any, move: Move) -> Execution | None:
         if State.WAITING in move.expected:               # which edits change too
-            made = self._executions.change(c, move.execution.id, move.expected, **move.columns)
+            made = self._executions.change(c, move.execution.id, move.expected, of_robot=move.execution.robot_id, **move.columns)
         else:
             made = self._executions.change_owned(c, move.execution, move.expected, **move.columns)
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
@@ -165,6 +165,43 @@ class Ledger:
             "state": State.QUEUED, "queue_id": item.id, "token": item.description, "submitted_at": self._clock.now(),
             "attempts": max(1, execution.attempts), "queue_floor": item.id - 1, "robot_id": robot.id, "robot": robot.name,
             "robot_address": robot.address, "robot_serial": robot.serial_number})
+
+    def given_back(self, execution: Execution, robot_id: int, tried: Mapping[str, Any]) -> Move:
+        """A start of a group of which certainly nothing is on this robot has none again. ``tried``: what became of it here."""
+        return Move(execution, NOT_WITH_THE_ROBOT, {
+            "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "robot_id": None, "robot": "", "bound_at": None, "choice": {},
+            "queue_floor": None, "robot_address": None, "robot_serial": None, "tried": {**execution.tried, str(robot_id): tried}})
+
+    def bound(self, execution: Execution, robot: Robot, mission_guid: str, choice: Mapping[str, Any]) -> Move:
+        """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time."""
+        return Move(execution, (State.WAITING,), {
+            "robot_id": robot.id, "robot": robot.name, "mission_guid": mission_guid, "bound_at": self._clock.now(), "choice": choice,
+            "wait": Wait.DUE, "wait_details": {}, "queue_floor": execution.tried.get(str(robot.id), {}).get("floor")})
+
+    def bind(self, move: Move, is_last_call: bool) -> Execution | None:
+        """Unless anything has changed that the choice rested on."""
+        robot_id = move.columns["robot_id"]
+
+        def work(c: Any) -> Execution | None:
+            if not self._executions.may_be_bound(c, move.execution.id, robot_id, is_last_call):
+                return None
+            return self._executions.change(c, move.execution.id, move.expected, **move.columns)
+        row = self._db.write(work)
+        if row is not None:
+            log.info("%s", describe(row))
+            self._changes.publish(Topic.EXECUTIONS, robot_id)
+        return row
+
+    def adopt(self, execution: Execution, robot: Robot, item: QueueItem) -> None:
+        """It is on a robot already: the one that it waits for, or another one, which it gets by way of none."""
+        if execution.robot_id not in (None, robot.id):
+            self.make([Move(execution, (State.WAITING,), {"robot_id": None, "robot": ""})], quietly=True)
+            execution = replace(execution, robot_id=None, robot="")
+        self.make([self.adopted(execution, robot, item)])
+
+    def unbound(self) -> list[Execution]:
+        """What waits for a robot of a group, oldest first."""
+        return self._executions.unbound(self._db.read())
 
     def not_tried(self, intent: Execution) -> Move:
         """An intent whose POST was not even begun."""

@@ -53,6 +53,12 @@ class Watched:
 
 
 @dataclass(frozen=True)
+class Sought:
+    """Whether a start waits for it, or for another robot of its group."""
+    is_sought: bool
+
+
+@dataclass(frozen=True)
 class Recover:
     """The database failed and works again: what was written last is not known. Executions with ids above ``up_to`` were written since."""
     up_to: float = math.inf
@@ -63,4 +69,4 @@ class TimeLost:
     """The tablet slept, or its clock was set: what the robot did meanwhile was not seen."""
 
 
-Message = Poll | Prefetch | Start | LedgerChanged | RobotEdited | Watched | Recover | TimeLost
+Message = Poll | Prefetch | Start | LedgerChanged | RobotEdited | Watched | Sought | Recover | TimeLost

@@ -14,22 +14,24 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Iterable, Sequence
-from datetime import datetime
+from datetime import timedelta
 
 from app.database.executions import Unsent
+from app.database.values import to_text
 from app.domain import rules
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, Rejected, RobotError, Unauthorized
+from app.services.allocation.belief import Out
 from app.services.dispatch.attempt import Attempt, Attempts, Phase
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import EARLY_RECHECK, INTENT_LEAD, RECHECK, RECONCILE_EVERY
-from app.services.live.tablet import old_token
+from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
+from app.services.dispatch.waiting import Waiting, robot_off, taken_back
 
 log = logging.getLogger(__name__)
 
@@ -45,7 +47,7 @@ class Submission:
         self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
         self.attempts = Attempts()
         self._recovered: set[int] = set()         # executions that were looked for as those of a process that is gone
-        self._listed_until: dict[tuple[int, datetime], float] = {}       # late starts that are listed first, on the monotonic clock
+        self._waiting = Waiting(shared, observation.robot.id, self._later)
 
     # ------------------------------------------------------------------ what the worker asks for
     def recover(self, up_to: float) -> None:
@@ -135,13 +137,9 @@ class Submission:
 
     def _taken_back(self, row: Execution) -> Reason | None:
         """Why it must not be sent (again). ``row`` was read a moment ago."""
-        if row.cancel_code:
-            return Reason(row.cancel_code)
-        if row.revoked:
-            return row.revoked
-        if not self._seen.robot.enabled:
-            return Reason(ReasonCode.ROBOT_REMOVED, {"robot": row.robot})
-        return None
+        if reason := taken_back(row):
+            return reason
+        return None if self._seen.robot.enabled or row.group_id is not None else robot_off(row.robot)
 
     def _is_taken_back(self, intent: Execution) -> bool:
         row = self._ledger.get(intent.id)
@@ -154,13 +152,15 @@ class Submission:
         for waiting in self._ledger.make([self._ledger.not_tried(intent) for intent in intents]):
             if reason := self._taken_back(waiting):
                 self._ledger.end(waiting, reason)
+            elif waiting.group_id is not None:
+                self._give_back([waiting], Out.SILENT)
             else:
                 self._later(waiting, 0.0)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
         for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
             del self.attempts[key]
-        self._listed_until = {key: until for key, until in self._listed_until.items() if key[0] in unsent}
+        self._waiting.forget_all_but(unsent)
 
     def _is_awake(self, unsent: Unsent, is_held: bool) -> bool:
         """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
@@ -177,38 +177,11 @@ class Submission:
         self.attempts[row.id] = Attempt(Phase.BACKOFF, self._clock.monotonic() + min(seconds, until_closed))
 
     def _is_to_be_tried(self, row: Execution) -> bool:
-        """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting."""
-        now = self._clock.now()
-        if reason := self._taken_back(row):
-            self._ledger.end(row, reason)
-        elif now >= row.closes_at:
-            self._ledger.end(row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at)))
-        elif row.held:
-            self._ledger.waits(row, Wait.HOLD)
-            self._later(row, RECHECK)
-        elif hold := self._s.holds.active(self._robot_id):
-            self._ledger.waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
-            self._later(row, RECHECK)
-        elif (early := self._seconds_early(row)) > 0:
-            self._later(row, min(early, EARLY_RECHECK))
-        else:
-            return not self._is_listed_first(row) and not self._may_have_run(row)
-        return False
-
-    def _seconds_early(self, row: Execution) -> float:
-        """Until its instant, which may be still to come: a worker that was closed released it, or the clock was set back. What a person
-        started, or idleness, waits for no instant."""
-        return (row.planned_at - self._clock.now()).total_seconds() if row.trigger is Trigger.SCHEDULED else 0.0
-
-    def _is_listed_first(self, row: Execution) -> bool:
-        """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first seen."""
-        if row.hold_until is None or row.wait is not Wait.LATE_START:
+        """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting, or given back to its group."""
+        if row.group_id is not None and (self._s.holds.active(self._robot_id) or not self._seen.robot.enabled):
+            self._give_back([row], Out.HELD if self._seen.robot.enabled else Out.OFF)
             return False
-        mono, left = self._clock.monotonic(), (row.hold_until - self._clock.now()).total_seconds()
-        until = self._listed_until.setdefault((row.id, row.hold_until), mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds()))
-        if until > mono:
-            self._later(row, until - mono)
-        return until > mono
+        return self._waiting.may_be_tried(row, self._taken_back(row))
 
     # ------------------------------------------------------------------ an attempt
     def _is_ready(self, row: Execution, before: list[Execution]) -> bool:
@@ -216,6 +189,9 @@ class Submission:
         try:
             battery, minimum = self._seen.recent_status().battery_percentage, row.minimum_battery_percent
             if not rules.battery_allows(battery, minimum):
+                if row.group_id is not None:
+                    self._give_back([row], Out.LOW_BATTERY)
+                    return False
                 self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
                 self._later(row, RECHECK)
                 return False
@@ -251,21 +227,6 @@ class Submission:
         robot, floor = self._seen.robot, self._seen.highest
         return self._ledger.make([self._ledger.begun(row, robot, floor) for row in rows], quietly=True)
 
-    def _may_have_run(self, row: Execution) -> bool:
-        """Whether it is on a robot, or may be, though a restored backup does not know that: then the row becomes that item's, or waits. A
-        schedule may have been on another robot then. A tablet from which the plan moved here had tokens of its own."""
-        through = self._s.whereabouts.through
-        if through is None or row.planned_at > through:
-            return False
-        tokens = (row.token, old_token(self._s.tablet.move, row))
-        found = self._s.whereabouts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
-        if found.robot and found.item:
-            self._ledger.make([self._ledger.adopted(row, found.robot, found.item)])
-        elif not found.is_certain:
-            self._ledger.waits(row, Wait.ELSEWHERE, **({"robots": ", ".join(found.silent)} if found.silent else {}))
-            self._later(row, RECHECK)
-        return found.robot is not None or not found.is_certain
-
     def _read_failed(self, rows: list[Execution], error: RobotError) -> None:
         """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""
         match error:
@@ -276,11 +237,36 @@ class Submission:
             case _:
                 self._failed(rows, error.message)
                 return
-        self._ledger.make([self._ledger.ended(row, reason, (row.state,)) for row in rows])
+        self._refused(rows, reason)
+
+    def _refused(self, rows: Sequence[Execution], reason: Reason) -> None:
+        """For good by this robot: the end of a start, but one of a group goes to another robot."""
+        self._give_back([row for row in rows if row.group_id is not None], reason=reason)
+        self._ledger.make([self._ledger.ended(row, reason, (row.state,)) for row in rows if row.group_id is None])
+        for row in rows:
+            self.attempts.pop(row.id, None)
+
+    def _give_back(self, rows: Sequence[Execution], out: Out = Out.TRIED, *, problem: Message = "", reason: Reason | None = None) -> None:
+        """Starts of a group of which certainly nothing is here are for any of its robots again; this one is left out for a while, or where
+        it has refused (``reason``) or was tried too often, for good."""
+        settings, now, moves = self._s.settings(), self._clock.now(), []
+        for row in rows:
+            before = row.tried.get(str(self._robot_id), {})
+            tries = before.get("tries", 0) + (out is Out.TRIED)
+            is_for_good = reason is not None or tries > settings.retry_limit
+            until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
+            moves.append(self._ledger.given_back(row, self._robot_id, {
+                "robot": self._seen.robot.name, "out": str(out), "tries": tries, "until": to_text(until), "is_for_good": is_for_good,
+                "floor": before.get("floor", row.queue_floor), "problem": reason.details.get("problem", "") if reason else problem,
+                **({"code": str(reason.code)} if reason else {})}))
+            self.attempts.pop(row.id, None)
+        self._ledger.make(moves)
 
     def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:
         """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: taken back, or tried too
         often."""
+        self._give_back([row for row in rows if row.group_id is not None], problem=problem)
+        rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
         for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem) for row in rows]):
             if reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
@@ -304,7 +290,7 @@ class Submission:
                 self._failed([intent], error.message)
             elif error.delivery is Delivery.REFUSED:
                 if reason := self._refusal(intent, error):
-                    self._end(intent, reason)
+                    self._refused([intent], reason)
                 else:
                     self._failed([intent], error.message)
             else:

@@ -49,7 +49,7 @@ class RobotWorker:
         self._following = Following(client, shared, self.seen, self._copies, self._give_way)
         client.give_way = self._give_way
         self._idle = IdleWatch()
-        self._watched = False
+        self._watched = self._sought = False
         self._recover_up_to: float | None = math.inf         # executions up to this id may be in nobody's hands; None: none is
         self._poll_wanted = True
         self._ledger_changed = True
@@ -80,6 +80,10 @@ class RobotWorker:
                 self._ledger_changed = True
             case messages.Watched(is_watched):
                 self._watched = is_watched
+            case messages.Sought(is_sought):
+                self._sought = is_sought
+                if is_sought:
+                    self._next_live = -math.inf
             case messages.Recover(up_to):
                 self._recover_up_to, self._ledger_changed = up_to, True
             case messages.TimeLost():
@@ -170,7 +174,7 @@ class RobotWorker:
     @property
     def _is_live(self) -> bool:
         return (self._has_sent or self._s.whereabouts.wants(self.robot)
-                or (self.robot.enabled and (self._watched or self._copies.is_watching)))
+                or (self.robot.enabled and (self._watched or self._sought or self._copies.is_watching)))
 
     def _note_sent(self, has_sent: bool) -> None:
         """Whether something of ours is with the robot. After a submission the first read is put off: it would delay what others send."""
@@ -198,7 +202,7 @@ class RobotWorker:
                 status = self.seen.read_status()
                 self._give_way()
                 self.seen.identify()
-                open_ids = self._read_queue(status, full) if full or self._watched or self._copies.is_watching else None
+                open_ids = self._read_queue(status, full) if self._reads_queue(full) else None
                 self._following.follow(status.serial_number, open_ids)
                 self._copies.answer()
             except AnotherRobot as error:
@@ -208,6 +212,9 @@ class RobotWorker:
         failures = max(self.seen.failures, self._unanswered)
         pause = min(LIVE_EVERY * 2 ** min(failures, 5), max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
         self._next_live = mono + (self._apart(pause) if full else pause)
+
+    def _reads_queue(self, full: bool) -> bool:
+        return full or self._watched or self._sought or self._copies.is_watching
 
     def _follow_switched_off(self) -> None:
         """Without a password there is nothing to ask with: what runs stays as it was until that is entered."""

@@ -1,0 +1,82 @@
+"""What a start that waits waits for, or why it ends: asked of every one before anything is sent, whoever is to send it."""
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from datetime import datetime
+
+from app.domain import rules
+from app.domain.models import Execution, Reason, ReasonCode, Trigger, Wait
+from app.services.dispatch.shared import Shared
+from app.services.dispatch.timing import EARLY_RECHECK, RECHECK
+from app.services.live.tablet import old_token
+
+
+class Waiting:
+    """``robot_id``: whose worker asks; None: for what has no robot yet. ``later`` is called with a row and the seconds after which it is to
+    be looked at again."""
+
+    def __init__(self, shared: Shared, robot_id: int | None, later: Callable[[Execution, float], None]) -> None:
+        self._s, self._ledger, self._clock, self._robot_id, self._later = shared, shared.ledger, shared.clock, robot_id, later
+        self._listed_until: dict[tuple[int, datetime], float] = {}       # late starts that are listed first, on the monotonic clock
+
+    def forget_all_but(self, ids: Collection[int]) -> None:
+        self._listed_until = {key: until for key, until in self._listed_until.items() if key[0] in ids}
+
+    def may_be_tried(self, row: Execution, taken_back: Reason | None) -> bool:
+        """Whether it may be tried now; else it is ended here, or left waiting. ``taken_back``: why it must not be sent."""
+        now = self._clock.now()
+        if taken_back:
+            self._ledger.end(row, taken_back)
+        elif now >= row.closes_at:
+            self._ledger.end(row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at)))
+        elif row.held:
+            self._waits(row, Wait.HOLD)
+        elif hold := self._s.holds.active(self._robot_id):
+            self._waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
+        elif (early := self._seconds_early(row)) > 0:
+            self._later(row, min(early, EARLY_RECHECK))
+        else:
+            return not self._is_listed_first(row) and not self._may_have_run(row)
+        return False
+
+    def _waits(self, row: Execution, wait: Wait, **details: object) -> None:
+        self._ledger.waits(row, wait, **details)
+        self._later(row, RECHECK)
+
+    def _seconds_early(self, row: Execution) -> float:
+        """Until its instant, which may be still to come: a worker that was closed released it, or the clock was set back. What a person
+        started, or idleness, waits for no instant."""
+        return (row.planned_at - self._clock.now()).total_seconds() if row.trigger is Trigger.SCHEDULED else 0.0
+
+    def _is_listed_first(self, row: Execution) -> bool:
+        """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first seen."""
+        if row.hold_until is None or row.wait is not Wait.LATE_START:
+            return False
+        mono, left = self._clock.monotonic(), (row.hold_until - self._clock.now()).total_seconds()
+        until = self._listed_until.setdefault((row.id, row.hold_until), mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds()))
+        if until > mono:
+            self._later(row, until - mono)
+        return until > mono
+
+    def _may_have_run(self, row: Execution) -> bool:
+        """Whether it is on a robot, or may be, though a restored backup does not know that: then the row becomes that item's, or waits. A
+        schedule may have been on another robot then. A tablet from which the plan moved here had tokens of its own."""
+        through = self._s.whereabouts.through
+        if through is None or row.planned_at > through:
+            return False
+        tokens = (row.token, old_token(self._s.tablet.move, row))
+        found = self._s.whereabouts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
+        if found.robot and found.item:
+            self._ledger.adopt(row, found.robot, found.item)
+        elif not found.is_certain:
+            self._waits(row, Wait.ELSEWHERE, **({"robots": ", ".join(found.silent)} if found.silent else {}))
+        return found.robot is not None or not found.is_certain
+
+
+def taken_back(row: Execution) -> Reason | None:
+    """Why it must not be sent (again). ``row`` was read a moment ago."""
+    return Reason(row.cancel_code) if row.cancel_code else row.revoked
+
+
+def robot_off(name: str) -> Reason:
+    return Reason(ReasonCode.ROBOT_REMOVED, {"robot": name})
