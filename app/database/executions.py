@@ -63,6 +63,21 @@ class Unsent(NamedTuple):
     wait: Wait
 
 
+class Watch(NamedTuple):
+    """A request for a start of a group that was given up on one robot may still come there until then."""
+    execution_id: int
+    robot_id: int
+    queue_floor: int
+    until: datetime
+
+
+class Watched(NamedTuple):
+    """The same with the token of its start."""
+    token: str
+    queue_floor: int
+    until: datetime
+
+
 class Surplus(NamedTuple):
     """How many ended rows are beyond the history limit: of those that ran, and of those that did not."""
     ran: int
@@ -127,6 +142,8 @@ class ExecutionRepository:
         is on its way is marked. Returns the ids of what ended."""
         column, value = ("schedule_id", schedule_id) if robot_id is None else ("robot_id", robot_id)
         where, values = f"{column} = ? AND {_OPEN}", [value]
+        if robot_id is not None:
+            where += " AND group_id IS NULL"             # those are for the group's other robots
         if ids is not None:
             where, values = f"{where} AND id IN ({placeholders(ids)})", [value, *ids]
         c.execute(f"UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'", (_reason_to_text(reason), *values))
@@ -151,6 +168,15 @@ class ExecutionRepository:
                               AND planned_at < ? AND EXISTS (SELECT 1 FROM schedules WHERE id = executions.schedule_id AND overlap <> 'parallel')
                               LIMIT 1""", (schedule_id, to_text(planned_at))).fetchone()
         return found is not None
+
+    def watch(self, c: sqlite3.Connection, watch: Watch) -> None:
+        c.execute("""INSERT INTO watches VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE SET until = excluded.until""",
+                  (*watch[:3], to_text(watch.until)))
+
+    def watches_of(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> list[Watched]:
+        rows = c.execute("""SELECT token, watches.queue_floor, until FROM watches JOIN executions ON executions.id = execution_id
+                            WHERE watches.robot_id = ? AND until > ?""", (robot_id, to_text(now)))
+        return [Watched(token, floor, to_instant(until)) for token, floor, until in rows]
 
     def may_be_bound(self, c: sqlite3.Connection, execution_id: int, robot_id: int, is_last_call: bool) -> bool:
         """Whether a start of a group is still to be given to a robot, and to this one: it is switched on, of the group, has nothing else of

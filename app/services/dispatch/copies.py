@@ -138,6 +138,9 @@ class Copies:
         for row in self._ledger.planned_between(self._seen.robot.id, now - LOOKS_BACK, now):
             if row.queue_floor is not None and (row.attempts > 1 or (row.attempts and row.queue_id is None)):      # a POST has a floor
                 self.watch_for(row)
+        for watch in self._ledger.watches_of(self._seen.robot.id):
+            left = (watch.until - now).total_seconds()
+            self._watched[watch.token] = (watch.queue_floor, self._s.clock.monotonic() + min(left, WATCHED_FOR))
 
     @property
     def is_watching(self) -> bool:
@@ -157,11 +160,14 @@ class Copies:
         unsettled: set[str] = set()
         for item in sorted(items.values(), key=lambda item: item.id):
             row = self._ledger.by_token(item.description)
-            if row is None or row.queue_id == item.id or row.robot_id != self._seen.robot.id:
+            if row is None or (row.robot_id != self._seen.robot.id and row.group_id is None):
                 continue
-            if row.state in (State.SUBMITTING, State.WAITING):           # still being looked for; it may end without having found it
+            is_here = row.robot_id == self._seen.robot.id
+            if is_here and row.queue_id == item.id:
+                continue
+            if is_here and row.state in (State.SUBMITTING, State.WAITING):         # still being looked for; it may end without having found it
                 unsettled.add(row.token)
-            elif not self._set_right(row, item):                         # it may begin before it is met again
+            elif not (self._set_right if is_here else self._came_after_it_was_given_back)(row, item):      # met again before it begins
                 unsettled.add(row.token)
                 self.watch_from(row.token, item.id - 1)
         searched = max((item.id for item in newer), default=0)           # what is older has been seen
@@ -205,6 +211,19 @@ class Copies:
         if row.cancel_code and item.is_open:                 # nobody wants it, however often it comes
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
+
+    def _came_after_it_was_given_back(self, row: Execution, item: QueueItem) -> bool:
+        """One of a group that another robot has by now, or will have; the first that can be seen is the one, where none has it yet. Returns
+        whether that is done."""
+        if row.state is State.WAITING and row.robot_id is None and not row.cancel_code and item.is_open:
+            self._ledger.adopt(row, self._seen.robot, item)
+        elif row.state.is_open or row.queue_id is not None:
+            return self.cancel_copy(item, row)
+        elif item.is_open:                                   # it has ended without a robot
+            return self._cancel_late(row, item)
+        elif item.state is QueueState.DONE:
+            self._alarm_once("duplicate_running", row, item)
+        return True
 
     def _came_late(self, row: Execution, item: QueueItem) -> bool:
         """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled unless it is done; else the

@@ -8,11 +8,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any
 
 from app.database.connection import Database
-from app.database.executions import ExecutionFilter, ExecutionRepository, Unsent
+from app.database.executions import ExecutionFilter, ExecutionRepository, Unsent, Watch, Watched
 from app.database.robots import Accepted, RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
@@ -34,6 +34,7 @@ class Move:
     execution: Execution
     expected: Sequence[State]
     columns: Mapping[str, Any]
+    watch: Watch | None = None
 
 
 def was_replaced(row: Execution, serial_number: str | None) -> bool:
@@ -144,6 +145,8 @@ class Ledger:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
             if made.trigger is Trigger.IDLE:
                 self._robots.note_idle(c, made.robot_id, made.queue_id)
+        if made and move.watch is not None:
+            self._executions.watch(c, move.watch)
         return made
 
     def begun(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Move:
@@ -166,11 +169,14 @@ class Ledger:
             "attempts": max(1, execution.attempts), "queue_floor": item.id - 1, "robot_id": robot.id, "robot": robot.name,
             "robot_address": robot.address, "robot_serial": robot.serial_number})
 
-    def given_back(self, execution: Execution, robot_id: int, tried: Mapping[str, Any]) -> Move:
-        """A start of a group of which certainly nothing is on this robot has none again. ``tried``: what became of it here."""
+    def given_back(self, execution: Execution, robot_id: int, tried: Mapping[str, Any], watch_for: timedelta | None) -> Move:
+        """A start of a group of which certainly nothing is on this robot has none again. ``tried``: what became of it here. ``watch_for``:
+        how long its request may still come here."""
+        watch = Watch(execution.id, robot_id, execution.queue_floor or 0, self._clock.now() + watch_for) if watch_for else None
         return Move(execution, NOT_WITH_THE_ROBOT, {
             "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "robot_id": None, "robot": "", "bound_at": None, "choice": {},
-            "queue_floor": None, "robot_address": None, "robot_serial": None, "tried": {**execution.tried, str(robot_id): tried}})
+            "queue_floor": None, "robot_address": None, "robot_serial": None, "tried": {**execution.tried, str(robot_id): tried}, "attempts": execution.attempts + (execution.state is State.WAITING and bool(
+                tried["tries"]))}, watch)
 
     def bound(self, execution: Execution, robot: Robot, mission_guid: str, choice: Mapping[str, Any]) -> Move:
         """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time."""
@@ -198,6 +204,10 @@ class Ledger:
             self.make([Move(execution, (State.WAITING,), {"robot_id": None, "robot": ""})], quietly=True)
             execution = replace(execution, robot_id=None, robot="")
         self.make([self.adopted(execution, robot, item)])
+
+    def watches_of(self, robot_id: int) -> list[Watched]:
+        """What may still come to this robot though another one has been given it since."""
+        return self._executions.watches_of(self._db.read(), robot_id, self._clock.now())
 
     def unbound(self) -> list[Execution]:
         """What waits for a robot of a group, oldest first."""

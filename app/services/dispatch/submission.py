@@ -30,7 +30,7 @@ from app.services.dispatch.copies import Copies
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
+from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY, WATCHED_FOR
 from app.services.dispatch.waiting import Waiting, robot_off, taken_back
 
 log = logging.getLogger(__name__)
@@ -246,7 +246,8 @@ class Submission:
         for row in rows:
             self.attempts.pop(row.id, None)
 
-    def _give_back(self, rows: Sequence[Execution], out: Out = Out.TRIED, *, problem: Message = "", reason: Reason | None = None) -> None:
+    def _give_back(self, rows: Sequence[Execution], out: Out = Out.TRIED, *, problem: Message = "", reason: Reason | None = None,
+                   may_come: bool = False) -> None:
         """Starts of a group of which certainly nothing is here are for any of its robots again; this one is left out for a while, or where
         it has refused (``reason``) or was tried too often, for good."""
         settings, now, moves = self._s.settings(), self._clock.now(), []
@@ -258,14 +259,14 @@ class Submission:
             moves.append(self._ledger.given_back(row, self._robot_id, {
                 "robot": self._seen.robot.name, "out": str(out), "tries": tries, "until": to_text(until), "is_for_good": is_for_good,
                 "floor": before.get("floor", row.queue_floor), "problem": reason.details.get("problem", "") if reason else problem,
-                **({"code": str(reason.code)} if reason else {})}))
+                **({"code": str(reason.code)} if reason else {})}, timedelta(seconds=WATCHED_FOR) if may_come else None))
             self.attempts.pop(row.id, None)
         self._ledger.make(moves)
 
     def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:
         """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: taken back, or tried too
         often."""
-        self._give_back([row for row in rows if row.group_id is not None], problem=problem)
+        self._give_back([row for row in rows if row.group_id is not None], problem=problem, may_come=waited)
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
         for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem) for row in rows]):
