@@ -1,13 +1,16 @@
 """Starts that any robot of a group may take: kept until one is free, given to one, and never to two."""
 from __future__ import annotations
 
+import sqlite3
+from dataclasses import replace
 from datetime import datetime
+from itertools import pairwise
 
 import pytest
 
-from app.domain.models import Group, Schedule, State, Wait
+from app.domain.models import Group, Overlap, ReasonCode, Schedule, State, Wait
 from tests.support.network import QUEUE, Fate
-from tests.support.site import Site
+from tests.support.site import GUIDS, Site
 
 
 @pytest.fixture
@@ -28,6 +31,10 @@ def plan(site):
         return site.container.catalogue.save_schedule(
             Schedule(name, None, 1, datetime.fromisoformat(at), "UTC", group_id=group.id, **values))
     return planned
+
+
+def lose_mission(machine):
+    machine.site.table("/missions").remove(GUIDS["Deliver"])
 
 
 def queues(site):
@@ -84,6 +91,115 @@ def test_while_an_answer_is_open_no_other_robot_gets_it(site, plan, fate):
     [run] = site.executions()
     assert run.state is State.COMPLETED
     assert sum(map(len, queues(site).values())) == 1
+
+
+@pytest.mark.parametrize("refused_by", ["R1", "R2"])
+def test_a_robot_that_refuses_leaves_it_to_the_others_and_is_told_of(site, plan, refused_by):
+    """Robots of one group that differ in what they have: the mission is missing on one."""
+    plan()
+    lose_mission(site.machines[refused_by])
+    site.run(330)
+    [run] = site.executions()
+    assert run.robot not in ("", refused_by)
+    assert sum(map(len, queues(site).values())) == 1
+
+
+def test_when_all_refuse_it_fails_and_says_why(site, plan):
+    plan()
+    for machine in site.machines.values():
+        lose_mission(machine)
+    site.run(330)
+    [run] = site.executions()
+    assert (run.state, run.reason.code) == (State.FAILED, ReasonCode.UNKNOWN_MISSION)
+
+
+@pytest.mark.parametrize(("is_busy", "items", "alarm"), [(True, 1, "duplicate_healed"), (False, 2, "duplicate_running")])
+def test_a_request_that_comes_after_all_is_set_right_on_the_robot_that_had_been_given_up(site, plan, is_busy, items, alarm):
+    """It is cancelled while it is pending; one that runs is a person's matter."""
+    plan(start_window_minutes=30)
+    for name in site.machines:
+        site.network.next("POST", QUEUE, Fate.LATE, 130.0, robot=name)
+    site.run(301)
+    [run] = site.executions()
+    site.network.planned.clear()
+    site.run(60)
+    for _n in range(20 * is_busy):
+        site.stranger_queues(robot=run.robot)
+    first = run.robot
+    site.run(600)
+    [run] = site.executions()
+    assert (run.state, run.robot != first) == (State.COMPLETED, True)
+    ours = [item for machine in site.machines.values() for item in machine.queue if item.description == run.token and item.started]
+    assert len(ours) == items
+    assert alarm in [each.code for each in site.container.alarms.open()]
+
+
+def test_a_robot_that_is_switched_off_gives_back_what_waits_for_it(site, plan):
+    plan()
+    site.run(299.8)
+    for robot in site.container.catalogue.robots()[:2]:
+        site.container.catalogue.set_robot_enabled(robot.id, False)
+    site.run(60)
+    [run] = site.executions()
+    assert (run.robot, run.state) == ("R3", State.EXECUTING)
+
+
+def test_while_all_are_held_it_waits_and_goes_when_one_is_released(site, plan):
+    plan()
+    for robot in site.container.catalogue.robots():
+        site.container.holds.hold("cleaning", None, robot.id)
+    site.run(330)
+    [run] = site.executions()
+    assert (run.state, run.wait, run.robot_id) == (State.WAITING, Wait.ROBOT, None)
+    assert {each["out"] for each in run.wait_details["robots"]} == {"held"}
+    site.container.holds.release(2)
+    site.run(10)
+    [run] = site.executions()
+    assert run.robot == "R2"
+
+
+def test_at_the_last_call_it_goes_into_a_queue(site, plan):
+    """Rather late than lost: every robot is busy with somebody else's long mission."""
+    plan(start_window_minutes=2)
+    for name in site.machines:
+        for _n in range(30):
+            site.stranger_queues(robot=name)
+    site.run(300 + 110)
+    assert site.executions()[0].state is State.WAITING
+    site.run(12)
+    [run] = site.executions()
+    assert (run.state, run.choice["last_call"]) == (State.QUEUED, True)
+
+
+def test_what_is_edited_while_it_waits_goes_as_it_is_now(site, plan):
+    site.add_mission("Home")
+    schedule = plan()
+    for robot in site.container.catalogue.robots():
+        site.container.holds.hold("cleaning", None, robot.id)
+    site.run(310)
+    site.container.catalogue.save_schedule(replace(schedule, mission_id=2))
+    site.container.holds.release(1)
+    site.run(30)
+    [run] = site.executions()
+    assert (run.mission, run.mission_guid, run.robot) == ("Home", GUIDS["Home"], "R1")
+
+
+def test_two_of_a_schedule_that_queues_come_one_after_the_other_on_whichever_robot(site, plan):
+    plan(recurrence="FREQ=MINUTELY;INTERVAL=1", overlap=Overlap.QUEUE, respect_working_days=False)
+    site.run(900)
+    runs = [run for run in site.executions() if run.submitted_at]
+    assert len(runs) > 3
+    assert all(before.ended_at <= after.submitted_at for before, after in pairwise(runs))
+
+
+def test_the_database_lets_no_start_change_from_one_robot_to_another(site, plan):
+    plan()
+    site.run(310)
+    [run] = site.executions()
+    with pytest.raises(sqlite3.IntegrityError, match="by way of none"):
+        site.container.db.write(lambda c: c.execute("UPDATE executions SET robot_id = ?", (run.robot_id + 1,)))
+    with pytest.raises(sqlite3.IntegrityError, match="needs a robot"):
+        site.container.db.write(lambda c: c.execute("UPDATE executions SET robot_id = NULL"))
 
 
 def test_a_start_of_a_group_survives_a_crash_at_any_time(site, plan):

@@ -14,6 +14,7 @@ from typing import Any
 from app.database.executions import ExecutionRepository
 from app.database.groups import GroupRepository
 from app.database.values import to_instant
+from app.domain.activity import activity_of
 from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Reason, ReasonCode, Robot, Wait
 from app.domain.robot import QueueState, RobotState
 from app.services.allocation import estimates
@@ -129,7 +130,9 @@ class _Belief:
         robot, status = worker.robot, worker.seen.fresh_status
         open_ones = self._executions.open_for(self._c, robot.id)
         out = self._out(worker)
-        is_free = out is None and status is not None and status.state is RobotState.READY and not open_ones
+        has_more = any(item.is_pending for item in self._s.snapshots.get(robot.id).queue)         # between two it is ready for a moment
+        is_free = out is None and status is not None and not open_ones and not has_more and (
+            status.state is RobotState.READY or activity_of(status) == "charging")       # which ends by itself when something comes
         return Member(robot.id, robot.name, is_free=is_free, free_s=0.0 if is_free else self._free_s(robot, open_ones),
                       battery=None if status is None else status.battery_percentage, hours=0.0, out=out)
 
