@@ -1,4 +1,5 @@
-"""A small site at which something else may happen at every step: two starts on one robot, driven through the real engine and worker.
+"""A small site at which something else may happen at every step: two starts on one robot, or for two robots of a group, driven through the
+real engine and workers.
 
 ``Decisions`` is asked at every request, before and after every commit, and whenever the app is at rest. The site knows how to carry out
 each answer, what of its state matters for what comes next, and whether what came out is right. The judgement reads the robot's own history
@@ -13,7 +14,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, Protocol
 
-from app.domain.models import Execution, ReasonCode, Schedule, State
+from app.domain.models import Execution, Group, ReasonCode, Schedule, State
 from app.mir.errors import RobotError
 from tests.simulation.memory import memory_of, rounded
 from tests.simulation.world import ShakyWriter
@@ -31,8 +32,10 @@ LOOKED_AFTER = 35.0      # s that the site is watched once everything has ended
 
 @dataclass(frozen=True)
 class Scenario:
-    """``apart``: minutes between the two starts. ``quiet``: s after which a start that was not found may be sent again."""
+    """``apart``: minutes between the two starts. ``quiet``: s after which a start that was not found may be sent again. ``robots``: more than
+    one are a group, for which the starts are."""
     apart: int = 0
+    robots: int = 1
     quiet: int = 8
     window_minutes: int = 6
     poll_interval: int = 30
@@ -45,8 +48,8 @@ class Scenario:
 
 
 class Decisions(Protocol):
-    def fate(self, method: str, path: str) -> str:
-        """What this request meets: "fine", "refused", "lost", "answer_lost", or "late …" with its seconds."""
+    def fate(self, method: str, path: str, robot: str) -> str:
+        """What this request to a robot meets: "fine", "refused", "lost", "answer_lost", or "late …" with its seconds."""
 
     def point(self, where: str) -> str:
         """What happens here besides: "", "crash …" with the seconds off, "restart", or an operator's act."""
@@ -65,7 +68,7 @@ class _ChosenNetwork(Network):
     decisions: Decisions
 
     def fate_of(self, robot: str, method: str, path: str) -> Planned:
-        name, _, seconds = self.decisions.fate(method, path).partition(" ")
+        name, _, seconds = self.decisions.fate(method, path, robot).partition(" ")
         return Planned(method, path, Fate(name), float(seconds) if seconds else None)
 
 
@@ -80,7 +83,7 @@ class ChoiceSite(Site):
         self.off: list[tuple[float, float]] = []               # true times between which the tablet was off
         self.commits = 0
         network.decisions = self.decisions
-        super().__init__(directory, now=BEGIN, network=network, robot_speed=scenario.robot_speed)
+        super().__init__(directory, robots=scenario.robots, now=BEGIN, network=network, robot_speed=scenario.robot_speed)
         self._furnish()
         self.run(5.0)
         self.switched_on = self._watch_commits
@@ -90,13 +93,14 @@ class ChoiceSite(Site):
 
     def _furnish(self) -> None:
         scenario, catalogue = self.scenario, self.container.catalogue
-        [robot] = self.add_robots()
-        mission = self.add_mission("Deliver")
+        robots, mission = self.add_robots(), self.add_mission("Deliver")
+        group = catalogue.save_group(Group("Any", tuple(robot.id for robot in robots))) if len(robots) > 1 else None
         catalogue.change_settings(poll_interval_seconds=scenario.poll_interval, unknown_outcome_quiet_seconds=scenario.quiet,
                                   start_window_minutes=scenario.window_minutes, timezone="UTC")
         for number, name in enumerate("AB"):
             instant = FIRST + timedelta(minutes=number * scenario.apart)
-            catalogue.save_schedule(Schedule(name, robot.id, mission.id, instant.replace(tzinfo=None), "UTC"))
+            catalogue.save_schedule(Schedule(name, None if group else robots[0].id, mission.id, instant.replace(tzinfo=None), "UTC",
+                                             group_id=group and group.id))
             self.wanted.append(Wanted(name, instant))
 
     # ------------------------------------------------------------------ where something else may happen
@@ -130,7 +134,7 @@ class ChoiceSite(Site):
         inserting, engine._inserting = engine._inserting, None
         self.is_operator_acting = self.network.others_wait = True
         try:
-            ACTS[what](self)
+            {**ACTS, **GROUP_ACTS}[what](self)
         finally:
             self.is_operator_acting = self.network.others_wait = False
             self._acting, engine._inserting = acting, inserting
@@ -149,6 +153,16 @@ class ChoiceSite(Site):
         self.container.catalogue.save_schedule(replace(self.schedule(name), start=later.replace(tzinfo=None), enabled=True))
         self._took_back(name)
         self.wanted.append(Wanted(name, later))
+
+    def leave(self, name: str) -> None:
+        """The robot with this name is no member of the group any more, which the other one stays."""
+        [group] = self.container.catalogue.groups()
+        robot = next(robot for robot in self.container.catalogue.robots() if robot.name == name)
+        self.container.catalogue.save_group(replace(group, members=tuple(key for key in group.members if key != robot.id)))
+
+    def switch_robot_off(self, name: str) -> None:
+        robot = next(robot for robot in self.container.catalogue.robots() if robot.name == name)
+        self.container.catalogue.set_robot_enabled(robot.id, False)
 
     def cancel(self, name: str) -> None:
         row = next((row for row in self.container.history.open() if row.schedule == name), None)
@@ -203,12 +217,13 @@ class ChoiceSite(Site):
         """Nothing is planned, open, on the robot or on its way any more."""
         db = self.container.db.read()
         is_open = db.execute("SELECT 1 FROM executions WHERE ended_at IS NULL UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL")
-        return is_open.fetchone() is None and not self._flying() and all(item.finished for item in self._items())
+        return is_open.fetchone() is None and not self._flying() and all(item.finished for _robot, item in self._items())
 
-    def _items(self) -> list[Any]:
-        machine = self.machines["R1"]
-        machine.catch_up()
-        return list(machine.queue)
+    def _items(self) -> list[tuple[str, Any]]:
+        """Of all robots, each with its robot's name."""
+        for machine in self.machines.values():
+            machine.catch_up()
+        return [(name, item) for name, machine in self.machines.items() for item in machine.queue]
 
     def _flying(self) -> list[Submission]:
         """Requests that the app gave up, and that arrive later."""
@@ -226,20 +241,21 @@ class ChoiceSite(Site):
         c, now = self.container.db.read(), self.seconds()
         names = {row[0]: row[1] for row in c.execute("SELECT token, schedule || planned_at FROM executions")}
         rows = [tuple(row) for row in c.execute("SELECT schedule, planned_at, state, reason_code, wait, attempts, queue_floor, queue_id,"
-                                                " cancel_code, revoked, hold_until IS NULL FROM executions ORDER BY id")]
+                                                " cancel_code, revoked, hold_until IS NULL, robot, json_extract(tried, '$.1.tries'),"
+                                                " json_extract(tried, '$.2.tries') FROM executions ORDER BY id")]
+        members = [tuple(row) for row in c.execute("SELECT * FROM group_members")]
         plan = [tuple(row) for row in c.execute("SELECT name, start, enabled, next_at, planned_through, started_through FROM schedules")]
         robots = [tuple(row) for row in c.execute("SELECT enabled, last_queue_id FROM robots")]
-        items = [(item.id, names.get(item.description), str(item.state)) for item in self._items()]
+        items = [(robot, item.id, names.get(item.description), str(item.state)) for robot, item in self._items()]
         flights = [(names.get(late.token), rounded((late.lands_at or 0.0) - now, grain)) for late in self._flying()]
         beyond = sorted(str(names.get(token)) for token in self._beyond())
         judged = [(wanted.schedule, wanted.instant, wanted.taken_back == math.inf) for wanted in self.wanted]
-        return rows, plan, robots, items, self._progress(grain), flights, beyond, judged
+        return rows, plan, robots, members, items, self._progress(grain), flights, beyond, judged
 
-    def _progress(self, grain: float) -> tuple[float, ...]:
-        """Of the mission that the robot executes."""
-        machine = self.machines["R1"]
-        run = machine.run
-        return (run.next_action, rounded(run.elapsed(machine.now) / self.scenario.robot_speed, grain)) if run else ()
+    def _progress(self, grain: float) -> tuple[tuple[float, ...], ...]:
+        """Of the missions that robots execute."""
+        return tuple((machine.run.next_action, rounded(machine.run.elapsed(machine.now) / self.scenario.robot_speed, grain))
+                     if machine.run else () for machine in self.machines.values())
 
     def memory(self, grain: float) -> object:
         """What the app remembers besides."""
@@ -257,9 +273,9 @@ class ChoiceSite(Site):
         beyond = self._beyond()
         by_start = {(row.schedule, row.planned_at): row for row in rows}
         for row in rows:
-            yield from self._about_row(row, [item for item in items if item.description == row.token], row.token in beyond)
+            yield from self._about_row(row, [(robot, item) for robot, item in items if item.description == row.token], row.token in beyond)
         tokens = {row.token for row in rows}
-        yield from (f"an item that no row knows: {item.id}" for item in items if item.description not in tokens)
+        yield from (f"an item that no row knows: {robot} {item.id}" for robot, item in items if item.description not in tokens)
         for wanted in self.wanted:
             row = by_start.get((wanted.schedule, wanted.instant))
             if wanted.taken_back == math.inf:
@@ -273,17 +289,18 @@ class ChoiceSite(Site):
         yield from (f"sent early: {told(row)}" for row in rows for post in self.network.submissions
                     if post.token == row.token and post.at < (row.planned_at - BEGIN).total_seconds() - 0.001)
 
-    def _about_row(self, row: Execution, items: list[Any], was_beyond: bool) -> Iterator[str]:
-        done = [item for item in items if item.state == "Done"]
+    def _about_row(self, row: Execution, items: list[tuple[str, Any]], was_beyond: bool) -> Iterator[str]:
+        done = [(robot, item.id) for robot, item in items if item.state == "Done"]
+        shown = ", ".join(f"{robot} {item.state}" for robot, item in items)
         if row.state.is_open:
             yield f"has not ended: {told(row)}"
         if len(items) > 1 and not was_beyond:
-            yield f"{len(items)} items ({', '.join(str(item.state) for item in items)}): {told(row)}"
+            yield f"{len(items)} items ({shown}): {told(row)}"
         if len(done) > 1 and was_beyond and not self._is_told(row):
             yield f"ran twice and nobody was told: {told(row)}"
         if (row.state is State.COMPLETED) != bool(done) and not (was_beyond and self._is_told(row)):
-            yield f"the robot says {', '.join(str(item.state) for item in items) or 'nothing'}: {told(row)}"
-        if row.state is State.COMPLETED and row.queue_id not in {item.id for item in done}:
+            yield f"the robot says {shown or 'nothing'}: {told(row)}"
+        if row.state is State.COMPLETED and (row.robot, row.queue_id) not in done:
             yield f"another item than the one that ran: {told(row)}"
 
     @staticmethod
@@ -309,7 +326,7 @@ class Restart(BaseException):
 class Undisturbed:
     """Nothing happens."""
 
-    def fate(self, method: str, path: str) -> str:
+    def fate(self, method: str, path: str, robot: str) -> str:
         return "fine"
 
     def point(self, where: str) -> str:
@@ -320,6 +337,11 @@ ACTS: dict[str, Callable[[ChoiceSite], None]] = {
     f"{name} {schedule}": (lambda site, act=act, schedule=schedule: act(site, schedule))      # type: ignore[misc]
     for schedule in "AB"
     for name, act in (("switch off", ChoiceSite.switch_schedule_off), ("cancel", ChoiceSite.cancel), ("move", ChoiceSite.move))}
+
+
+GROUP_ACTS: dict[str, Callable[[ChoiceSite], None]] = {
+    "switch off A": ACTS["switch off A"], "cancel A": ACTS["cancel A"], "move A": ACTS["move A"],
+    "leave R1": lambda site: site.leave("R1"), "switch R1 off": lambda site: site.switch_robot_off("R1")}
 
 
 def told(row: Execution) -> str:

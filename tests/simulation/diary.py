@@ -12,11 +12,12 @@ from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
-from app.domain.models import WEEKDAYS, Schedule
+from app.domain.models import WEEKDAYS, Overlap, Schedule
 from mir_sim.mission_queue import QueueItem
 
 KEPT_S = 6 * 3600.0  # longer than the longest window: older troubles and decisions explain nothing any more
 MINUTE = timedelta(minutes=1)
+OVERLAPS = (Overlap.SKIP, Overlap.QUEUE)  # of one robot
 Key = tuple[int, datetime]  # of a start: its schedule's id and its instant
 
 

@@ -20,7 +20,7 @@ import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tests.simulation.choices import ACTS, FIRST, OFF_FOR, ChoiceSite, Scenario
+from tests.simulation.choices import ACTS, FIRST, GROUP_ACTS, OFF_FOR, ChoiceSite, Scenario
 from tests.simulation.memory import rounded, under_way
 from tests.support.network import QUEUE
 
@@ -110,7 +110,7 @@ class Explorer:
         print(f"{problem}\n    --replay '{trace}'", file=sys.stderr, flush=True)
 
     # ------------------------------------------------------------------ asked by the site
-    def fate(self, method: str, path: str) -> str:
+    def fate(self, method: str, path: str, robot: str) -> str:
         self._number += 1
         if not self._left:
             return "fine"
@@ -120,7 +120,7 @@ class Explorer:
             others = ["refused", "lost", "answer_lost", *(f"late {seconds:g}" for seconds in self.site.scenario.beyond)]
         else:
             others = ["lost", "answer_lost"]
-        if not self._is_new(("fate", method, path, self._state()), self._left):
+        if not self._is_new(("fate", method, path, robot, self._state()), self._left):
             return "fine"
         return self._branch(others) or "fine"
 
@@ -224,8 +224,8 @@ class Replay:
         self._number = 0
         self.site: ChoiceSite
 
-    def fate(self, method: str, path: str) -> str:
-        return self._next(f"{method} {path}") or "fine"
+    def fate(self, method: str, path: str, robot: str) -> str:
+        return self._next(f"{robot} {method} {path}") or "fine"
 
     def point(self, where: str) -> str:
         return self._next(where)
@@ -254,7 +254,7 @@ def replay(scenario: Scenario, trace: str) -> list[str]:
         site.run_to_the_end()
         for row in site.executions():
             print(row)
-        print([(item.id, str(item.state), item.description[:8]) for item in site.machines["R1"].queue])
+        print([(robot, item.id, str(item.state), item.description[:8]) for robot, item in site._items()])
         return list(site.violations())
 
 
@@ -262,21 +262,23 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.simulation.explorer", description=__doc__)
     parser.add_argument("--faults", type=int, default=1)
     parser.add_argument("--grain", type=float, default=5.0, help="s to which times are rounded when states are compared")
+    parser.add_argument("--robots", type=int, default=1, help="more than one: the starts are for any of them")
     parser.add_argument("--apart", type=int, default=0, help="minutes between the two starts")
     parser.add_argument("--quiet", type=int, default=Scenario.quiet, help="s after which a start that was not found may be sent again")
-    parser.add_argument("--acts", default=",".join(ACTS))
+    parser.add_argument("--acts", help="those of the operator, all by default")
     parser.add_argument("--most", type=int, default=20, help="violations after which it ends")
     parser.add_argument("--off", default=",".join(f"{seconds:g}" for seconds in OFF_FOR), help="s that the tablet is off after a crash")
     parser.add_argument("--coarse", action="store_true", help="nothing happens between two reads")
     parser.add_argument("--replay", default=None, help="a violation's trace")
     options = parser.parse_args()
-    scenario = Scenario(apart=options.apart, quiet=options.quiet)
+    scenario = Scenario(apart=options.apart, quiet=options.quiet, robots=options.robots)
     if options.replay is not None:
         logging.basicConfig(level=logging.INFO, format="    %(name)s %(message)s")
         problems = replay(scenario, options.replay)
         print("\n".join(problems) or "no violation")
         return 1 if problems else 0
-    acts, off_for = tuple(filter(None, options.acts.split(","))), tuple(map(float, options.off.split(",")))
+    given = ",".join(ACTS if options.robots == 1 else GROUP_ACTS) if options.acts is None else options.acts
+    acts, off_for = tuple(filter(None, given.split(","))), tuple(map(float, options.off.split(",")))
     found = explore(scenario, options.faults, grain=options.grain, acts=acts, most=options.most, coarse=options.coarse, off_for=off_for,
                     says_how_far=options.faults > 1)
     print(found.line())

@@ -17,7 +17,7 @@ from app.database.errors import DatabaseError
 from app.domain.models import DayException, InvalidInput, Overlap, Schedule
 from app.mir.errors import RobotError
 from app.services.catalogue.configuration import import_configuration
-from tests.simulation.diary import MINUTE, Wishes, instants
+from tests.simulation.diary import MINUTE, OVERLAPS, Wishes, instants
 
 if TYPE_CHECKING:
     from tests.simulation.world import World
@@ -148,7 +148,7 @@ class Person:
             self._mission(),
             timezone=self.world.nature.zone,
             start_window_minutes=self.rng.choice(WINDOWS),
-            overlap=self.rng.choice(tuple(Overlap)),
+            overlap=self.rng.choice(OVERLAPS),
             priority=self.rng.randrange(5),
             minimum_battery_percent=self.rng.choice((None, 0, 30)),
             **values,

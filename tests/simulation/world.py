@@ -21,7 +21,7 @@ from app.database.backups import restore
 from app.database.errors import DatabaseError
 from app.domain.models import Overlap, Schedule
 from mir_sim import SimulatedRobot
-from tests.simulation.diary import Diary, Manual, Restore
+from tests.simulation.diary import OVERLAPS, Diary, Manual, Restore
 from tests.simulation.operator import IDLE_MISSION, Person
 from tests.simulation.oracles import Judge
 from tests.simulation.profile import Findings, Nature, Profile
@@ -115,7 +115,7 @@ class World:
         for number, robot in enumerate(site.add_robots()):
             self.diary.names[robot.id] = robot.name
             first = local + timedelta(minutes=1 + number)
-            overlap = self.rng.choice(tuple(Overlap))
+            overlap = self.rng.choice(OVERLAPS)
             self.plan(
                 Schedule(
                     f"Often {robot.name}",
