@@ -26,6 +26,7 @@ from app.services.dispatch.worker import RobotWorker
 from app.services.planning.durations import expected, pooled
 
 DECIDES_EVERY = 5.0          # s, whatever happens
+MOST_TOLD = 5                # robots of which a choice tells
 WORKS = (RobotState.READY, RobotState.EXECUTING)
 AFTER_A_RUN = (RobotState.ABORTED, RobotState.COMPLETED, RobotState.DOCKED, RobotState.DOCKING)      # for moments
 
@@ -209,11 +210,12 @@ class _Belief:
     def choice(self, decision: Decision, now: datetime) -> dict[str, Any]:
         """Codes and numbers of its sentence: of five robots at most, the best first."""
         robots: list[dict[str, Any]] = []
-        for option in decision.options[:5]:
+        best_first = sorted(decision.options, key=lambda option: option.robot_id != decision.robot_id)       # the chosen one before all
+        for option in best_first[:MOST_TOLD]:
             member = self.members[option.robot_id]
             until = (now + timedelta(seconds=member.free_s + 30.0)).replace(second=0, microsecond=0)     # to the minute
             robots.append({"robot": member.name} | ({} if member.is_free else {"until": until.isoformat()}))
-        for robot_id, out in decision.out[:5 - len(robots)]:
+        for robot_id, out in decision.out[:MOST_TOLD - len(robots)]:
             member = self.members[robot_id]
             robots.append({"robot": member.name, "out": str(out)} | (
                 {"battery": member.battery} if out in (Out.LOW_BATTERY, Out.TOO_LITTLE_BATTERY) else {}))

@@ -1,0 +1,72 @@
+"""Why a start of a group went to that robot, or to none yet: stored as codes and numbers, shown as one sentence in any language.
+
+Nothing here ever fails, as in ``reasons``.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime, tzinfo
+from types import MappingProxyType
+from typing import Any
+
+from app.domain import writing
+from app.domain.reasons import known_zone
+from app.domain.writing import Translate
+
+MOST_SHOWN = 4               # robots of a sentence; of more, how many
+
+_OUT: Mapping[str, str] = MappingProxyType({
+    "off": "{robot} switched off", "silent": "{robot} silent", "wrong_robot": "{robot} is another machine", "held": "{robot} held back",
+    "stopped": "{robot} stopped", "lacks_mission": "{robot} has no such mission", "tried": "{robot} refused it or did not answer",
+    "low_battery": "{robot} {battery} % battery", "too_little_battery": "{robot} {battery} % battery, too little for the whole run"})
+
+
+def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
+    """Of a start that was given to a robot: that one first, then the best of the others."""
+    robots = _robots(choice)
+    if not robots:
+        return ""
+    first = _queued(robots[0], zone, translate) if choice.get("last_call") else _told(robots[0], zone, translate)
+    return "; ".join([first, *(_told(robot, zone, translate) for robot in robots[1:MOST_SHOWN]), *_more(choice, robots, translate)])
+
+
+def awaited(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
+    """Of one that waits for a robot: what each is doing; empty when that is not known."""
+    robots = _robots(choice)
+    told = [_told(robot, zone, translate) for robot in robots[:MOST_SHOWN]]
+    if kept_for := choice.get("kept_for"):
+        told.insert(0, translate("kept for {mission}").format(mission=kept_for))
+    return "; ".join([*told, *_more(choice, robots, translate)])
+
+
+def _robots(choice: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
+    robots = choice.get("robots", ())
+    return [robot for robot in robots if isinstance(robot, Mapping) and "robot" in robot] if isinstance(robots, Sequence) else []
+
+
+def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+    if out := robot.get("out"):
+        battery = robot.get("battery")
+        text = translate(_OUT.get(str(out), "{robot}"))
+        return text.format(robot=robot["robot"], battery=round(battery) if isinstance(battery, int | float) else "–")
+    if until := _time(robot.get("until"), zone, translate):
+        return translate("{robot} busy until about {until}").format(robot=robot["robot"], until=until)
+    return translate("{robot}: free now").format(robot=robot["robot"])
+
+
+def _queued(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+    if until := _time(robot.get("until"), zone, translate):
+        return translate("{robot}: last call, into its queue; free about {until}").format(robot=robot["robot"], until=until)
+    return _told(robot, zone, translate)
+
+
+def _more(choice: Mapping[str, Any], robots: Sequence[Mapping[str, Any]], translate: Translate) -> list[str]:
+    more = max(0, len(robots) - MOST_SHOWN) + (given if isinstance(given := choice.get("more"), int) else 0)
+    return [translate("and {count} more").format(count=more)] if more else []
+
+
+def _time(value: object, zone: tzinfo | str, translate: Translate) -> str:
+    try:
+        return writing.time_of_day(datetime.fromisoformat(str(value)).astimezone(known_zone(zone)), translate)
+    except (ValueError, OverflowError):
+        return ""

@@ -1,0 +1,35 @@
+"""Sentences of why a start of a group went to a robot."""
+from __future__ import annotations
+
+import pytest
+
+from app.domain.choice import awaited, chosen
+
+AT = "2026-11-23T14:52:00+00:00"
+AINO, SISU = {"robot": "Aino", "until": AT}, {"robot": "Sisu"}
+
+
+@pytest.mark.parametrize(("choice", "sentence"), [
+    ({"robots": [SISU, AINO]}, "Sisu: free now; Aino busy until about 14:52"),
+    ({"robots": [SISU, {"robot": "Veikko", "out": "low_battery", "battery": 18.2}]}, "Sisu: free now; Veikko 18 % battery"),
+    ({"robots": [AINO], "last_call": True}, "Aino: last call, into its queue; free about 14:52"),
+    ({"robots": [SISU, AINO, AINO, AINO, AINO], "more": 3}, "Sisu: free now" + "; Aino busy until about 14:52" * 3 + "; and 4 more"),
+    ({}, ""),
+    ({"robots": "no list", "more": "many"}, ""),
+    ({"robots": [{"robot": "Sisu", "until": "nonsense"}, 5]}, "Sisu: free now"),
+])
+def test_the_robot_that_was_chosen_comes_first(choice, sentence):
+    assert chosen(choice, "UTC") == sentence
+
+
+@pytest.mark.parametrize(("choice", "sentence"), [
+    ({"robots": [AINO]}, "Aino busy until about 14:52"),
+    ({"robots": [SISU], "kept_for": "Shift bus"}, "kept for Shift bus; Sisu: free now"),
+    ({"robots": [{"robot": "Sisu", "out": "an unknown code"}]}, "Sisu"),
+])
+def test_what_it_waits_for(choice, sentence):
+    assert awaited(choice, "UTC") == sentence
+
+
+def test_times_are_those_of_the_plan():
+    assert chosen({"robots": [AINO]}, "Europe/Helsinki") == "Aino busy until about 16:52"
