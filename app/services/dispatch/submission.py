@@ -30,7 +30,7 @@ from app.services.dispatch.copies import Copies
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY, WATCHED_FOR
+from app.services.dispatch.timing import ANSWERS_WITHIN, INTENT_LEAD, RECHECK, RECONCILE_EVERY, WATCHED_FOR
 from app.services.dispatch.waiting import Waiting, robot_off, taken_back
 
 log = logging.getLogger(__name__)
@@ -57,7 +57,7 @@ class Submission:
             attempt = self.attempts.get(row.id)
             if row.id <= up_to and (attempt is None or attempt.phase is Phase.BACKOFF):      # it does not know that its intent was written
                 self._recovered.add(row.id)
-                self._doubt(row)
+                self._doubt(row, ANSWERS_WITHIN)          # it may have left this moment
         self._copies.watch_again()
 
     def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
@@ -321,8 +321,9 @@ class Submission:
         return Reason(ReasonCode.REFUSED, {"problem": error.message})
 
     # ------------------------------------------------------------------ in doubt
-    def _doubt(self, row: Execution) -> None:
-        mono = self._clock.monotonic()
+    def _doubt(self, row: Execution, ahead: float = 0.0) -> None:
+        """``ahead``: s from now until its request would have been given up."""
+        mono = self._clock.monotonic() + ahead
         self.attempts[row.id] = Attempt(Phase.IN_DOUBT, mono + RECONCILE_EVERY, row, in_doubt_since=mono)
 
     def _reconcile(self, row: Execution) -> None:

@@ -173,8 +173,8 @@ class RobotWorker:
     # ------------------------------------------------------------------ reading
     @property
     def _is_live(self) -> bool:
-        return (self._has_sent or self._s.whereabouts.wants(self.robot)
-                or (self.robot.enabled and (self._watched or self._sought or self._copies.is_watching)))
+        return (self._has_sent or self._copies.is_watching or self._s.whereabouts.wants(self.robot)
+                or (self.robot.enabled and (self._watched or self._sought)))
 
     def _note_sent(self, has_sent: bool) -> None:
         """Whether something of ours is with the robot. After a submission the first read is put off: it would delay what others send."""
@@ -223,6 +223,8 @@ class RobotWorker:
         self._copies.answer()
         try:
             self._following.follow(None)
+            if self._copies.is_watching:                 # what comes now nobody wants
+                self._copies.heal(self._client.open_items())
         except RobotError as error:
             if not self._unanswered:
                 log.info("What runs on %r, which is switched off, could not be read: %s", self.robot.name, error.text)
