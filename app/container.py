@@ -117,10 +117,11 @@ class Container:
                              repositories.missions, repositories.schedules, self.settings, self.calendar, self.tablet, self.whereabouts,
                              lambda: self.engine.plan_version)
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
+        self.allocator = Allocator(self.shared)
         self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,
                              robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
                              poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe,
-                             whereabouts=self.whereabouts, allocator=Allocator(self.shared))
+                             whereabouts=self.whereabouts, allocator=self.allocator)
         self.engine.add_chore("Watching the database", db.check_in_place)
         self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)

@@ -52,12 +52,13 @@ class GroupRepository:
 
     def join(self, c: sqlite3.Connection, robot_id: int, group_ids: Sequence[int]) -> None:
         """A robot that was removed is back in those of these groups that there still are."""
-        c.executemany("INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?",
-                      [(robot_id, group_id) for group_id in group_ids])
+        for group_id in group_ids:
+            c.execute("INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?", (robot_id, group_id))
 
     @staticmethod
     def _put_members(c: sqlite3.Connection, group: Group) -> None:
-        c.executemany("INSERT INTO group_members (group_id, robot_id) VALUES (?, ?)", [(group.id, robot_id) for robot_id in group.members])
+        for robot_id in group.members:
+            c.execute("INSERT INTO group_members (group_id, robot_id) VALUES (?, ?)", (group.id, robot_id))
 
 
 def target_of(c: sqlite3.Connection, schedule: Schedule) -> Robot | Group | None:
@@ -100,4 +101,5 @@ class PlaceRepository:
 
     @staticmethod
     def _put_missions(c: sqlite3.Connection, place: Place) -> None:
-        c.executemany("INSERT INTO mission_places (mission_id, place_id) VALUES (?, ?)", [(mission, place.id) for mission in place.missions])
+        for mission in place.missions:
+            c.execute("INSERT INTO mission_places (mission_id, place_id) VALUES (?, ?)", (mission, place.id))

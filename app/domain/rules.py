@@ -64,12 +64,15 @@ def scheduled(schedule: Schedule, target: Robot | Group, mission: Mission, setti
         token=token_of(install_id, schedule.id, planned_at))
 
 
-def one_off(trigger: Trigger, robot: Robot, mission: Mission, settings: Settings, now: datetime, token: str, *,
-            parameters: Mapping[str, Any] | None = None, queue_floor: int | None = None) -> Execution:
+def one_off(trigger: Trigger, target: Robot | Group, mission: Mission, settings: Settings, now: datetime, token: str, *,
+            parameters: Mapping[str, Any] | None = None, queue_floor: int | None = None, priority: int = 0) -> Execution:
     """A manual or idle execution, waiting: due now, within the general start window. A manual one has no minimum battery."""
+    robot = target if isinstance(target, Robot) else None
     minimum = minimum_battery(None, mission, settings) if trigger is Trigger.IDLE else None
     return Execution(
-        trigger=trigger, robot_id=robot.id, robot=robot.name, mission=mission.name, mission_guid=mission.guid, parameters=parameters or {},
+        trigger=trigger, robot_id=robot.id if robot else None, robot=robot.name if robot else "", group_id=None if robot else target.id,
+        robot_group="" if robot else target.name, priority=priority, mission=mission.name, mission_guid=mission.guid,
+        parameters=parameters or {},
         minimum_battery_percent=minimum, timezone=settings.timezone, planned_at=now, closes_at=closes_at(now, None, settings),
         created_at=now, token=token, queue_floor=queue_floor)
 

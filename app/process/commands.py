@@ -14,7 +14,7 @@ import sqlite3
 import sys
 import time
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, TextIO
@@ -22,16 +22,18 @@ from typing import Any, TextIO
 from app.container import Container
 from app.database.executions import ExecutionRepository
 from app.domain.message import render
-from app.domain.models import InvalidInput, State
+from app.domain.models import Execution, InvalidInput, State
 from app.failures import BadInput, Failure
+from app.mir.errors import RobotError
 from app.process import log_file
 from app.process.data_directory import DataDirectory
 from app.process.inbox import HolderGone, NoAnswer, ask
 from app.process.lock import InstanceLock
 from app.process.opening import open_container, open_for_reading
-from app.process.requests import MORE_THAN_A_WINDOW, find_mission, find_robot, outcome
+from app.process.requests import MORE_THAN_A_WINDOW, outcome, run_now
 from app.process.restoring import restore_backup
 from app.services.catalogue import configuration
+from app.services.dispatch.worker import RobotWorker
 from app.services.files.history_export import write_history
 from app.services.files.reading import read_file
 from app.services.files.shared_places import draft_of, open_in_place, without_links
@@ -117,7 +119,7 @@ def _run_now(directory: DataDirectory, robot: str, mission: str, given: Sequence
     except NoAnswer as error:
         answer = _found_out(directory, token, error)
     _raise_for(answer)
-    print(answer["queue_id"])
+    print(*([answer["robot"]] if "robot" in answer else []), answer["queue_id"])
     return 0
 
 
@@ -158,23 +160,37 @@ def _submit(container: Container, robot_name: str, mission_name: str, parameters
     execution = container.ledger.by_token(token)
     if execution is None:
         try:
-            robot = find_robot(container, robot_name)
-            execution = container.operator.run_now(robot.id, find_mission(container, mission_name, robot).id, parameters, token)
+            execution = run_now(container, robot_name, mission_name, parameters, token)
         except InvalidInput as error:
             raise BadInput(str(error)) from None
-    robot_now = container.catalogue.robot(execution.robot_id or 0)
-    if robot_now is None:
-        return outcome(execution)
-    worker = container.make_worker(robot_now)
+    group = next((group for group in container.catalogue.groups() if group.id == execution.group_id), None)
+    wanted = group.members if group is not None else (execution.robot_id,)
+    workers = {robot.id: container.make_worker(robot) for robot in container.catalogue.robots() if robot.id in wanted}
     try:
-        while execution.state in (State.WAITING, State.SUBMITTING):
-            wait = worker.start_only(execution.id)
+        while workers and execution.state in (State.WAITING, State.SUBMITTING):
+            wait = _go_on(container, workers, execution)
             execution = container.ledger.get(execution.id) or execution
             if execution.state in (State.WAITING, State.SUBMITTING):
                 container.clock.sleep(min(wait, 1.0))
     finally:
-        worker.close()
+        for worker in workers.values():
+            worker.close()
     return outcome(execution)
+
+
+def _go_on(container: Container, workers: Mapping[int, RobotWorker], execution: Execution) -> float:
+    """One round for it; returns the seconds until the next."""
+    if execution.robot_id is None:
+        for worker in workers.values():
+            with contextlib.suppress(RobotError):
+                worker.seen.read_status()
+        container.allocator.advance(workers, only=execution.id)
+        bound = container.ledger.get(execution.id)
+        if bound is None or bound.robot_id is None:
+            return 1.0
+        execution = bound
+    worker_of_it = workers.get(execution.robot_id or 0)
+    return worker_of_it.start_only(execution.id) if worker_of_it else 1.0
 
 
 # ------------------------------------------------------------------ a forgotten PIN

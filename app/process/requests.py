@@ -10,7 +10,7 @@ from typing import Any
 from app.container import Container
 from app.domain import names
 from app.domain.message import render
-from app.domain.models import Execution, InvalidInput, Mission, Robot, State
+from app.domain.models import Execution, Group, InvalidInput, Mission, Robot, State
 from app.domain.reasons import sentence
 from app.process.inbox import Handler
 from app.services.catalogue import configuration
@@ -18,20 +18,30 @@ from app.services.catalogue import configuration
 MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0      # s: the longest start window and what an unknown outcome may take beyond
 
 
-def find_robot(container: Container, name: str) -> Robot:
-    """Raises InvalidInput."""
-    by_name, db = container.repositories.robots.by_name, container.db.read()
-    robot = by_name(db, name) or by_name(db, names.normal(name))
-    if robot is None:
-        known = ", ".join(r.name for r in container.repositories.robots.all(container.db.read())) or "none yet"
-        raise InvalidInput("robot", "there is no robot {name}; known: {known}", name=repr(name), known=known)
-    return robot
+def run_now(container: Container, target: str, mission: str, parameters: Mapping[str, Any], token: str) -> Execution:
+    """``target``: a robot's name, or a group's. Raises InvalidInput."""
+    found = find_target(container, target)
+    mission_id = find_mission(container, mission, found).id
+    start = container.operator.run_now if isinstance(found, Robot) else container.operator.run_on_any
+    return start(found.id, mission_id, parameters, token)
 
 
-def find_mission(container: Container, name: str, robot: Robot) -> Mission:
+def find_target(container: Container, name: str) -> Robot | Group:
+    """A robot or a group. Raises InvalidInput."""
+    db, groups = container.db.read(), container.catalogue.groups()
+    targets: list[Robot | Group] = [*container.repositories.robots.all(db), *groups]
+    for each in targets:
+        if each.name in (name, names.normal(name)):
+            return each
+    known = ", ".join(each.name for each in targets) or "none yet"
+    raise InvalidInput("robot", "there is no robot {name}; known: {known}", name=repr(name), known=known)
+
+
+def find_mission(container: Container, name: str, robot: Robot | Group) -> Mission:
     """The mission of that name for this robot, else the one for all. Raises InvalidInput."""
     missions = container.repositories.missions.all(container.db.read())
-    named = [m for m in missions if m.name in (name, names.normal(name)) and m.robot_id in (None, robot.id)]
+    own = robot.id if isinstance(robot, Robot) else None
+    named = [m for m in missions if m.name in (name, names.normal(name)) and m.robot_id in (None, own)]
     if not named:
         known = ", ".join(sorted({m.name for m in missions})) or "none yet"
         raise InvalidInput("mission", "there is no mission {name} for {robot}; known: {known}",
@@ -42,9 +52,10 @@ def find_mission(container: Container, name: str, robot: Robot) -> Mission:
 def outcome(execution: Execution) -> dict[str, Any]:
     """The answer to ``--run-now`` for an execution that is on the robot or has ended."""
     if execution.queue_id is not None:
-        return {"queue_id": execution.queue_id}
+        chosen = {"robot": execution.robot} if execution.group_id is not None else {}
+        return {"queue_id": execution.queue_id, **chosen}
     reason = sentence(execution.reason, execution.timezone) if execution.reason else "it ended without a reason"
-    return {"exit": 1, "error": f"{execution.mission} on {execution.robot} was not started: {reason}"}
+    return {"exit": 1, "error": f"{execution.mission} on {execution.robot or execution.robot_group} was not started: {reason}"}
 
 
 class _Imports:
@@ -83,9 +94,7 @@ def handlers(container: Container) -> Mapping[str, Handler]:
         execution = container.ledger.by_token(request["token"])
         if execution is None:
             try:
-                robot = find_robot(container, request["robot"])
-                mission = find_mission(container, request["mission"], robot)
-                execution = container.operator.run_now(robot.id, mission.id, request["parameters"], request["token"])
+                execution = run_now(container, request["robot"], request["mission"], request["parameters"], request["token"])
             except InvalidInput as error:
                 return {"exit": 2, "error": str(error)}
         return None if execution.state in (State.WAITING, State.SUBMITTING) else outcome(execution)

@@ -42,9 +42,9 @@ class Allocator:
     def _later(self, row: Execution, seconds: float) -> None:
         self._look_at[row.id] = self._clock.monotonic() + seconds
 
-    def advance(self, workers: Mapping[int, RobotWorker]) -> float:
-        """Decide about all that waits. Returns the seconds until that is wanted again; infinite: nothing waits."""
-        rows = self._ledger.unbound()
+    def advance(self, workers: Mapping[int, RobotWorker], only: int | None = None) -> float:
+        """Decide about all that waits, or this one. Returns the seconds until that is wanted again; infinite: nothing waits."""
+        rows = [row for row in self._ledger.unbound() if only in (None, row.id)]
         if not rows:
             self.members = frozenset()
             return math.inf

@@ -164,11 +164,8 @@ class Engine:
                 self._post_to_all(messages.LedgerChanged())
             else:
                 self._mailboxes.post(about, messages.LedgerChanged())
-        if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS):
-            self._allocate_at = -math.inf
-            self._wake()
-        elif topic in (Topic.EXECUTIONS, Topic.SNAPSHOT) and (about is None or about in self._sought) \
-                and self._allocating != threading.get_ident():
+        if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS) or (topic in (Topic.EXECUTIONS, Topic.SNAPSHOT) and (about is None or about in self._sought) \
+                and self._allocating != threading.get_ident()):
             self._allocate_at = -math.inf
             self._wake()
 

@@ -13,17 +13,19 @@ from dataclasses import replace
 from typing import Any
 
 from app.database.connection import Database
+from app.database.groups import GroupRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
+from app.domain.models import Execution, Group, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import normalise_fingerprint, token_for
 from app.mir.errors import Delivery, RobotError
 from app.mir.fingerprint import presented_fingerprint
+from app.services.allocation.belief import HIGH
 from app.services.catalogue import validation
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
@@ -56,9 +58,28 @@ class Operator:
         if self._holds.is_copy is not None:
             raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
         parameters = self._robot_missions.checked(robot_id, mission.guid, parameters or {})
+        return self._start(robot, mission, parameters, token)
+
+    def run_on_any(self, group_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None, *,
+                   priority: int = HIGH) -> Execution:
+        """The same on whichever robot of a group will be done first; before what is planned with a lower priority. It waits as long as none
+        is free. Raises InvalidInput."""
+        group = GroupRepository().get(self._db.read(), group_id)
+        if group is None:
+            raise InvalidInput("group", "there is no such group any more")
+        mission = self._missions.by_name(self._db.read(), self._mission(mission_id).name)
+        if mission is None:
+            raise InvalidInput("mission", "the mission {name} is for one robot only; a group needs one for all robots",
+                               name=self._mission(mission_id).name)
+        if self._holds.is_copy is not None:
+            raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
+        return self._start(group, mission, parameters or {}, token, priority)
+
+    def _start(self, target: Robot | Group, mission: Mission, parameters: Mapping[str, Any], token: str | None,
+               priority: int = 0) -> Execution:
         token = token or str(uuid.uuid4())
-        row = rules.one_off(Trigger.MANUAL, robot, mission, self._settings(), self._clock.now(), token,
-                            parameters=validation.parameters(parameters))
+        row = rules.one_off(Trigger.MANUAL, target, mission, self._settings(), self._clock.now(), token,
+                            parameters=validation.parameters(parameters), priority=priority)
         execution = self._ledger.add(row) or self._ledger.by_token(token)
         if execution is None:
             raise LookupError(token)

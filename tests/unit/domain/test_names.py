@@ -12,7 +12,7 @@ from app.database.connection import Database
 from app.domain import names
 from app.domain.models import InvalidInput, Mission, Robot, Schedule
 from app.domain.robot import MissionInfo
-from app.process.requests import find_mission, find_robot
+from app.process.requests import find_mission, find_target
 from app.screens.settings.missions_view import offers
 from app.services.catalogue import validation
 from tests.support.clock import VirtualClock
@@ -62,7 +62,7 @@ def test_two_ways_to_write_one_name_are_one_name(tmp_path):
     assert (robot.name, mission.name) == ("M\u00e4ki", "Ty\u00f6")
     with pytest.raises(InvalidInput):
         container.catalogue.save_robot(Robot("M\u00e4ki", "10.0.0.2", "u"), password="p")
-    assert find_robot(container, "Ma\u0308ki") == robot
+    assert find_target(container, "Ma\u0308ki") == robot
     assert find_mission(container, "Tyo\u0308", robot) == mission
     assert len(validation.name("a\u0308" * 80)) == 80
     container.close()
