@@ -19,7 +19,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.backups import restore
 from app.database.errors import DatabaseError
-from app.domain.models import Overlap, Schedule
+from app.domain.models import Schedule
 from mir_sim import SimulatedRobot
 from tests.simulation.diary import OVERLAPS, Diary, Manual, Restore
 from tests.simulation.operator import IDLE_MISSION, Person
