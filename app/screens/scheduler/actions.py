@@ -30,8 +30,9 @@ class ScheduleActions:
 
     def run_now(self, schedule: Schedule) -> None:
         """With the schedule's own parameters, whatever its constraints are."""
-        self._act(schedule.id, lambda: self._services.operator.run_now(schedule.robot_id, schedule.mission_id, schedule.parameters),
-                  self._started.follow)
+        operator = self._services.operator
+        start, target = (operator.run_now, schedule.robot_id) if schedule.group_id is None else (operator.run_on_any, schedule.group_id)
+        self._act(schedule.id, lambda: start(target or 0, schedule.mission_id, schedule.parameters), self._started.follow)
 
     def skip_next(self, schedule: Schedule) -> None:
         self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda at: self._was_skipped(schedule, at))

@@ -4,7 +4,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from app.domain.models import Group, InvalidInput, Place
-from app.services.catalogue import validation
+from app.services.catalogue import made_names, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
 from app.services.live.changes import Topic
@@ -30,6 +30,7 @@ class GroupEdit(Transaction):
             group = self.groups.add(self.c, group)
         else:
             self.groups.update(self.c, group)
+            made_names.follow_robot(self, stored.name, group)
             for robot_id in set(stored.members) - set(group.members):
                 self._give_back(robot_id, group.id)
         self.notes.append(f"group {group.name!r} {'added' if stored is None else 'changed'}: {len(group.members)} robots, {group.hand_over}, "

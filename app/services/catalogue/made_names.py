@@ -5,18 +5,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from app.domain import names
-from app.domain.models import Mission, Robot, Schedule
+from app.domain.models import Group, Mission, Robot, Schedule
 from app.services.catalogue.transaction import Transaction
 from app.services.live.changes import Topic
 
 Made = tuple[str, str]                   # the names of a mission and of a robot
 
 
-def follow_robot(edit: Transaction, old: str, robot: Robot) -> None:
-    """``old``: the name that it had."""
+def follow_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
+    """``old``: the name that it, or the group, had."""
     if robot.name != old:
         missions = {mission.id: mission.name for mission in edit.missions.all(edit.c)}
-        schedules = edit.schedules.for_robot(edit.c, robot.id)
+        of_target = edit.schedules.for_robot if isinstance(robot, Robot) else edit.schedules.for_group
+        schedules = of_target(edit.c, robot.id)
         _follow(edit, schedules, {schedule.id: ((missions[schedule.mission_id], old), (missions[schedule.mission_id], robot.name))
                                   for schedule in schedules})
 
@@ -24,10 +25,9 @@ def follow_robot(edit: Transaction, old: str, robot: Robot) -> None:
 def follow_mission(edit: Transaction, old: str, mission: Mission) -> None:
     """``old``: the name that it had."""
     if mission.name != old:
-        robots = {robot.id: robot.name for robot in edit.robots.all(edit.c)}
         schedules = edit.schedules.for_mission(edit.c, mission.id)
-        _follow(edit, schedules, {schedule.id: ((old, robots[schedule.robot_id]), (mission.name, robots[schedule.robot_id]))
-                                  for schedule in schedules})
+        targets = {schedule.id: edit.target_of(schedule).name for schedule in schedules}
+        _follow(edit, schedules, {id_: ((old, name), (mission.name, name)) for id_, name in targets.items()})
 
 
 def _follow(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[int, tuple[Made, Made]]) -> None:

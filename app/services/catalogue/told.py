@@ -6,7 +6,7 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
-from app.domain.models import Between, DayException, IdleRule, Mission, Robot, Schedule
+from app.domain.models import Between, DayException, Group, IdleRule, Mission, Robot, Schedule
 
 _OF_ROBOT = ("name", "address", "username", "enabled", "needs_password", "certificate_sha256", "serial_number")
 _OF_MISSION = ("name", "guid", "favourite", "usual_minutes", "on_low_battery", "charges")
@@ -35,7 +35,7 @@ def of_mission(mission: Mission, only: Robot | None) -> dict[str, object]:
     return parts(mission, _OF_MISSION) | {"robot": only and only.name}
 
 
-def of_schedule(schedule: Schedule, robot: Robot, mission: Mission) -> dict[str, object]:
+def of_schedule(schedule: Schedule, robot: Robot | Group, mission: Mission) -> dict[str, object]:
     return parts(schedule, _OF_SCHEDULE) | {"robot": robot.name, "mission": mission.name}
 
 

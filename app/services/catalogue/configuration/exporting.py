@@ -26,7 +26,7 @@ def export_configuration(c: sqlite3.Connection) -> str:
     groups, places = {group.id: group for group in GroupRepository().all(c)}, PlaceRepository().all(c)
     settings, days = SettingsRepository().load(c), CalendarRepository().all(c)
     calendar = WorkingCalendar(settings, days)
-    document = {
+    document: dict[str, Any] = {
         "format": FORMAT,
         "settings": _settings(settings),
         "display": {key: getattr(settings, key) for key in DISPLAY},
