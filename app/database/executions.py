@@ -18,6 +18,7 @@ _OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
 _UNBOUND = "robot_id = NULL, robot = '', bound_at = NULL"
+_BOUND_BY = ("mission", "parameters", "priority", "minimum_battery_percent", "closes_at", "finish_by", "tried")      # what a choice rests on
 _USUAL_OF = 20               # newest completed runs that the usual duration is computed from
 _LONGEST_USUAL_S = 86_400.0  # of these; as much as can be typed. A robot whose clock was set meanwhile says decades
 _ADDED_AT_ONCE = 100         # rows in one statement
@@ -178,21 +179,23 @@ class ExecutionRepository:
                             WHERE watches.robot_id = ? AND until > ?""", (robot_id, to_text(now)))
         return [Watched(token, floor, to_instant(until)) for token, floor, until in rows]
 
-    def may_be_bound(self, c: sqlite3.Connection, execution_id: int, robot_id: int, is_last_call: bool) -> bool:
-        """Whether a start of a group is still to be given to a robot, and to this one: it is switched on, of the group, has nothing else of
-        ours (but at the last call), and there is room at every place that the mission uses."""
+    def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, is_last_call: bool) -> bool:
+        """Whether a start of a group is still as it was read and to be given to a robot, and to this one: it is switched on, of the group,
+        has nothing else of ours (but at the last call; an idle mission gives way), and there is room at every place that the mission uses.
+        """
+        read = _stored({name: getattr(execution, name) for name in _BOUND_BY})
         return c.execute(f"""
             SELECT 1 FROM executions AS e JOIN group_members USING (group_id) JOIN robots AS r ON r.id = group_members.robot_id
             WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
-                AND r.id = ? AND r.enabled
-                AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {_OPEN}))
+                AND {" AND ".join(f"e.{name} IS ?" for name in read)} AND r.id = ? AND r.enabled
+                AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {_OPEN} AND trigger <> 'idle'))
                 AND NOT EXISTS (
                     SELECT 1 FROM places JOIN mission_places AS used ON used.place_id = places.id JOIN missions ON missions.id = used.mission_id
                     WHERE missions.name = e.mission AND places.most <= (
                         SELECT count(*) FROM executions AS o INDEXED BY executions_open WHERE o.robot_id IS NOT NULL
                             AND o.state IN ('waiting', 'submitting', 'queued', 'executing') AND o.mission IN (
                                 SELECT m.name FROM mission_places AS u JOIN missions AS m ON m.id = u.mission_id
-                                WHERE u.place_id = places.id)))""", (execution_id, robot_id, is_last_call)).fetchone() is not None
+                                WHERE u.place_id = places.id)))""", (execution.id, *read.values(), robot_id, is_last_call)).fetchone() is not None
 
     def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> list[int]:
         """End everything open of a robot that is being removed; returns the ids of what was still waiting."""

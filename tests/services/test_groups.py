@@ -8,7 +8,9 @@ from itertools import pairwise
 
 import pytest
 
-from app.domain.models import Group, Overlap, ReasonCode, Schedule, State, Wait
+from app.database.errors import DatabaseUnavailable
+from app.domain.models import Group, Overlap, ReasonCode, Schedule, State, Trigger, Wait
+from app.services.dispatch.ledger import Ledger
 from tests.support.network import QUEUE, Fate
 from tests.support.site import GUIDS, Site
 
@@ -212,3 +214,83 @@ def test_a_start_of_a_group_survives_a_crash_at_any_time(site, plan):
     site.run(600)
     assert [run.state for run in site.executions()] == [State.COMPLETED]
     assert sum(map(len, queues(site).values())) == 1
+
+
+def test_a_decision_that_fails_is_tried_again_and_stops_no_other_group(site, plan, monkeypatch):
+    """Nothing can be written at that moment."""
+    bind, failed = Ledger.bind, []
+
+    def failing(*args):
+        if not failed:
+            failed.append(1)
+            raise DatabaseUnavailable("nothing can be written")
+        return bind(*args)
+    monkeypatch.setattr(Ledger, "bind", failing)
+    plan()
+    site.run(330)
+    [run] = site.executions()
+    assert run.submitted_at is not None
+
+
+def test_what_was_ever_sent_to_a_robot_lies_above_its_first_floor(site, plan):
+    """It refuses a connection first, takes the request without an answer next, and is given the start a third time."""
+    plan(start_window_minutes=30)
+    for robot in site.container.catalogue.robots()[1:]:
+        site.container.catalogue.set_robot_enabled(robot.id, False)
+    site.run(295)
+    site.network.down |= {"R1"}
+    site.run(10)
+    site.network.down.clear()
+    site.network.next("POST", QUEUE, Fate.LATE, 89.0)
+    site.run(60)
+    [run] = site.executions()
+    assert run.queue_floor is not None
+    floor = run.queue_floor
+    site.run_until(lambda: site.executions()[0].robot_id is None or site.executions()[0].submitted_at is not None, within=200)
+    [run] = site.executions()
+    site.run(600)
+    assert sum(map(len, queues(site).values())) == 1
+    assert site.executions()[0].queue_floor == floor
+
+
+def test_a_start_is_sent_as_it_is_when_its_robot_is_bound(site, plan, monkeypatch):
+    """A person changes the mission between the decision and the binding."""
+    site.add_mission("Home")
+    schedule, bind = plan(), Ledger.bind
+
+    def after_an_edit(ledger, *args):
+        site.container.catalogue.save_schedule(replace(schedule, mission_id=2))
+        monkeypatch.setattr(Ledger, "bind", bind)
+        return bind(ledger, *args)
+    monkeypatch.setattr(Ledger, "bind", after_an_edit)
+    site.run(310)
+    [run] = site.executions()
+    assert (run.mission, run.mission_guid) == ("Home", GUIDS["Home"])
+    assert [item.mission_id for machine in site.machines.values() for item in machine.queue] == [GUIDS["Home"]]
+
+
+def test_a_copy_of_what_a_person_has_cancelled_is_stopped_on_the_robot_that_had_been_given_up(site, plan):
+    plan(start_window_minutes=30)
+    for name in site.machines:
+        site.network.next("POST", QUEUE, Fate.LATE, 130.0, robot=name)
+    site.run(301)
+    [run] = site.executions()
+    first = run.robot
+    site.network.planned.clear()
+    site.run_until(lambda: site.executions()[0].robot not in ("", first), within=200)
+    site.run(3)
+    site.container.operator.cancel_execution(run.id)
+    site.run(120)
+    assert {str(item.state) for machine in site.machines.values() for item in machine.queue} == {"Aborted"}
+    assert "late_cancelled" in [alarm.code for alarm in site.container.alarms.open()]
+
+
+def test_a_robot_on_its_way_to_the_charger_by_itself_is_free_once_it_charges(site, plan):
+    """Its idle mission ends by itself when something comes."""
+    charger = site.add_mission("Return to charger")
+    for robot in site.container.catalogue.robots():
+        site.container.catalogue.save_idle_rule(robot.id, charger.id, after_minutes=5)
+    plan(at="2026-11-23T06:40")
+    site.run(2400 + 5)
+    [run] = [run for run in site.executions() if run.trigger is Trigger.SCHEDULED]
+    assert (run.submitted_at - run.planned_at).total_seconds() < 3

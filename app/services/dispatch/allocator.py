@@ -15,7 +15,7 @@ from app.database.executions import ExecutionRepository
 from app.database.groups import GroupRepository
 from app.database.values import to_instant
 from app.domain.activity import activity_of
-from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Reason, ReasonCode, Robot, Wait
+from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Reason, ReasonCode, Robot, Trigger, Wait
 from app.domain.robot import QueueState, RobotState
 from app.services.allocation import estimates
 from app.services.allocation.belief import Coming, Member, Out, Situation, Start
@@ -129,11 +129,12 @@ class _Belief:
     # ------------------------------------------------------------------ robots
     def _member(self, worker: RobotWorker) -> Member:
         robot, status = worker.robot, worker.seen.fresh_status
-        open_ones = self._executions.open_for(self._c, robot.id)
+        is_charging = status is not None and activity_of(status) == "charging"        # which ends by itself when something comes
+        open_ones = [row for row in self._executions.open_for(self._c, robot.id) if not (is_charging and row.trigger is Trigger.IDLE)]
         out = self._out(worker)
         has_more = any(item.is_pending for item in self._s.snapshots.get(robot.id).queue)         # between two it is ready for a moment
         is_free = out is None and status is not None and not open_ones and not has_more and (
-            status.state is RobotState.READY or activity_of(status) == "charging")       # which ends by itself when something comes
+            status.state is RobotState.READY or is_charging)
         return Member(robot.id, robot.name, is_free=is_free, free_s=0.0 if is_free else self._free_s(robot, open_ones),
                       battery=None if status is None else status.battery_percentage, hours=0.0, out=out)
 

@@ -215,7 +215,9 @@ class Copies:
     def _came_after_it_was_given_back(self, row: Execution, item: QueueItem) -> bool:
         """One of a group that another robot has by now, or will have; the first that can be seen is the one, where none has it yet. Returns
         whether that is done."""
-        if row.state is State.WAITING and row.robot_id is None and not row.cancel_code and item.is_open:
+        if row.cancel_code and item.is_open:                 # nobody wants it, on whichever robot
+            return self._cancel_late(row, item)
+        if row.state is State.WAITING and row.robot_id is None and item.is_open:
             self._ledger.adopt(row, self._seen.robot, item)
         elif row.state.is_open or row.queue_id is not None:
             return self.cancel_copy(item, row)

@@ -22,7 +22,7 @@ from app.domain.clock import Clock
 from app.domain.message import message_of
 from app.domain.models import Execution, Robot
 from app.services.dispatch import messages
-from app.services.dispatch.allocator import Allocator
+from app.services.dispatch.allocator import DECIDES_EVERY, Allocator
 from app.services.dispatch.clock_guard import ClockGuard, Judgement, Readings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
@@ -238,15 +238,16 @@ class Engine:
 
     def _allocate(self) -> None:
         """Starts of groups to robots that are free; robots that one waits for are read often."""
-        self._allocate_at = math.inf
+        self._allocate_at = self._clock.monotonic() + DECIDES_EVERY          # also if this fails
         with self._lock:
             workers = dict(self._workers)
-        self._allocating = threading.get_ident()
+        began, self._allocating = self._clock.monotonic(), threading.get_ident()
         try:
             wait = self._allocator.advance(workers)
         finally:
             self._allocating = None
-        self._allocate_at = min(self._allocate_at, self._clock.monotonic() + wait)
+        if self._allocate_at > began:                    # nobody has asked for it meanwhile
+            self._allocate_at = self._clock.monotonic() + wait
         before, self._sought = self._sought, self._allocator.members
         for robot_id in before ^ self._sought:
             self._mailboxes.post(robot_id, messages.Sought(robot_id in self._sought))

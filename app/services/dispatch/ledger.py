@@ -189,7 +189,7 @@ class Ledger:
         robot_id = move.columns["robot_id"]
 
         def work(c: Any) -> Execution | None:
-            if not self._executions.may_be_bound(c, move.execution.id, robot_id, is_last_call):
+            if not self._executions.may_be_bound(c, move.execution, robot_id, is_last_call):
                 return None
             return self._executions.change(c, move.execution.id, move.expected, **move.columns)
         row = self._db.write(work)
