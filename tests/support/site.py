@@ -175,7 +175,7 @@ class Site:
         if wanted < 1.0 or self.container.holds.active() or self.container.alarms.is_database_failing:
             return wanted
         left = ROUND_EVERY if due is None else (due - self.clock.now()).total_seconds() - AHEAD
-        return max(wanted, min(left, ROUND_EVERY, self.engine.seconds_to_cycle))
+        return max(wanted, min(left, ROUND_EVERY, self.engine.seconds_to_cycle, self.engine.seconds_to_decision))
 
     def _database_failed(self, error: DatabaseUnavailable) -> float:
         """As the runner does; returns the seconds until the next try."""

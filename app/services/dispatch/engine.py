@@ -127,6 +127,11 @@ class Engine:
         every = self._poll_interval() * (2 if self._window_drives else 1)
         return self._cycle_at + (min(every, DOUBT_POLLS_EVERY) if self._guard.is_in_doubt else every) - self._clock.monotonic()
 
+    @property
+    def seconds_to_decision(self) -> float:
+        """Until it is decided again which robots get the starts of groups that wait; infinite: none does."""
+        return max(0.0, self._allocate_at - self._clock.monotonic())
+
     # ------------------------------------------------------------------ asked by others, on any thread
     def request_cycle(self, by_window: bool = False) -> None:
         """Poll every robot now; many in short turns, so that neither the window nor what falls due has to wait."""
@@ -196,7 +201,7 @@ class Engine:
         self._take_turns()
         if judgement.is_trusted:
             self._tidy()
-        return 0.0 if is_behind else self._seconds_to_next(TURN_EVERY if self._to_poll else LONGEST_WAIT)
+        return 0.0 if is_behind else min(self._seconds_to_next(TURN_EVERY if self._to_poll else LONGEST_WAIT), self.seconds_to_decision)
 
     def _judge_clock(self) -> Judgement:
         was_in_doubt = self._guard.is_in_doubt
