@@ -258,7 +258,7 @@ class Submission:
             until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
             moves.append(self._ledger.given_back(row, self._robot_id, {
                 "robot": self._seen.robot.name, "out": str(out), "tries": tries, "until": to_text(until), "is_for_good": is_for_good,
-                "floor": before.get("floor", row.queue_floor), "problem": reason.details.get("problem", "") if reason else problem,
+                "floor": row.queue_floor if before.get("floor") is None else before["floor"], "problem": reason.details.get("problem", "") if reason else problem,
                 **({"code": str(reason.code)} if reason else {})}, timedelta(seconds=WATCHED_FOR) if may_come else None))
             self.attempts.pop(row.id, None)
         self._ledger.make(moves)
