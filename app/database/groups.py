@@ -46,14 +46,20 @@ class GroupRepository:
         """Its schedules go with it; history stays."""
         c.execute("DELETE FROM robot_groups WHERE id = ?", (group_id,))
 
-    def of_robot(self, c: sqlite3.Connection, robot_id: int) -> list[int]:
-        """Ids of the groups that it is in."""
-        return [row[0] for row in c.execute("SELECT group_id FROM group_members WHERE robot_id = ? ORDER BY group_id", (robot_id,))]
+    def keep_fewer_free(self, c: sqlite3.Connection, fewest: int) -> None:
+        """A robot was removed: groups of fewer than this keep none free any more."""
+        c.execute("""UPDATE robot_groups SET keep_free = 0 WHERE keep_free > 0 AND (
+                         SELECT count(*) FROM group_members WHERE group_id = robot_groups.id) < max(?, keep_free + 1)""", (fewest,))
 
-    def join(self, c: sqlite3.Connection, robot_id: int, group_ids: Sequence[int]) -> None:
-        """A robot that was removed is back in those of these groups that there still are."""
-        for group_id in group_ids:
-            c.execute("INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?", (robot_id, group_id))
+    def of_robot(self, c: sqlite3.Connection, robot_id: int) -> list[Group]:
+        """Those that it is in."""
+        return [group for group in self.all(c) if robot_id in group.members]
+
+    def join(self, c: sqlite3.Connection, robot_id: int, groups: Sequence[Group]) -> None:
+        """A robot that was removed is back in those of these groups that there still are, which keep free again what they did."""
+        for group in groups:
+            c.execute("INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?", (robot_id, group.id))
+            c.execute("UPDATE robot_groups SET keep_free = max(keep_free, ?) WHERE id = ?", (group.keep_free, group.id))
 
     @staticmethod
     def _put_members(c: sqlite3.Connection, group: Group) -> None:

@@ -136,3 +136,37 @@ def test_a_file_that_is_wrong_about_groups_says_where_and_changes_nothing(site, 
     with pytest.raises(InvalidInput, match=problem):
         import_configuration(catalogue, json.dumps({"format": "amr-scheduler/1", **section}).encode())
     assert export_configuration(site.container.db.read()) == before
+
+
+def test_a_group_keeps_fewer_free_when_a_robot_is_removed_and_again_as_many_when_that_is_undone(catalogue):
+    group = hall(catalogue, keep_free=1)
+    removed = catalogue.remove_robot(1)
+    assert catalogue.groups()[0].keep_free == 0
+    catalogue.restore(removed)
+    assert catalogue.groups() == [group]
+
+
+def test_a_group_whose_last_robot_was_removed_can_be_written_and_read(site, catalogue, tmp_path):
+    catalogue.save_group(Group("Yard", (5,)))
+    catalogue.remove_robot(5)
+    text = export_configuration(site.container.db.read())
+    other = Site(tmp_path / "two", robots=0)
+    import_configuration(other.container.catalogue, text.encode())
+    assert other.container.catalogue.groups()[0].members == ()
+    other.switch_off()
+
+
+def test_a_file_takes_a_finish_by_away(site, catalogue):
+    schedule = catalogue.save_schedule(of_group(hall(catalogue)))
+    text = export_configuration(site.container.db.read())
+    catalogue.save_schedule(replace(schedule, finish_by_minutes=45))
+    import_configuration(catalogue, text.encode())
+    assert catalogue.schedules()[0].finish_by_minutes is None
+
+
+def test_a_file_moves_a_start_with_a_finish_by_to_one_robot(catalogue):
+    schedule = catalogue.save_schedule(of_group(hall(catalogue), finish_by_minutes=45))
+    given = {"name": schedule.name, "robot": "R1", "mission": "Deliver", "start": "2026-11-23T06:05"}
+    import_configuration(catalogue, json.dumps({"format": "amr-scheduler/1", "schedules": [given]}).encode())
+    [moved] = catalogue.schedules()
+    assert (moved.robot_id, moved.finish_by_minutes) == (1, None)

@@ -13,10 +13,11 @@ from app.services.live.changes import Topic
 class GroupEdit(Transaction):
     """Every method raises InvalidInput before it has written anything."""
 
-    def save_group(self, group: Group) -> Group:
-        """Add (id 0) or change. What waits for a robot that is no member any more, with nothing sent, waits for another one."""
+    def save_group(self, group: Group, *, may_be_empty: bool = False) -> Group:
+        """Add (id 0) or change. What waits for a robot that is no member any more, with nothing sent, waits for another one.
+        ``may_be_empty``: its last robot was removed, and a file says so."""
         stored = self.the_group(group.id) if group.id else None
-        group = validation.group(group)
+        group = validation.group(group, may_be_empty=may_be_empty)
         other = self.groups.by_name(self.c, group.name)
         if other is not None and other.id != group.id:
             raise InvalidInput("name", "there is a group {name} already", name=group.name)

@@ -208,10 +208,10 @@ def robot(given: Robot) -> Robot:
                    certificate_sha256=normalise_fingerprint(fingerprint) if fingerprint else None)
 
 
-def group(given: Group) -> Group:
+def group(given: Group, *, may_be_empty: bool = False) -> Group:
     """Checks its own values; names and members are checked by the catalogue."""
     members = tuple(sorted(set(given.members)))
-    if not members:
+    if not members and not may_be_empty:
         raise InvalidInput("members", "choose the robots of the group")
     keep_free = whole_number(given.keep_free, "keep_free")
     if keep_free and (len(members) < FEWEST_TO_KEEP_FREE or keep_free >= len(members)):

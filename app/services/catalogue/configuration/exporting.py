@@ -102,7 +102,7 @@ def _mission(mission: Mission, robots: Mapping[int, Robot], places: Sequence[Pla
 
 def _schedule(schedule: Schedule, target: Mapping[str, str], missions: Mapping[int, Mission],
               calendar: WorkingCalendar) -> dict[str, Any]:
-    between, finish_by = schedule.between, schedule.finish_by_minutes
+    between = schedule.between
     return {
         "name": schedule.name, **target, "mission": missions[schedule.mission_id].name,
         "start": schedule.start.isoformat(timespec="minutes"), "timezone": schedule.timezone, "recurrence": schedule.recurrence,
@@ -110,7 +110,7 @@ def _schedule(schedule: Schedule, target: Mapping[str, str], missions: Mapping[i
         "respect_working_days": schedule.respect_working_days and not _is_on_a_day_off(schedule, calendar),
         "between": between and {"from": f"{between.start:%H:%M}", "to": f"{between.end:%H:%M}"},
         "start_window_minutes": schedule.start_window_minutes,
-        **({} if finish_by is None else {"finish_by_minutes": finish_by}), "overlap": str(schedule.overlap), "priority": schedule.priority,
+        **({} if schedule.group_id is None else {"finish_by_minutes": schedule.finish_by_minutes}), "overlap": str(schedule.overlap), "priority": schedule.priority,
         "parameters": dict(schedule.parameters),
     }
 

@@ -216,7 +216,7 @@ class _Import:
         members = [self._robot_named(name, f"{item.path}.robots").id for name in given["robots"]]
         values = {key: given[key] for key in ("hand_over", "keep_free") if key in given} | {"members": tuple(sorted(members))}
         with _placed(item):
-            saved = edit.save_group(replace(stored or Group(given["name"]), **values))
+            saved = edit.save_group(replace(stored or Group(given["name"]), **values), may_be_empty=True)
         if stored is None:
             yield message("group {name} added", name=saved.name)
         elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
@@ -282,6 +282,8 @@ class _Import:
         values = {key: given[key] for key in _OF_SCHEDULE if key in given} | {
             "robot_id": target.id if isinstance(target, Robot) else None, "group_id": target.id if isinstance(target, Group) else None,
             "mission_id": mission.id}
+        if isinstance(target, Robot):
+            values.setdefault("finish_by_minutes", None)
         name = given.get("name") or self._name_of_unnamed(target, mission, values, taken)
         taken.add(name)
         stored = self._stored(name)
