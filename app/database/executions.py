@@ -12,13 +12,12 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_text
-from app.domain.models import OPEN_STATES, DurationEstimate, Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import OPEN_STATES, DurationEstimate, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
 
-_OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
+OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
 _UNBOUND = "robot_id = NULL, robot = '', bound_at = NULL"
-_BOUND_BY = ("mission", "parameters", "priority", "minimum_battery_percent", "closes_at", "finish_by", "tried")      # what a choice rests on
 _USUAL_OF = 20               # newest completed runs that the usual duration is computed from
 _LONGEST_USUAL_S = 86_400.0  # of these; as much as can be typed. A robot whose clock was set meanwhile says decades
 _ADDED_AT_ONCE = 100         # rows in one statement
@@ -64,21 +63,6 @@ class Unsent(NamedTuple):
     wait: Wait
 
 
-class Watch(NamedTuple):
-    """A request for a start of a group that was given up on one robot may still come there until then."""
-    execution_id: int
-    robot_id: int
-    queue_floor: int
-    until: datetime
-
-
-class Watched(NamedTuple):
-    """The same with the token of its start."""
-    token: str
-    queue_floor: int
-    until: datetime
-
-
 class Surplus(NamedTuple):
     """How many ended rows are beyond the history limit: of those that ran, and of those that did not."""
     ran: int
@@ -113,12 +97,13 @@ class ExecutionRepository:
 
     def change(self, c: sqlite3.Connection, execution_id: int, expected: Sequence[State], of_robot: int | None = -1,
                **columns: Any) -> Execution | None:
-        """Change columns of a row that is still in one of the expected states and, where ``of_robot`` is given, that robot's (None: none's).
+        """Change columns of a row that is still in one of the expected states and, where ``of_robot`` is given, that robot's (None:
+        none's).
 
         Returns the row after the change, or None when its state was another one: then nothing was changed. Values are those of
         ``Execution`` (``reason`` sets or, with None, clears code and details).
         """
-        values = _stored(columns)
+        values = stored_values(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
         row = c.execute(f"""UPDATE executions SET {assignments} WHERE id = ? AND state IN ({placeholders(expected)})
                             AND (? = -1 OR robot_id IS ?) RETURNING *""",
@@ -127,7 +112,7 @@ class ExecutionRepository:
 
     def change_owned(self, c: sqlite3.Connection, execution: Execution, expected: Sequence[State], **columns: Any) -> Execution | None:
         """The same of a row that only the caller changes, but for the wishes of people: these alone are read again."""
-        values = _stored(columns)
+        values = stored_values(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
         where = f"id = ? AND state IN ({placeholders(expected)})"
         row = c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING cancel_code, revoked, held",
@@ -142,7 +127,7 @@ class ExecutionRepository:
         """What has not reached its robot yet, of a schedule or of a robot, or of these alone, is not sent any more: what waits ends, what
         is on its way is marked. Returns the ids of what ended."""
         column, value = ("schedule_id", schedule_id) if robot_id is None else ("robot_id", robot_id)
-        where, values = f"{column} = ? AND {_OPEN}", [value]
+        where, values = f"{column} = ? AND {OPEN}", [value]
         if robot_id is not None:
             where += " AND group_id IS NULL"             # those are for the group's other robots
         if ids is not None:
@@ -152,72 +137,40 @@ class ExecutionRepository:
 
     def give_back(self, c: sqlite3.Connection, robot_id: int, group_id: int | None = None) -> int:
         """What waits to be sent to this robot as one of a group (of any, or of one) waits for any robot again; how many that were."""
-        return c.execute(f"""UPDATE executions SET {_UNBOUND} WHERE robot_id = ? AND {_OPEN} AND state = 'waiting'
+        return c.execute(f"""UPDATE executions SET {_UNBOUND} WHERE robot_id = ? AND {OPEN} AND state = 'waiting'
                              AND group_id IS NOT NULL AND group_id = coalesce(?, group_id)""", (robot_id, group_id)).rowcount
 
     def unbind(self, c: sqlite3.Connection, execution_id: int) -> None:
         """The same of one."""
         c.execute(f"UPDATE executions SET {_UNBOUND} WHERE id = ? AND state = 'waiting' AND group_id IS NOT NULL", (execution_id,))
 
-    def unbound(self, c: sqlite3.Connection) -> list[Execution]:
-        """What waits for a robot of a group, oldest first."""
-        return self._list(c, "INDEXED BY executions_unbound WHERE state = 'waiting' AND robot_id IS NULL ORDER BY planned_at, id")
-
-    def has_earlier_open(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
-        """Whether an earlier start of this schedule, whose runs don't overlap, is open."""
-        found = c.execute(f"""SELECT 1 FROM executions INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {_OPEN}
-                              AND planned_at < ? AND EXISTS (SELECT 1 FROM schedules WHERE id = executions.schedule_id AND overlap <> 'parallel')
-                              LIMIT 1""", (schedule_id, to_text(planned_at))).fetchone()
-        return found is not None
-
-    def watch(self, c: sqlite3.Connection, watch: Watch) -> None:
-        c.execute("""INSERT INTO watches VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE SET until = excluded.until""",
-                  (*watch[:3], to_text(watch.until)))
-
-    def watches_of(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> list[Watched]:
-        rows = c.execute("""SELECT token, watches.queue_floor, until FROM watches JOIN executions ON executions.id = execution_id
-                            WHERE watches.robot_id = ? AND until > ?""", (robot_id, to_text(now)))
-        return [Watched(token, floor, to_instant(until)) for token, floor, until in rows]
-
-    def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, is_last_call: bool) -> bool:
-        """Whether a start of a group is still as it was read and to be given to a robot, and to this one: it is switched on, of the group,
-        has nothing else of ours (but at the last call; an idle mission gives way), and there is room at every place that the mission uses.
-        """
-        read = _stored({name: getattr(execution, name) for name in _BOUND_BY})
-        return c.execute(f"""
-            SELECT 1 FROM executions AS e JOIN group_members USING (group_id) JOIN robots AS r ON r.id = group_members.robot_id
-            WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
-                AND {" AND ".join(f"e.{name} IS ?" for name in read)} AND r.id = ? AND r.enabled
-                AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {_OPEN} AND trigger <> 'idle'))
-                AND NOT EXISTS (
-                    SELECT 1 FROM places JOIN mission_places AS used ON used.place_id = places.id JOIN missions ON missions.id = used.mission_id
-                    WHERE missions.name = e.mission AND places.most <= (
-                        SELECT count(*) FROM executions AS o INDEXED BY executions_open WHERE o.robot_id IS NOT NULL
-                            AND o.state IN ('waiting', 'submitting', 'queued', 'executing') AND o.mission IN (
-                                SELECT m.name FROM mission_places AS u JOIN missions AS m ON m.id = u.mission_id
-                                WHERE u.place_id = places.id)))""", (execution.id, *read.values(), robot_id, is_last_call)).fetchone() is not None
-
     def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> list[int]:
         """End everything open of a robot that is being removed; returns the ids of what was still waiting."""
-        waiting = self._end(c, f"robot_id = ? AND {_OPEN} AND state = 'waiting'", [robot_id], reason, now)
-        self._end(c, f"robot_id = ? AND {_OPEN}", [robot_id], reason, now)
+        waiting = self._end(c, f"robot_id = ? AND {OPEN} AND state = 'waiting'", [robot_id], reason, now)
+        self._end(c, f"robot_id = ? AND {OPEN}", [robot_id], reason, now)
         return waiting
 
     @staticmethod
     def _end(c: sqlite3.Connection, where: str, values: Sequence[Any], reason: Reason, now: datetime) -> list[int]:
-        columns = _stored({"state": reason.state, "reason": reason, "ended_at": now})
+        columns = stored_values({"state": reason.state, "reason": reason, "ended_at": now})
         assignments = ", ".join(f"{name} = ?" for name in columns)
         ended = c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING id", (*columns.values(), *values))
         return [row[0] for row in ended]
 
     def unsent_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
         """What no robot has yet, oldest first."""
-        return self._list(c, f"""INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {_OPEN}
+        return self._list(c, f"""INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN}
                                  AND state IN ('waiting', 'submitting') ORDER BY planned_at""", schedule_id)
+
+    def follow_mission(self, c: sqlite3.Connection, before: Mission, now: Mission) -> None:
+        """The mission that starts of groups wait for has another name: each robot's own is looked for by it."""
+        c.execute("UPDATE executions SET mission = ? WHERE state = 'waiting' AND robot_id IS NULL AND group_id IS NOT NULL AND mission = ?",
+                  (now.name, before.name))
 
     def wait_again(self, c: sqlite3.Connection, ids: Sequence[int], now: datetime) -> None:
         """An edit that ended these has been undone: what was never sent and is not too late waits again."""
-        c.execute(f"""UPDATE executions SET state = 'waiting', reason_code = NULL, reason_details = '{{}}', ended_at = NULL
+        c.execute(f"""UPDATE executions SET state = 'waiting', reason_code = NULL, reason_details = '{{}}', ended_at = NULL,
+                          robot_id = iif(group_id IS NULL, robot_id, NULL), robot = iif(group_id IS NULL, robot, ''), bound_at = NULL
                       WHERE id IN ({placeholders(ids)}) AND state = 'cancelled' AND attempts = 0 AND closes_at > ?""", (*ids, to_text(now)))
 
     def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
@@ -239,7 +192,7 @@ class ExecutionRepository:
 
     def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime) -> None:
         """What waits and was due in an absence is listed first."""
-        c.execute(f"""UPDATE executions SET wait = 'late_start', hold_until = ? WHERE {_OPEN} AND state = 'waiting' AND planned_at <= ?
+        c.execute(f"""UPDATE executions SET wait = 'late_start', hold_until = ? WHERE {OPEN} AND state = 'waiting' AND planned_at <= ?
                       AND closes_at > ?""", (to_text(until), to_text(now), to_text(since)))
 
     def surplus(self, c: sqlite3.Connection, history_limit: int) -> Surplus:
@@ -251,7 +204,7 @@ class ExecutionRepository:
 
     def drop_oldest(self, c: sqlite3.Connection, surplus: Surplus) -> Surplus:
         """Delete the oldest of that many ended rows of each kind, 100 at most; returns how many are left to delete. Open rows are never
-        deleted, nor what a robot has of ours while an outcome there is unknown."""
+        deleted, nor what a robot has of ours while an outcome there is unknown, nor what may still come to a robot."""
         return Surplus(*(number - self._drop_oldest(c, kind, number) for kind, number in zip((_RUN, _NOT_RUN), surplus, strict=True)))
 
     @staticmethod
@@ -259,7 +212,8 @@ class ExecutionRepository:
         if not number:
             return 0
         return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE ended_at IS NOT NULL AND {kind}
-                             AND coalesce(robot_id, 0) NOT IN (SELECT robot_id FROM executions WHERE {_OPEN} AND state = 'submitting')
+                             AND coalesce(robot_id, 0) NOT IN (SELECT robot_id FROM executions WHERE {OPEN} AND state = 'submitting')
+                             AND id NOT IN (SELECT execution_id FROM watches)
                              ORDER BY ended_at, id LIMIT ?)""", (min(number, PRUNED_AT_ONCE),)).rowcount
 
     # ------------------------------------------------------------------ reading
@@ -271,13 +225,13 @@ class ExecutionRepository:
 
     def open_for(self, c: sqlite3.Connection, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
         """Open ones of a robot, or those of them in some states, oldest first."""
-        return self._list(c, f"WHERE robot_id = ? AND {_OPEN} AND state IN ({placeholders(states)}) ORDER BY planned_at, id",
+        return self._list(c, f"WHERE robot_id = ? AND {OPEN} AND state IN ({placeholders(states)}) ORDER BY planned_at, id",
                           robot_id, *states)
 
     def unsent_of(self, c: sqlite3.Connection, robot_id: int) -> list[Unsent]:
         """What waits for a robot or is on its way to it, in no order."""
         rows = c.execute(f"""SELECT id, state, closes_at, cancel_code IS NOT NULL, wait FROM executions
-                             WHERE robot_id = ? AND {_OPEN} AND state IN ('waiting', 'submitting')""", (robot_id,))
+                             WHERE robot_id = ? AND {OPEN} AND state IN ('waiting', 'submitting')""", (robot_id,))
         return [Unsent(id_, State(state), to_instant(closes_at), bool(is_cancelled), Wait(wait))
                 for id_, state, closes_at, is_cancelled, wait in rows]
 
@@ -289,7 +243,7 @@ class ExecutionRepository:
 
     def has_sent(self, c: sqlite3.Connection, robot_id: int) -> bool:
         """Whether anything open of a robot is with it, or may be."""
-        found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {_OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
+        found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
         return found is not None
 
     def newest_id(self, c: sqlite3.Connection) -> int:
@@ -299,19 +253,19 @@ class ExecutionRepository:
     def waited_for(self, c: sqlite3.Connection, robot_ids: Collection[int]) -> set[int]:
         """Those of these robots for which something waits."""
         rows = c.execute(f"""SELECT DISTINCT robot_id FROM executions
-                             WHERE robot_id IN ({placeholders(robot_ids)}) AND {_OPEN} AND state = 'waiting'""", (*robot_ids,))
+                             WHERE robot_id IN ({placeholders(robot_ids)}) AND {OPEN} AND state = 'waiting'""", (*robot_ids,))
         return {row[0] for row in rows}
 
     def open_all(self, c: sqlite3.Connection) -> list[Execution]:
         """Open ones of all robots, oldest first."""
-        return self._list(c, f"INDEXED BY executions_open WHERE {_OPEN} ORDER BY planned_at, id")
+        return self._list(c, f"INDEXED BY executions_open WHERE {OPEN} ORDER BY planned_at, id")
 
     def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int]) -> dict[int, datetime]:
         """For which instant the newest open one of each of these schedules was planned; nothing for those that have none."""
         if not schedule_ids:
             return {}                        # SQLite finds no way to look up nothing in that index
         rows = c.execute(f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
-                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {_OPEN} GROUP BY schedule_id""", (*schedule_ids,))
+                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} GROUP BY schedule_id""", (*schedule_ids,))
         return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
 
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
@@ -432,7 +386,7 @@ _CONVERTERS = tuple(_TO_COLUMN.get(name) for name in _PLAIN)
 _plain_values = attrgetter(*_PLAIN)
 
 
-def _stored(values: Mapping[str, Any]) -> dict[str, Any]:
+def stored_values(values: Mapping[str, Any]) -> dict[str, Any]:
     """Columns and their stored values, of fields and their values."""
     stored: dict[str, Any] = {}
     for name, value in values.items():

@@ -10,8 +10,8 @@ from app.database.schedules import COLUMNS as SCHEDULE
 from app.database.settings import NAMES
 from app.database.sqlite import configured
 
-_TABLES = ("settings", "robots", "robot_groups", "group_members", "missions", "idle_rules", "places", "mission_places", "schedules", "skips",
-           "calendar_days", "alarms", "sqlite_sequence")
+_TABLES = ("settings", "robots", "robot_groups", "group_members", "missions", "idle_rules", "places", "mission_places", "schedules",
+           "skips", "calendar_days", "alarms", "sqlite_sequence")
 # Of the executions those that no robot has yet; named as in the index of open ones, without which the whole history would be read.
 _UNSENT = """executions WHERE state IN ('waiting', 'submitting', 'queued', 'executing') AND state IN ('waiting', 'submitting')"""
 _WAITING = f"SELECT id, schedule_id, robot_id, * FROM {_UNSENT}"
@@ -27,7 +27,8 @@ _COMPARED = {
     "uses": "SELECT mission_id || ' ' || place_id FROM mission_places",
     "idle_rules": "SELECT * FROM idle_rules",
     "calendar_days": "SELECT * FROM calendar_days",
-    "ids": "SELECT name, seq FROM sqlite_sequence WHERE name IN ('robots', 'robot_groups', 'missions', 'places', 'schedules', 'calendar_days')",
+    "ids": """SELECT name, seq FROM sqlite_sequence
+              WHERE name IN ('robots', 'robot_groups', 'missions', 'places', 'schedules', 'calendar_days')""",
     "skips": "SELECT schedule_id || ' ' || planned_at FROM skips",
 }
 _PLANNED = ("next_at", "planned_through", "started_through")

@@ -11,8 +11,8 @@ from app.database.values import from_json, placeholders, to_instant, to_json, to
 from app.domain.models import Between, Overlap, Schedule
 
 COLUMNS = ("name", "robot_id", "group_id", "mission_id", "start", "timezone", "recurrence", "between_start", "between_end", "enabled",
-            "minimum_battery_percent", "respect_working_days", "start_window_minutes", "finish_by_minutes", "overlap", "priority", "parameters",
-            "changed_at", "next_at", "paused_until", "planned_through", "started_through")
+            "minimum_battery_percent", "respect_working_days", "start_window_minutes", "finish_by_minutes", "overlap", "priority",
+            "parameters", "changed_at", "next_at", "paused_until", "planned_through", "started_through")
 
 
 Skip = tuple[int, datetime]              # a start left out in advance: its schedule's id and its instant
@@ -113,7 +113,8 @@ class ScheduleRepository:
     def robots_due(self, c: sqlite3.Connection, after: datetime, until: datetime) -> set[int]:
         """Those to which what comes after one instant and not after the other may go."""
         rows = c.execute("""SELECT DISTINCT coalesce(schedules.robot_id, group_members.robot_id) FROM schedules
-                            LEFT JOIN group_members USING (group_id) WHERE enabled = 1 AND next_at > ? AND next_at <= ?""", (to_text(after), to_text(until)))
+                            LEFT JOIN group_members USING (group_id) WHERE enabled = 1 AND next_at > ? AND next_at <= ?""",
+                         (to_text(after), to_text(until)))
         return {row[0] for row in rows}
 
     def for_group(self, c: sqlite3.Connection, group_id: int) -> list[Schedule]:
@@ -172,11 +173,12 @@ def _values(schedule: Schedule) -> tuple[object, ...]:
     if schedule.changed_at is None:
         raise ValueError("a stored schedule needs changed_at")
     between = schedule.between
-    return (schedule.name, schedule.robot_id, schedule.group_id, schedule.mission_id, schedule.start.isoformat(timespec="minutes"), schedule.timezone,
-            schedule.recurrence, between and f"{between.start:%H:%M}", between and f"{between.end:%H:%M}", schedule.enabled,
-            schedule.minimum_battery_percent, schedule.respect_working_days, schedule.start_window_minutes, schedule.finish_by_minutes, schedule.overlap,
-            schedule.priority, to_json(schedule.parameters), to_text(schedule.changed_at), to_optional_text(schedule.next_at),
-            to_optional_text(schedule.paused_until), to_optional_text(schedule.planned_through), to_optional_text(schedule.started_through))
+    return (schedule.name, schedule.robot_id, schedule.group_id, schedule.mission_id, schedule.start.isoformat(timespec="minutes"),
+            schedule.timezone, schedule.recurrence, between and f"{between.start:%H:%M}", between and f"{between.end:%H:%M}",
+            schedule.enabled, schedule.minimum_battery_percent, schedule.respect_working_days, schedule.start_window_minutes,
+            schedule.finish_by_minutes, schedule.overlap, schedule.priority, to_json(schedule.parameters), to_text(schedule.changed_at),
+            to_optional_text(schedule.next_at), to_optional_text(schedule.paused_until), to_optional_text(schedule.planned_through),
+            to_optional_text(schedule.started_through))
 
 
 def _schedule(row: sqlite3.Row) -> Schedule:
@@ -184,10 +186,11 @@ def _schedule(row: sqlite3.Row) -> Schedule:
     if row["between_start"] is not None:
         between = Between(time.fromisoformat(row["between_start"]), time.fromisoformat(row["between_end"]))
     return Schedule(
-        name=row["name"], robot_id=row["robot_id"], group_id=row["group_id"], mission_id=row["mission_id"], start=datetime.fromisoformat(row["start"]),
-        timezone=row["timezone"], recurrence=row["recurrence"], id=row["id"], enabled=bool(row["enabled"]), between=between,
-        minimum_battery_percent=row["minimum_battery_percent"], respect_working_days=bool(row["respect_working_days"]),
-        start_window_minutes=row["start_window_minutes"], finish_by_minutes=row["finish_by_minutes"], overlap=Overlap(row["overlap"]), priority=row["priority"],
+        name=row["name"], robot_id=row["robot_id"], group_id=row["group_id"], mission_id=row["mission_id"],
+        start=datetime.fromisoformat(row["start"]), timezone=row["timezone"], recurrence=row["recurrence"], id=row["id"],
+        enabled=bool(row["enabled"]), between=between, minimum_battery_percent=row["minimum_battery_percent"],
+        respect_working_days=bool(row["respect_working_days"]), start_window_minutes=row["start_window_minutes"],
+        finish_by_minutes=row["finish_by_minutes"], overlap=Overlap(row["overlap"]), priority=row["priority"],
         parameters=from_json(row["parameters"]), changed_at=to_instant(row["changed_at"]), next_at=to_optional_instant(row["next_at"]),
         paused_until=to_optional_instant(row["paused_until"]), planned_through=to_optional_instant(row["planned_through"]),
         started_through=to_optional_instant(row["started_through"]))

@@ -74,8 +74,11 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType({
     Wait.HOLD: ((("hold",), "Held back: {hold}; waits until {closes_at}"), ((), "Held back; waits until {closes_at}")),
     Wait.LATE_START: (((), "Starts late because the app was off; can be held back now"),),
     Wait.CLOCK: (((), "The tablet's clock can't be trusted; waits until {closes_at}"),),
-    Wait.ROBOT: ((("group",), "Waits for a robot of {group} until {closes_at}"), ((), "Waits for a robot until {closes_at}")),
-    Wait.PLACE: ((("place",), "Waits for {place} until {closes_at}"), ((), "Waits for a place until {closes_at}")),
+    Wait.ROBOT: ((("before",), "Waits for the end of the start of {before}, until {closes_at}"),
+                 (("group",), "Waits for a robot of {group} until {closes_at}"), ((), "Waits for a robot until {closes_at}")),
+    Wait.PLACE: ((("place", "robot", "until"), "Waits for {place}: {robot} uses it until about {until}"),
+                 (("place", "robot"), "Waits for {place}, which {robot} uses, until {closes_at}"),
+                 (("place",), "Waits for {place} until {closes_at}"), ((), "Waits for a place until {closes_at}")),
     Wait.ELSEWHERE: ((("robots",), "May have run already; waits until {closes_at} for an answer from {robots}"),
                      ((), "Robots are being asked whether it has run already; waits until {closes_at}")),
 })
@@ -86,7 +89,7 @@ _UNDER_WAY: Mapping[State, str] = MappingProxyType({
     State.EXECUTING: "Running on the robot",
 })
 
-_INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at", "finish_by"})
+_INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at", "finish_by", "before"})
 _FILLED_IN = re.compile(r"\{\w+\}")
 _LONGEST = 400                                               # characters of a text that came from elsewhere
 

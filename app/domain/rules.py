@@ -54,7 +54,8 @@ def scheduled(schedule: Schedule, target: Robot | Group, mission: Mission, setti
     finish_by = schedule.finish_by_minutes
     return Execution(
         state=State.SUBMITTING if is_intent else State.WAITING, attempts=int(is_intent), queue_floor=intent_floor,
-        trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name, robot_id=robot.id if robot else None, robot=robot.name if robot else "",
+        trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name,
+        robot_id=robot.id if robot else None, robot=robot.name if robot else "",
         group_id=None if robot else target.id, robot_group="" if robot else target.name,
         finish_by=None if finish_by is None else planned_at + timedelta(minutes=finish_by),
         mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
@@ -83,6 +84,12 @@ def ended(execution: Execution, reason: Reason, now: datetime) -> Execution:
 
 
 # ---------------------------------------------------------------------- what becomes of one that waits
+def may_try_again(tried: Mapping[str, Any]) -> dict[str, Any]:
+    """What became of a start of a group on its robots, where they may be asked anew: it is another mission now. What may be found there
+    stays."""
+    return {robot_id: {**each, "is_for_good": False, "until": each.get("at", each["until"])} for robot_id, each in tried.items()}
+
+
 def in_dispatch_order(executions: Iterable[Execution]) -> list[Execution]:
     """Due together on one robot: higher priority first, then planned time, then name."""
     return sorted(executions, key=lambda e: (-e.priority, e.planned_at, e.schedule or e.mission, e.id))

@@ -125,7 +125,8 @@ def _all_switched_on(exported):
 
 @pytest.mark.parametrize(("section", "problem"), [
     ({"schedules": [{"mission": "Deliver", "start": "2026-11-24T06:00"}]}, "name either a robot or a group"),
-    ({"schedules": [{"robot": "R1", "group": "Hall", "mission": "Deliver", "start": "2026-11-24T06:00"}]}, "name either a robot or a group"),
+    ({"schedules": [{"robot": "R1", "group": "Hall", "mission": "Deliver", "start": "2026-11-24T06:00"}]},
+     "name either a robot or a group"),
     ({"schedules": [{"group": "Nowhere", "mission": "Deliver", "start": "2026-11-24T06:00"}]}, "there is no group Nowhere"),
     ({"groups": [{"name": "Hall", "robots": ["R1", "R9"]}]}, "there is no robot R9"),
     ({"groups": [{"name": "Hall", "robots": ["R1", "R1"]}]}, "a name appears twice"),

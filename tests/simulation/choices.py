@@ -32,8 +32,8 @@ LOOKED_AFTER = 35.0      # s that the site is watched once everything has ended
 
 @dataclass(frozen=True)
 class Scenario:
-    """``apart``: minutes between the two starts. ``quiet``: s after which a start that was not found may be sent again. ``robots``: more than
-    one are a group, for which the starts are."""
+    """``apart``: minutes between the two starts. ``quiet``: s after which a start that was not found may be sent again. ``robots``: of
+    more than one, as a group, the starts are."""
     apart: int = 0
     robots: int = 1
     quiet: int = 8

@@ -185,7 +185,7 @@ MUTANTS = (
     ),
     Mutant(
         "a restored row is sent unasked",
-        f"{SUBMISSION}._may_have_run",
+        "services.dispatch.waiting:Waiting._may_have_run",
         "if through is None or row.planned_at > through:",
         "if True:",
         "items with one token",
@@ -193,7 +193,7 @@ MUTANTS = (
     ),
     Mutant(
         "after a restore only the robot of the backup is asked",
-        f"{SUBMISSION}._may_have_run",
+        "services.dispatch.waiting:Waiting._may_have_run",
         "None if row.trigger is Trigger.SCHEDULED else",
         "",
         "items with one token",
@@ -376,8 +376,8 @@ MUTANTS = (
     Mutant(
         "what was cancelled in doubt is sent again",
         f"{SUBMISSION}._taken_back",
-        "if row.cancel_code:",
-        "if False:",
+        "if reason := taken_back(row):",
+        "if reason := row.revoked:",
         "though it was cancelled",
         PEOPLE,
         seed=2,

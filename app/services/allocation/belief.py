@@ -49,7 +49,8 @@ class Member:
 @dataclass(frozen=True)
 class Start:
     """One that waits for a robot. ``members``: robots that may get it. ``tried``: those of them that are barred for it at present.
-    ``finish_s``: by when it has to be done, None: whenever. ``keep_free``: robots of its group that are left to what matters more."""
+    ``finish_s``: by when it has to be done, None: whenever. ``keep_free``: robots of its group that are left to what matters more.
+    ``places``: those that its mission uses."""
     id: int
     mission: str
     members: Collection[int]
@@ -61,6 +62,7 @@ class Start:
     tried: Mapping[int, Out] = field(default_factory=dict)
     keep_free: int = 0
     at_once: bool = False
+    places: Collection[str] = ()
 
 
 @dataclass(frozen=True)
@@ -94,3 +96,4 @@ class Situation:
     starts: Sequence[Start]
     takes: Takes
     coming: Sequence[Coming] = ()        # in order of time, at most AHEAD s away
+    room: Mapping[str, int] = field(default_factory=dict)      # how many more may use each place

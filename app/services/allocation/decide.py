@@ -39,7 +39,8 @@ class Option(NamedTuple):
 @dataclass(frozen=True)
 class Decision:
     """``robot_id``: who gets it now; None: nobody yet. ``options`` best first; ``out`` says why the other robots are none. ``kept_for``: it
-    waits so that this planned start is on time. ``too_late``: it can't be done by when it has to be."""
+    waits so that this planned start is on time. ``too_late``: it can't be done by when it has to be. ``full``: a place without room for
+    it, for which it waits without keeping a robot from others."""
     start: Start
     robot_id: int | None = None
     options: Sequence[Option] = ()
@@ -47,6 +48,7 @@ class Decision:
     kept_for: Coming | None = None
     is_last_call: bool = False
     too_late: bool = False
+    full: str | None = None
 
 
 def decide(situation: Situation) -> list[Decision]:
@@ -62,6 +64,7 @@ class _Board:
         usable = [robot for robot in situation.robots.values() if robot.out is None]
         self._free_s = {robot.id: robot.free_s for robot in usable}
         self._idle = {robot.id for robot in usable if robot.is_free}
+        self._room = dict(situation.room)
 
     def lay(self) -> Iterator[Decision]:
         for start in sorted(self._situation.starts, key=self._rank):
@@ -80,6 +83,8 @@ class _Board:
     # ------------------------------------------------------------------ one start
     def _decide(self, start: Start) -> Decision:
         options, out = self._options(start)
+        if (full := next((place for place in start.places if self._room.get(place, 1) <= 0), None)) is not None:
+            return Decision(start, None, options, out, full=full)
         if not options:
             return Decision(start, out=out)
         is_last_call = start.closes_s <= LAST_CALL
@@ -95,6 +100,8 @@ class _Board:
         is_given = is_last_call or start.at_once or (best.is_free and self._may_use_one_more(start))
         self._idle.discard(best.robot_id)
         self._free_s[best.robot_id] = best.done_s
+        if is_given:
+            self._room.update({place: self._room[place] - 1 for place in start.places if place in self._room})
         return Decision(start, best.robot_id if is_given else None, options, out, is_last_call=is_last_call)
 
     def _may_use_one_more(self, start: Start) -> bool:

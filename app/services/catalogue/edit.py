@@ -219,9 +219,10 @@ class Edit(GroupEdit):
                           schedules=schedules, skips=self.skips_of(schedules),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
                           holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting,
-                          member_of=self.groups.of_robot(self.c, robot_id))
+                          member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id))
         self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
+        self.groups.keep_fewer_free(self.c, validation.FEWEST_TO_KEEP_FREE)
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
         return removed
 
@@ -256,6 +257,8 @@ class Edit(GroupEdit):
             changed = told.differences(told.of_mission(stored, was_only), told.of_mission(mission, only))
             self.notes.append(f"mission {stored.name!r} changed: {changed}")
             made_names.follow_mission(self, stored.name, mission)
+            if mission.robot_id is None:
+                self.executions.follow_mission(self.c, stored, mission)
         self.prefer_own(mission)
         self.topics.add(Topic.MISSIONS)
         return mission
@@ -341,9 +344,11 @@ class Edit(GroupEdit):
         for row in self.executions.unsent_of_schedule(self.c, schedule.id):
             install_id = self._settings.install_id(self.c)
             made = rules.scheduled(schedule, target, mission, self.settings, install_id, row.planned_at, row.created_at)
+            tried = row.tried if row.mission == made.mission else rules.may_try_again(row.tried)
             self.executions.change(self.c, row.id, (State.WAITING,), schedule=made.schedule, mission=made.mission,
                                     mission_guid=made.mission_guid, parameters=made.parameters, priority=made.priority,
-                                    minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at, finish_by=made.finish_by)
+                                    minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at,
+                                    finish_by=made.finish_by, tried=tried)
             if isinstance(target, Group):
                 self.executions.unbind(self.c, row.id)
             self.topics.add(Topic.EXECUTIONS)

@@ -34,8 +34,8 @@ class GroupEdit(Transaction):
             made_names.follow_robot(self, stored.name, group)
             for robot_id in set(stored.members) - set(group.members):
                 self._give_back(robot_id, group.id)
-        self.notes.append(f"group {group.name!r} {'added' if stored is None else 'changed'}: {len(group.members)} robots, {group.hand_over}, "
-                          f"{group.keep_free} kept free")
+        self.notes.append(f"group {group.name!r} {'added' if stored is None else 'changed'}: {len(group.members)} robots, "
+                          f"{group.hand_over}, {group.keep_free} kept free")
         self.topics.add(Topic.ROBOTS)
         return group
 

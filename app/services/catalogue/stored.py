@@ -163,7 +163,10 @@ def _executions(c: sqlite3.Connection) -> None:
     repository = ExecutionRepository()
     found = [*repository.open_all(c), *repository.page(c, ExecutionFilter(), None, LATEST)]
     _check_instants(found)
-    _check_objects(*itertools.chain.from_iterable((each.parameters, each.wait_details) for each in found))
+    _check_objects(*itertools.chain.from_iterable((each.parameters, each.wait_details, each.choice, each.tried) for each in found))
+    for robot_id, tried in itertools.chain.from_iterable(each.tried.items() for each in found):
+        _check_objects(tried)
+        _require(robot_id.isdigit() and datetime.fromisoformat(tried["until"]).tzinfo is not None, f"tried {robot_id}")
 
 
 _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {

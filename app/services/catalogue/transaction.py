@@ -9,6 +9,7 @@ from datetime import datetime
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
 from app.database.executions import ExecutionRepository
+from app.database.group_starts import GroupStartRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
@@ -32,7 +33,7 @@ class Transaction:
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self.executions, self._settings, self.holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
-        self.groups, self.places = GroupRepository(), PlaceRepository()
+        self.groups, self.places, self.group_starts = GroupRepository(), PlaceRepository(), GroupStartRepository()
         self.days, self._alarms = CalendarRepository(), AlarmRepository()
         self.settings = self._settings.load(self.c)
 

@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from app.database.group_starts import Watch
 from app.database.holds import StoredHold
 from app.database.robots import Accepted
 from app.database.schedules import Skip
@@ -30,7 +31,8 @@ class Removed:
     days: Sequence[DayException] = ()
     waiting: Sequence[int] = ()                          # executions that ended with it
     group: Group | None = None
-    member_of: Sequence[int] = ()                        # groups that the robot was in
+    member_of: Sequence[Group] = ()                      # that the robot was in
+    watches: Sequence[Watch] = ()                        # what may still come to the robot
     place: Place | None = None
 
 
@@ -52,6 +54,8 @@ def restore(edit: Edit, removed: Removed) -> None:
         if removed.accepted is not None:
             edit.robots.note_accepted(edit.c, removed.robot.id, removed.accepted)
         edit.groups.join(edit.c, removed.robot.id, removed.member_of)
+        for watch in removed.watches:
+            edit.group_starts.watch(edit.c, watch)
     if removed.group is not None:
         _restore_group(edit, removed.group)
     if removed.place is not None:

@@ -22,7 +22,8 @@ log = logging.getLogger(__name__)
 
 SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched for what a restored backup does not know
 LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too, or that were given up
-MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT)      # nobody wanted it not to run
+# Nobody wanted it not to run.
+MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT, ReasonCode.NO_ROBOT)
 
 
 def looks_like_token(description: str) -> bool:
@@ -165,9 +166,9 @@ class Copies:
             is_here = row.robot_id == self._seen.robot.id
             if is_here and row.queue_id == item.id:
                 continue
-            if is_here and row.state in (State.SUBMITTING, State.WAITING):         # still being looked for; it may end without having found it
+            if is_here and row.state in (State.SUBMITTING, State.WAITING):         # still looked for; it may end without having found it
                 unsettled.add(row.token)
-            elif not (self._set_right if is_here else self._came_after_it_was_given_back)(row, item):      # met again before it begins
+            elif not (self._set_right if is_here else self._came_elsewhere)(row, item):      # met again before it begins
                 unsettled.add(row.token)
                 self.watch_from(row.token, item.id - 1)
         searched = max((item.id for item in newer), default=0)           # what is older has been seen
@@ -207,25 +208,23 @@ class Copies:
             return self._came_late(row, item)
         if item.id < row.queue_id and row.state.is_open:     # the earlier one is ours
             later = row.queue_id
-            return self._ledger.reopen(row, item.id) is None or self.cancel_copy(self._client.queue_item(later), row)
+            return self._ledger.reopen(row, self._seen.robot, item.id) is None or self.cancel_copy(self._client.queue_item(later), row)
         if row.cancel_code and item.is_open:                 # nobody wants it, however often it comes
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
 
-    def _came_after_it_was_given_back(self, row: Execution, item: QueueItem) -> bool:
-        """One of a group that another robot has by now, or will have; the first that can be seen is the one, where none has it yet. Returns
-        whether that is done."""
+    def _came_elsewhere(self, row: Execution, item: QueueItem) -> bool:
+        """One of a group that this robot gave back, and another one may have by now: the first that can be seen is the one, where nothing
+        has been sent to that one. Returns whether that is done."""
         if row.cancel_code and item.is_open:                 # nobody wants it, on whichever robot
             return self._cancel_late(row, item)
-        if row.state is State.WAITING and row.robot_id is None and item.is_open:
-            self._ledger.adopt(row, self._seen.robot, item)
-        elif row.state.is_open or row.queue_id is not None:
+        if row.state is State.WAITING:                       # a copy that was cancelled here says nothing about it
+            return item.state is QueueState.ABORTED or self._ledger.adopt(row, self._seen.robot, item)
+        if row.state is State.SUBMITTING and not item.is_pending:
+            return False                                     # it is being looked for there, and may not be found
+        if row.state.is_open or row.queue_id is not None:
             return self.cancel_copy(item, row)
-        elif item.is_open:                                   # it has ended without a robot
-            return self._cancel_late(row, item)
-        elif item.state is QueueState.DONE:
-            self._alarm_once("duplicate_running", row, item)
-        return True
+        return self._came_late(row, item)
 
     def _came_late(self, row: Execution, item: QueueItem) -> bool:
         """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled unless it is done; else the
@@ -233,7 +232,7 @@ class Copies:
         is_wanted = row.reason is not None and row.reason.code in MAY_COME_TRUE
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
         if item.state is QueueState.DONE or (is_wanted and not is_too_late and item.is_open):
-            self._ledger.reopen(row, item.id)
+            self._ledger.reopen(row, self._seen.robot, item.id)
         elif item.is_open:
             return self._cancel_late(row, item)
         return True

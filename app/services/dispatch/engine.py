@@ -22,7 +22,7 @@ from app.domain.clock import Clock
 from app.domain.message import message_of
 from app.domain.models import Execution, Robot
 from app.services.dispatch import messages
-from app.services.dispatch.allocator import DECIDES_EVERY, Allocator
+from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.clock_guard import ClockGuard, Judgement, Readings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
@@ -30,6 +30,8 @@ from app.services.dispatch.timing import (
     AFTER_A_FAILURE,
     CHORES_EVERY,
     CYCLE_TAKES,
+    DECIDES_AGAIN,
+    DECIDES_EVERY,
     DOUBT_POLLS_EVERY,
     FIRST_POLL_WITHIN,
     INTENT_EVERY,
@@ -46,11 +48,12 @@ from app.services.dispatch.timing import (
 from app.services.dispatch.whereabouts import Whereabouts
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.alarms import Alarms
-from app.services.live.changes import Changes, Topic
+from app.services.live.changes import NO_ROBOT, Changes, Topic
 
 log = logging.getLogger(__name__)
 
 POLLED_AT_ONCE = 2          # robots in a turn at least
+_DECIDING = (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS, Topic.MISSIONS)       # what a choice of a robot rests on
 
 
 class Mailboxes(Protocol):
@@ -77,7 +80,7 @@ class Engine:
         self._wake: Callable[[], None] = lambda: None
         self._workers: dict[int, RobotWorker] = {}
         self._watched: int | None = None
-        self._allocate_at = -math.inf
+        self._allocate_at = self._allocated_at = -math.inf
         self._allocating: int | None = None       # the thread that gives starts to robots
         self._sought: frozenset[int] = frozenset()            # robots that a start waits for
         self._lock = threading.Lock()             # for what other threads ask: workers, whose turn it is
@@ -109,6 +112,7 @@ class Engine:
 
     def start(self) -> None:
         """Once, before the first ``advance``. Raises DatabaseUnavailable."""
+        self._ledger.give_back_bound()            # of a process that is gone: nothing was sent of these
         self._guard.start()
 
     def stop(self) -> None:
@@ -167,12 +171,23 @@ class Engine:
         if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS):
             if about is None:
                 self._post_to_all(messages.LedgerChanged())
-            else:
+            elif about != NO_ROBOT:
                 self._mailboxes.post(about, messages.LedgerChanged())
-        if topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS) or (topic in (Topic.EXECUTIONS, Topic.SNAPSHOT) and (about is None or about in self._sought) \
-                and self._allocating != threading.get_ident()):
-            self._allocate_at = -math.inf
-            self._wake()
+        if self._allocating != threading.get_ident() and self._may_let_one_go(topic, about):
+            self._allocate_soon()
+
+    def _may_let_one_go(self, topic: Topic, about: int | None) -> bool:
+        """Whether a start of a group may find a robot because of this change."""
+        if topic is Topic.EXECUTIONS and about in (None, NO_ROBOT):           # it may be new
+            return True
+        if topic is Topic.SNAPSHOT:
+            worker = self._workers.get(about or 0)
+            return about in self._sought and worker is not None and worker.seen.seems_free
+        return bool(self._sought) and (topic in _DECIDING or (topic is Topic.EXECUTIONS and about in self._sought))
+
+    def _allocate_soon(self) -> None:
+        self._allocate_at = min(self._allocate_at, self._allocated_at + DECIDES_AGAIN)
+        self._wake()
 
     def _post_to_all(self, message: messages.Message) -> None:
         with self._lock:
@@ -234,7 +249,7 @@ class Engine:
         finally:
             self._inserting = None
         if batch.has_unbound:
-            self._allocate_at = -math.inf
+            self._allocate_soon()
         for robot_id in batch.robot_ids:
             self._mailboxes.post(robot_id, messages.LedgerChanged())
         for robot_id in self._due_soon():
@@ -243,16 +258,17 @@ class Engine:
 
     def _allocate(self) -> None:
         """Starts of groups to robots that are free; robots that one waits for are read often."""
-        self._allocate_at = self._clock.monotonic() + DECIDES_EVERY          # also if this fails
+        self._allocated_at = self._clock.monotonic()
+        self._allocate_at = latest = self._allocated_at + DECIDES_EVERY          # also if this fails
         with self._lock:
             workers = dict(self._workers)
-        began, self._allocating = self._clock.monotonic(), threading.get_ident()
+        self._allocating = threading.get_ident()
         try:
             wait = self._allocator.advance(workers)
         finally:
             self._allocating = None
-        if self._allocate_at > began:                    # nobody has asked for it meanwhile
-            self._allocate_at = self._clock.monotonic() + wait
+        if self._allocate_at == latest:                  # nobody has asked for it meanwhile
+            self._allocate_at = self._allocated_at + wait
         before, self._sought = self._sought, self._allocator.members
         for robot_id in before ^ self._sought:
             self._mailboxes.post(robot_id, messages.Sought(robot_id in self._sought))
@@ -315,6 +331,8 @@ class Engine:
         self._mailboxes.open(worker)
         if robot.id == self._watched:
             self._mailboxes.post(robot.id, messages.Watched(True))
+        if robot.id in self._sought:
+            self._mailboxes.post(robot.id, messages.Sought(True))
 
     def _take_turns(self) -> None:
         if self.seconds_to_cycle <= 0:

@@ -12,7 +12,8 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from app.database.connection import Database
-from app.database.executions import ExecutionFilter, ExecutionRepository, Unsent, Watch, Watched
+from app.database.executions import ExecutionFilter, ExecutionRepository, Surplus, Unsent
+from app.database.group_starts import FullPlace, GroupStartRepository, Watch, Watched
 from app.database.robots import Accepted, RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
@@ -21,7 +22,7 @@ from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot,
 from app.domain.reasons import sentence, to_store
 from app.domain.robot import QueueItem
 from app.services.live.alarms import Alarms
-from app.services.live.changes import Changes, Topic
+from app.services.live.changes import NO_ROBOT, Changes, Topic
 
 log = logging.getLogger("app.executions")
 NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least may be
@@ -35,6 +36,7 @@ class Move:
     expected: Sequence[State]
     columns: Mapping[str, Any]
     watch: Watch | None = None
+    needs_room: bool = False             # at the places that its mission uses; else it is not made
 
 
 def was_replaced(row: Execution, serial_number: str | None) -> bool:
@@ -47,6 +49,7 @@ class Ledger:
                  alarms: Alarms) -> None:
         self._db, self._executions, self._settings = db, executions, settings
         self._clock, self._changes, self._alarms, self._robots = clock, changes, alarms, RobotRepository()
+        self._starts = GroupStartRepository()
         self.grew = True                     # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading
@@ -109,6 +112,11 @@ class Ledger:
         """There was no idle mission in this idle period."""
         self._db.write(lambda c: self._robots.note_idle(c, robot_id, None))
 
+    def waiting(self, execution: Execution, wait: Wait, **details: Any) -> Move | None:
+        """What holds a waiting execution; None: that is nothing new."""
+        is_known = (execution.wait, dict(execution.wait_details)) == (wait, details)
+        return None if is_known else Move(execution, (State.WAITING,), {"wait": wait, "wait_details": details})
+
     def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
         """Note what holds a waiting execution; writes only when that is something new."""
         if (execution.wait, dict(execution.wait_details)) == (wait, details):
@@ -132,11 +140,13 @@ class Ledger:
             if row.ended_at is not None:
                 self.grew = True
                 self.alarm_for(row)
-        for robot_id in {row.robot_id for row in changed}:
+        for robot_id in {row.robot_id or NO_ROBOT for row in changed}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         return changed
 
     def _made(self, c: Any, move: Move) -> Execution | None:
+        if move.needs_room and self._starts.full_place(c, move.execution):
+            return None
         if State.WAITING in move.expected:               # which edits change too
             made = self._executions.change(c, move.execution.id, move.expected, of_robot=move.execution.robot_id, **move.columns)
         else:
@@ -146,7 +156,7 @@ class Ledger:
             if made.trigger is Trigger.IDLE:
                 self._robots.note_idle(c, made.robot_id, made.queue_id)
         if made and move.watch is not None:
-            self._executions.watch(c, move.watch)
+            self._starts.watch(c, move.watch)
         return made
 
     def begun(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Move:
@@ -155,7 +165,7 @@ class Ledger:
         is_first = execution.queue_floor is None or was_replaced(execution, robot.serial_number)
         floor = queue_floor if is_first else execution.queue_floor
         return Move(execution, (State.WAITING,), {"state": State.SUBMITTING, "attempts": execution.attempts + 1, "queue_floor": floor,
-                                                  "robot_address": robot.address, "robot_serial": robot.serial_number})
+                                                  "robot_address": robot.address, "robot_serial": robot.serial_number}, needs_room=True)
 
     def accepted(self, execution: Execution, robot: Robot, queue_id: int) -> Move:
         """The robot has it since now. If this were never written, the robot would be asked."""
@@ -169,27 +179,49 @@ class Ledger:
             "attempts": max(1, execution.attempts), "queue_floor": item.id - 1, "robot_id": robot.id, "robot": robot.name,
             "robot_address": robot.address, "robot_serial": robot.serial_number})
 
-    def given_back(self, execution: Execution, robot_id: int, tried: Mapping[str, Any], watch_for: timedelta | None) -> Move:
-        """A start of a group of which certainly nothing is on this robot has none again. ``tried``: what became of it here. ``watch_for``:
-        how long its request may still come here."""
+    def given_back(self, execution: Execution, robot_id: int, tried: Mapping[str, Any], *, is_attempt: bool,
+                   watch_for: timedelta | None) -> Move:
+        """A start of a group of which certainly nothing is on this robot has none again. ``tried``: what became of it here. ``is_attempt``:
+        it counts as one, also where it never reached the POST. ``watch_for``: how long its request may still come here."""
         watch = Watch(execution.id, robot_id, execution.queue_floor or 0, self._clock.now() + watch_for) if watch_for else None
+        attempts = execution.attempts + (execution.state is State.WAITING and is_attempt)
         return Move(execution, NOT_WITH_THE_ROBOT, {
             "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "robot_id": None, "robot": "", "bound_at": None, "choice": {},
-            "queue_floor": None, "robot_address": None, "robot_serial": None, "tried": {**execution.tried, str(robot_id): tried}, "attempts": execution.attempts + (execution.state is State.WAITING and bool(
-                tried["tries"]))}, watch)
+            "queue_floor": None, "robot_address": None, "robot_serial": None, "tried": {**execution.tried, str(robot_id): tried},
+            "attempts": attempts}, watch)
+
+    def unbound_again(self, execution: Execution) -> Move:
+        """A start of a group that its robot could not begin is for any of them again; nothing is held against this one."""
+        return Move(execution, (State.WAITING,), {"robot_id": None, "robot": "", "bound_at": None, "choice": {}})
+
+    def give_back_bound(self, robot_id: int | None = None) -> None:
+        """The same of all that waits for this robot, or for any."""
+        robots = [robot for robot in self._starts.bound(self._db.read()) if robot_id in (None, robot)]
+        if robots:
+            self._db.write(lambda c: [self._executions.give_back(c, robot) for robot in robots])
+            self._changes.publish(Topic.EXECUTIONS, NO_ROBOT)
+
+    def may_get(self, execution: Execution) -> bool:
+        """Whether the robot that a start of a group was given to is still one that may get it."""
+        return self._starts.may_get(self._db.read(), execution)
+
+    def full_place(self, execution: Execution) -> FullPlace | None:
+        """A place that it uses at which there is no room; None: there is room everywhere."""
+        return self._starts.full_place(self._db.read(), execution)
 
     def bound(self, execution: Execution, robot: Robot, mission_guid: str, choice: Mapping[str, Any]) -> Move:
-        """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time."""
+        """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time, on the machine of that time."""
+        before = execution.tried.get(str(robot.id), {})
         return Move(execution, (State.WAITING,), {
             "robot_id": robot.id, "robot": robot.name, "mission_guid": mission_guid, "bound_at": self._clock.now(), "choice": choice,
-            "wait": Wait.DUE, "wait_details": {}, "queue_floor": execution.tried.get(str(robot.id), {}).get("floor")})
+            "wait": Wait.DUE, "wait_details": {}, "queue_floor": before.get("floor"), "robot_serial": before.get("serial")})
 
     def bind(self, move: Move, is_last_call: bool) -> Execution | None:
         """Unless anything has changed that the choice rested on."""
         robot_id = move.columns["robot_id"]
 
         def work(c: Any) -> Execution | None:
-            if not self._executions.may_be_bound(c, move.execution, robot_id, is_last_call):
+            if not self._starts.may_be_bound(c, move.execution, robot_id, is_last_call):
                 return None
             return self._executions.change(c, move.execution.id, move.expected, **move.columns)
         row = self._db.write(work)
@@ -198,24 +230,27 @@ class Ledger:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         return row
 
-    def adopt(self, execution: Execution, robot: Robot, item: QueueItem) -> None:
-        """It is on a robot already: the one that it waits for, or another one, which it gets by way of none."""
+    def adopt(self, execution: Execution, robot: Robot, item: QueueItem) -> bool:
+        """It is on a robot already: the one that it waits for, or another one, which it gets by way of none. Returns whether it still
+        waited so."""
+        moves = []
         if execution.robot_id not in (None, robot.id):
-            self.make([Move(execution, (State.WAITING,), {"robot_id": None, "robot": ""})], quietly=True)
+            moves.append(self.unbound_again(execution))
             execution = replace(execution, robot_id=None, robot="")
-        self.make([self.adopted(execution, robot, item)])
+        return len(self.make([*moves, self.adopted(execution, robot, item)])) > len(moves)
 
     def watches_of(self, robot_id: int) -> list[Watched]:
         """What may still come to this robot though another one has been given it since."""
-        return self._executions.watches_of(self._db.read(), robot_id, self._clock.now())
+        return self._starts.watches_of(self._db.read(), robot_id, self._clock.now())
 
     def unbound(self) -> list[Execution]:
         """What waits for a robot of a group, oldest first."""
-        return self._executions.unbound(self._db.read())
+        return self._starts.unbound(self._db.read())
 
     def not_tried(self, intent: Execution) -> Move:
-        """An intent whose POST was not even begun."""
-        return Move(intent, (State.SUBMITTING,), {"state": State.WAITING, "attempts": intent.attempts - 1})
+        """An intent whose POST was not even begun; that of a group waits again though its robot has been removed meanwhile."""
+        expected = (State.SUBMITTING,) if intent.group_id is None else (State.SUBMITTING, State.CANCELLED)
+        return Move(intent, expected, {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None})
 
     def attempt_failed(self, execution: Execution, problem: Message) -> Move:
         """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
@@ -237,10 +272,19 @@ class Ledger:
         """Ended with a reason, whose code gives the state."""
         return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
 
-    def reopen(self, execution: Execution, queue_id: int) -> Execution | None:
-        """The robot has it after all, or another item than was thought: it is followed (again) to its end."""
-        return self._change(execution, (execution.state,), state=State.QUEUED, queue_id=queue_id, reason=None, ended_at=None,
-                            duration_s=None, submitted_at=execution.submitted_at or self._clock.now())
+    def reopen(self, execution: Execution, robot: Robot, queue_id: int) -> Execution | None:
+        """This robot has it after all, or another item than was thought: it is followed (again) to its end."""
+        columns: dict[str, Any] = {"state": State.QUEUED, "queue_id": queue_id, "reason": None, "ended_at": None, "duration_s": None,
+                                   "submitted_at": execution.submitted_at or self._clock.now()}
+        moves = []
+        if execution.robot_id != robot.id:                   # one of a group, which another one had been given, or none
+            columns |= {"robot_id": robot.id, "robot": robot.name, "robot_address": robot.address, "robot_serial": robot.serial_number}
+            moves = [Move(execution, (execution.state,), {"robot_id": None, "robot": ""})]
+        moves.append(Move(execution, (execution.state,), columns))
+        changed = self._db.write(lambda c: [self._executions.change(c, execution.id, move.expected, **move.columns) for move in moves])
+        if changed[-1] is not None:
+            self._announce(changed[-1])
+        return changed[-1]
 
     def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
         """Note that the operator has cancelled these (None: undo that); the robot's answer decides."""
@@ -268,18 +312,27 @@ class Ledger:
             return
         surplus = self._executions.surplus(self._db.read(), limit)
         while any(surplus):
-            left = self._db.write(lambda c, surplus=surplus: self._executions.drop_oldest(c, surplus))  # type: ignore[misc]
+            left = self._db.write(lambda c, surplus=surplus: self._dropped(c, surplus))  # type: ignore[misc]
             if any(left) and (left == surplus or not has_time()):
                 self.grew = True
                 return
             surplus = left
+
+    def _dropped(self, c: Any, surplus: Surplus) -> Surplus:
+        self._starts.drop_watches(c, self._clock.now())
+        return self._executions.drop_oldest(c, surplus)
+
+    def alarm_of_refusal(self, execution: Execution, robot: Robot, reason: Reason) -> None:
+        """A robot has refused a start of a group for good, which another one will get."""
+        self._alarms.raise_("execution_failed", f"schedule:{execution.schedule_id}:robot:{robot.id}", mission=execution.mission,
+                            robot=robot.name, robot_id=robot.id, reason=to_store(reason), timezone=execution.timezone)
 
     def alarm_for(self, ended: Execution) -> None:
         """Raise the alarm of a failed or skipped execution; repetitions of one schedule are counted."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
         if code and ended.reason:
             about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot_id}"
-            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot, robot_id=ended.robot_id,
+            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot or ended.robot_group, robot_id=ended.robot_id,
                                 reason=to_store(ended.reason), timezone=ended.timezone)
 
     # ------------------------------------------------------------------ inside
@@ -292,7 +345,7 @@ class Ledger:
     def _announce(self, execution: Execution, quietly: bool = False) -> None:
         if not quietly:
             log.info("%s", describe(execution))
-        self._changes.publish(Topic.EXECUTIONS, execution.robot_id)
+        self._changes.publish(Topic.EXECUTIONS, execution.robot_id or NO_ROBOT)
 
 
 def describe(execution: Execution) -> str:

@@ -25,6 +25,7 @@ from app.mir.errors import (
     Unauthorized,
     Unreadable,
 )
+from app.services.dispatch.freedom import can_work, is_charging
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import LIVE_EVERY, SAVE_SPANS_EVERY, SLOW_ANSWER, STATUS_IS_FRESH
 from app.services.live.snapshots import STALE_POLLS
@@ -123,6 +124,12 @@ class Observation:
     def fresh_status(self) -> RobotStatus | None:
         """What was read a moment ago; None when that is too long ago, or nothing answered. Changes nothing: any thread may ask."""
         return self._status if self.age <= STATUS_IS_FRESH else None
+
+    @property
+    def seems_free(self) -> bool:
+        """Whether it may take a start of a group at once, by what was read a moment ago. Any thread may ask."""
+        status = self.fresh_status
+        return status is not None and can_work(status) and (status.state is not RobotState.EXECUTING or is_charging(status))
 
     @property
     def age(self) -> float:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
+from app.database.group_starts import GroupStartRepository
 from app.database.groups import GroupRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
@@ -23,7 +24,7 @@ from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
-from app.services.live.changes import Changes, Topic
+from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.live.gaps import Downtime, Gap
 from app.services.planning.first_due import first_due
 from app.services.planning.recurrence import next_occurrence, occurrences
@@ -40,7 +41,7 @@ class DueBatch:
     """What one reading of the plan found due."""
     robot_ids: set[int] = field(default_factory=set)      # with something that waits to be sent
     has_unbound: bool = False                             # something waits for a robot of a group
-    touched: set[int | None] = field(default_factory=set)    # with something new in the ledger; None: it has no robot yet
+    touched: set[int] = field(default_factory=set)        # with something new in the ledger; NO_ROBOT: it has none yet
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
     intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
@@ -168,7 +169,8 @@ class Planner:
         return PlanningContext(
             now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids), groups,
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]), ready)
+            self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]),
+            GroupStartRepository().with_places(c), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
         """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
@@ -195,7 +197,7 @@ class Planner:
         limit = context.settings.history_limit
         newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
         batch.missed += sum(not make.is_left_out(instant) for instant in earlier)
-        batch.touched.add(schedule.robot_id)
+        batch.touched.add(schedule.robot_id or NO_ROBOT)
         gone = [make.left_out(instant) if make.is_left_out(instant) else make.missed(instant, self._downtime.at(instant))
                 for instant in newest]
         return _Taken([*gone, *rows], Progress(schedule.id, following, through, started))
@@ -217,7 +219,8 @@ class Planner:
             return make.waiting(instant, late=True)
         if robot is None:
             return make.waiting(instant)
-        ready = None if robot.id in context.waited_for else context.ready(robot.id)     # what waits may have to go first
+        has_to_wait = robot.id in context.waited_for or make.mission.name in context.with_places        # what waits may have to go first
+        ready = None if has_to_wait else context.ready(robot.id)
         return make.waiting(instant) if ready is None else make.submitting(instant, ready)
 
 
@@ -253,6 +256,7 @@ class PlanningContext:
     waited_for: set[int]                         # robots for which something waits
     open_of_schedule: Mapping[int, datetime]     # by schedules that don't overlap: when what still runs was planned
     skips: Collection[Skip]
+    with_places: Collection[str]                 # names of missions that wait where one is full
     ready: Callable[[int], Readiness | None]     # robots to which something can go out at once
 
     def target_of(self, schedule: Schedule) -> Robot | Group | None:

@@ -123,9 +123,10 @@ class Submission:
                 self._copies.cancel(row.queue_id)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
-        """What is held, and what was meant to be, waits again."""
+        """What is held, and what was meant to be, waits again; of a group for any of its robots."""
         self.note()
         self._release([*(attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row), *self._own(untaken)])
+        self._ledger.give_back_bound(self._robot_id)
 
     # ------------------------------------------------------------------ waiting
     @property
@@ -143,7 +144,8 @@ class Submission:
 
     def _is_taken_back(self, intent: Execution) -> bool:
         row = self._ledger.get(intent.id)
-        return row is None or row.held or row.state is not State.SUBMITTING or self._taken_back(row) is not None
+        return row is None or row.held or row.state is not State.SUBMITTING or self._taken_back(row) is not None or (
+            row.group_id is not None and not self._ledger.may_get(row))
 
     def _release(self, intents: Sequence[Execution]) -> None:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
@@ -153,9 +155,14 @@ class Submission:
             if reason := self._taken_back(waiting):
                 self._ledger.end(waiting, reason)
             elif waiting.group_id is not None:
-                self._give_back([waiting], Out.SILENT)
+                self._unbind(waiting)
             else:
                 self._later(waiting, 0.0)
+
+    def _unbind(self, row: Execution) -> None:
+        """One of a group, with nothing sent, that can't go to this robot now, though nothing went wrong here."""
+        self._ledger.make([self._ledger.unbound_again(row)], quietly=True)
+        self.attempts.pop(row.id, None)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
         for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
@@ -178,10 +185,12 @@ class Submission:
 
     def _is_to_be_tried(self, row: Execution) -> bool:
         """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting, or given back to its group."""
-        if row.group_id is not None and (self._s.holds.active(self._robot_id) or not self._seen.robot.enabled):
-            self._give_back([row], Out.HELD if self._seen.robot.enabled else Out.OFF)
-            return False
-        return self._waiting.may_be_tried(row, self._taken_back(row))
+        if row.group_id is None:
+            return self._waiting.may_be_tried(row, self._taken_back(row)) and self._waiting.has_room(row)
+        if self._seen.robot.enabled and self._waiting.may_be_tried(row, self._taken_back(row)):
+            return True
+        self._unbind(row)
+        return False
 
     # ------------------------------------------------------------------ an attempt
     def _is_ready(self, row: Execution, before: list[Execution]) -> bool:
@@ -218,12 +227,16 @@ class Submission:
         if rows and (trouble := self._seen.trouble()):       # what was asked for them may have taken longer than the status holds
             self._read_failed(list(rows), trouble)
         elif rows:
-            plan_version = self._s.plan_version()
-            self._hold(self._begin(rows), plan_version)
+            plan_version, begun = self._s.plan_version(), self._begin(rows)
+            self._hold(begun, plan_version)
+            for row in rows:
+                if row.id not in self.attempts:              # it has moved on, or somebody was quicker at a place that it uses
+                    self._later(row, RECHECK)
             self.send_due()
         rows.clear()
 
     def _begin(self, rows: list[Execution]) -> list[Execution]:
+        """What has moved on meanwhile, or has no room any more at a place that it uses, is left out."""
         robot, floor = self._seen.robot, self._seen.highest
         return self._ledger.make([self._ledger.begun(row, robot, floor) for row in rows], quietly=True)
 
@@ -242,6 +255,9 @@ class Submission:
     def _refused(self, rows: Sequence[Execution], reason: Reason) -> None:
         """For good by this robot: the end of a start, but one of a group goes to another robot."""
         self._give_back([row for row in rows if row.group_id is not None], reason=reason)
+        for row in rows:
+            if row.group_id is not None:
+                self._ledger.alarm_of_refusal(row, self._seen.robot, reason)
         self._ledger.make([self._ledger.ended(row, reason, (row.state,)) for row in rows if row.group_id is None])
         for row in rows:
             self.attempts.pop(row.id, None)
@@ -256,10 +272,14 @@ class Submission:
             tries = before.get("tries", 0) + (out is Out.TRIED)
             is_for_good = reason is not None or tries > settings.retry_limit
             until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
-            moves.append(self._ledger.given_back(row, self._robot_id, {
-                "robot": self._seen.robot.name, "out": str(out), "tries": tries, "until": to_text(until), "is_for_good": is_for_good,
-                "floor": row.queue_floor if before.get("floor") is None else before["floor"], "problem": reason.details.get("problem", "") if reason else problem,
-                **({"code": str(reason.code)} if reason else {})}, timedelta(seconds=WATCHED_FOR) if may_come else None))
+            is_first = before.get("floor") is None or was_replaced(row, before.get("serial"))
+            tried = {"robot": self._seen.robot.name, "out": str(out), "tries": tries, "at": to_text(now), "until": to_text(until),
+                     "is_for_good": is_for_good, "floor": row.queue_floor if is_first else before["floor"],
+                     "serial": row.robot_serial if is_first else before.get("serial"),
+                     "problem": reason.details.get("problem", "") if reason else problem,
+                     **({"code": str(reason.code)} if reason else {})}
+            moves.append(self._ledger.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED,
+                                                 watch_for=timedelta(seconds=WATCHED_FOR) if may_come else None))
             self.attempts.pop(row.id, None)
         self._ledger.make(moves)
 

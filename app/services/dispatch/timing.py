@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from app.domain.rules import INTENT_LEAD as _INTENT_LEAD
+from app.mir.transport import Timeouts
 
 # The engine
 LONGEST_WAIT = 1.0           # between two rounds: bounds what a clock step or a sleep can delay
@@ -17,6 +18,8 @@ CHORES_EVERY = 0.1           # at least between chores
 TIDY_EVERY = 0.5             # between looks whether history and alarms are beyond their limits
 TIDIES_WITHIN = 60.0         # that housekeeping gives way to what falls due
 MIN_IDLE = 0.02              # until the next start; with less, housekeeping waits
+DECIDES_EVERY = 5.0          # at which robot a start of a group goes to, whatever happens
+DECIDES_AGAIN = 0.15         # at least between two such decisions
 PRUNE_EVERY = 600.0          # after which a lowered limit shows at the latest
 AFTER_A_FAILURE = 5.0        # before a worker that met an error, or could not be made, goes on
 STOP_WITHIN = 3.0            # a stop has to end within 5 s, the database included; a request under way is left to its time-out
@@ -28,7 +31,7 @@ PUT_OFF_AT_MOST = 0.5        # that everything else gives way to what is due
 RECHECK = 2.0                # between looks at what a start waits for (battery, hold)
 EARLY_RECHECK = 20.0         # the same where its instant is to come again, after the clock was set back: it may be set forward again
 AWAITED_FOR = 3 * RECHECK    # that a start that is looked for on all robots keeps them asked
-ANSWERS_WITHIN = 5.0         # after which a request is given up: the client's time-out
+ANSWERS_WITHIN = Timeouts.total         # after which a request is given up
 RECONCILE_EVERY = 2.0        # between reads of a queue in which a request may still appear
 GONE_FOR = 10.0              # that a queue item has to be missing: a robot that boots answers 404 too
 WATCHED_FOR = 600.0          # that a robot is searched for a request that was given up

@@ -39,6 +39,13 @@ class Waiting:
             return not self._is_listed_first(row) and not self._may_have_run(row)
         return False
 
+    def has_room(self, row: Execution) -> bool:
+        """Whether there is room at every place that it uses; else it waits for that."""
+        if (full := self._ledger.full_place(row)) is None:
+            return True
+        self._waits(row, Wait.PLACE, place=full.name, robot=full.robot)
+        return False
+
     def _waits(self, row: Execution, wait: Wait, **details: object) -> None:
         self._ledger.waits(row, wait, **details)
         self._later(row, RECHECK)

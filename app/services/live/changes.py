@@ -21,6 +21,8 @@ class Topic(StrEnum):
     HOLDS = "holds"
 
 
+NO_ROBOT = 0                 # about executions for which no robot has been chosen yet
+
 Listener = Callable[[Topic, int | None], None]
 
 

@@ -36,7 +36,8 @@ def export_configuration(c: sqlite3.Connection) -> str:
         **({"places": [{"name": place.name, "most": place.most} for place in places]} if places else {}),
         "missions": sorted((_mission(mission, robots, places) for mission in missions.values()),
                            key=lambda given: (given["name"], given.get("robot", ""))),
-        "schedules": [_schedule(schedule, _target(schedule, robots, groups), missions, calendar) for schedule in ScheduleRepository().all(c)],
+        "schedules": [_schedule(schedule, _target(schedule, robots, groups), missions, calendar)
+                      for schedule in ScheduleRepository().all(c)],
     }
     return json.dumps(document, ensure_ascii=False, indent=2) + "\n"
 
@@ -110,7 +111,8 @@ def _schedule(schedule: Schedule, target: Mapping[str, str], missions: Mapping[i
         "respect_working_days": schedule.respect_working_days and not _is_on_a_day_off(schedule, calendar),
         "between": between and {"from": f"{between.start:%H:%M}", "to": f"{between.end:%H:%M}"},
         "start_window_minutes": schedule.start_window_minutes,
-        **({} if schedule.group_id is None else {"finish_by_minutes": schedule.finish_by_minutes}), "overlap": str(schedule.overlap), "priority": schedule.priority,
+        **({} if schedule.group_id is None else {"finish_by_minutes": schedule.finish_by_minutes}),
+        "overlap": str(schedule.overlap), "priority": schedule.priority,
         "parameters": dict(schedule.parameters),
     }
 

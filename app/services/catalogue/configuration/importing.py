@@ -18,12 +18,14 @@ from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration.document import Document, Item, at, read
 from app.services.catalogue.configuration.unnamed import Unnamed
 
-MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100, 100, 2000, 2000        # written in some 200 ms, while nobody else can write
+# Written in some 200 ms, while nobody else can write.
+MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100, 100, 2000, 2000
 _OF_ROBOT = ("address", "username", "enabled", "certificate_sha256", "hand_over")
 _OF_MISSION = ("guid", "usual_minutes", "favourite", "on_low_battery")
 _OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
                 "start_window_minutes", "finish_by_minutes", "overlap", "priority", "parameters")
-_KEY_OF_FIELD = {"robot_id": "robot", "group_id": "group", "members": "robots", "mission_id": "mission", "holiday_country": "country", "holiday_subdivision": "region"}
+_KEY_OF_FIELD = {"robot_id": "robot", "group_id": "group", "members": "robots", "mission_id": "mission",
+                 "holiday_country": "country", "holiday_subdivision": "region"}
 # Keys of the file as sentences name them; in English as they are written in the file.
 _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word in (
     message("poll_interval_seconds"), message("retry_limit"), message("minimum_battery_percent"), message("working_days"),
@@ -32,8 +34,8 @@ _WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word i
     message("robot"), message("mission"), message("start"), message("recurrence"), message("respect_working_days"), message("between"),
     message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"),
     message("favourite"), message("on_low_battery"), message("language"), message("theme"), message("gloves"),
-    message("font_scale_percent"), message("keyboard"), message("alarm_sound"), message("hand_over"), message("group"), message("robots"), message("keep_free"),
-    message("finish_by_minutes"), message("most"), message("places"), message("country"), message("region"))})
+    message("font_scale_percent"), message("keyboard"), message("alarm_sound"), message("hand_over"), message("group"), message("robots"),
+    message("keep_free"), message("finish_by_minutes"), message("most"), message("places"), message("country"), message("region"))})
 
 
 class DeletesRuns(InvalidInput):
@@ -94,7 +96,8 @@ class _Import:
     def _check_room(self) -> None:
         """Each robot takes a thread, and each schedule time at every change of working days."""
         edit, given = self._edit, self._document
-        for section, items, repository, most in (("robots", given.robots, edit.robots, MOST_ROBOTS), ("groups", given.groups, edit.groups, MOST_GROUPS),
+        for section, items, repository, most in (("robots", given.robots, edit.robots, MOST_ROBOTS),
+                                                 ("groups", given.groups, edit.groups, MOST_GROUPS),
                                                  ("places", given.places, edit.places, MOST_PLACES),
                                                  ("missions", given.missions, edit.missions, MOST_MISSIONS),
                                                  ("schedules", given.schedules, edit.schedules, MOST_SCHEDULES)):
@@ -352,7 +355,8 @@ def _placed(item: Item) -> Iterator[None]:
 
 def _check_no_doubles(document: Document) -> None:
     """Names are the identity, so one file can't describe the same object twice."""
-    for items, keys in ((document.robots, ("name",)), (document.groups, ("name",)), (document.places, ("name",)), (document.missions, ("name", "robot")), (document.schedules, ("name",))):
+    for items, keys in ((document.robots, ("name",)), (document.groups, ("name",)), (document.places, ("name",)),
+                        (document.missions, ("name", "robot")), (document.schedules, ("name",))):
         seen: set[tuple[object, ...]] = set()
         for item in items:
             identity = tuple(item.values.get(key) for key in keys)

@@ -1,0 +1,139 @@
+"""Starts of groups while they wait for a robot, the places that missions use, and what may still come to a robot that was given up."""
+from __future__ import annotations
+
+import sqlite3
+from datetime import datetime
+from typing import NamedTuple
+
+from app.database.executions import OPEN, execution_of, stored_values
+from app.database.values import to_instant, to_optional_instant, to_text
+from app.domain.models import Execution
+
+# What a choice rests on.
+_BOUND_BY = ("mission", "parameters", "priority", "minimum_battery_percent", "closes_at", "finish_by", "tried")
+
+
+class Watch(NamedTuple):
+    """A request for a start of a group that was given up on one robot may still come there until then."""
+    execution_id: int
+    robot_id: int
+    queue_floor: int
+    until: datetime
+
+
+class Watched(NamedTuple):
+    """The same with the token of its start."""
+    token: str
+    queue_floor: int
+    until: datetime
+
+
+class FullPlace(NamedTuple):
+    """A place with as many missions as may be there, and the one that came first: on which robot, and since when it runs."""
+    name: str
+    robot: str
+    robot_id: int
+    mission_guid: str
+    started_at: datetime | None
+
+
+class Room(NamedTuple):
+    """How many more of these missions, by name, may use a place."""
+    place: str
+    missions: frozenset[str]
+    left: int
+
+
+class GroupStartRepository:
+    # ------------------------------------------------------------------ waiting for a robot
+    def unbound(self, c: sqlite3.Connection) -> list[Execution]:
+        """What waits for a robot of a group, oldest first."""
+        return [execution_of(row) for row in c.execute("""SELECT * FROM executions INDEXED BY executions_unbound
+                                                            WHERE state = 'waiting' AND robot_id IS NULL ORDER BY planned_at, id""")]
+
+    def bound(self, c: sqlite3.Connection) -> list[int]:
+        """Robots for which something of a group waits to be sent."""
+        return [row[0] for row in c.execute(f"""SELECT DISTINCT robot_id FROM executions WHERE {OPEN} AND state = 'waiting'
+                                                AND group_id IS NOT NULL AND robot_id IS NOT NULL""")]
+
+    def earlier_open(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> datetime | None:
+        """For which instant an earlier start of this schedule, whose runs don't overlap, was planned that is open; None: there is none."""
+        found = c.execute(f"""SELECT max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
+                              WHERE schedule_id = ? AND {OPEN} AND planned_at < ? AND EXISTS (
+                                  SELECT 1 FROM schedules WHERE id = executions.schedule_id AND overlap <> 'parallel')""",
+                          (schedule_id, to_text(planned_at))).fetchone()
+        return to_optional_instant(found[0])
+
+    def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, is_last_call: bool) -> bool:
+        """Whether a start of a group is still as it was read and to be given to a robot, and to this one: it is switched on, of the group,
+        has nothing else of ours (but at the last call; an idle mission gives way), and there is room at every place that the mission uses.
+        """
+        read = stored_values({name: getattr(execution, name) for name in _BOUND_BY})
+        found = c.execute(f"""
+            SELECT 1 FROM executions AS e JOIN group_members USING (group_id) JOIN robots AS r ON r.id = group_members.robot_id
+            WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
+                AND {" AND ".join(f"e.{name} IS ?" for name in read)} AND r.id = ? AND r.enabled AND NOT r.needs_password
+                AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {OPEN} AND trigger <> 'idle'))""",
+                          (execution.id, *read.values(), robot_id, is_last_call)).fetchone()
+        return found is not None and self.full_place(c, execution) is None
+
+    def may_get(self, c: sqlite3.Connection, execution: Execution) -> bool:
+        """Whether the robot that a start of a group was given to is still one that may get it."""
+        return c.execute("""SELECT 1 FROM group_members JOIN robots ON robots.id = robot_id
+                            WHERE group_id = ? AND robot_id = ? AND enabled""",
+                         (execution.group_id, execution.robot_id)).fetchone() is not None
+
+    # ------------------------------------------------------------------ places
+    def with_places(self, c: sqlite3.Connection) -> set[str]:
+        """Names of the missions that use a place."""
+        rows = c.execute("SELECT DISTINCT name FROM mission_places JOIN missions ON missions.id = mission_id")
+        return {row[0] for row in rows}
+
+    def full_place(self, c: sqlite3.Connection, execution: Execution) -> FullPlace | None:
+        """One of the places that its mission uses with no room for it, and who is there; None: there is room everywhere. A start takes room
+        from when it is given to its robot, or sent, to its end."""
+        places = c.execute("""SELECT DISTINCT places.id, places.name, most FROM mission_places
+                              JOIN missions ON missions.id = mission_id JOIN places ON places.id = place_id
+                              WHERE missions.name = ? ORDER BY places.name""", (execution.mission,)).fetchall()
+        for place_id, name, most in places:
+            there = self._at_place(c, place_id, but=execution.id)
+            if len(there) >= most:
+                _id, robot, robot_id, guid, started_at = there[0]
+                return FullPlace(name, robot, robot_id, guid, to_optional_instant(started_at))
+        return None
+
+    def room(self, c: sqlite3.Connection) -> list[Room]:
+        """At each place that missions use."""
+        missions: dict[tuple[int, str, int], set[str]] = {}
+        for *place, mission in c.execute("""SELECT places.id, places.name, most, missions.name FROM mission_places
+                                            JOIN missions ON missions.id = mission_id JOIN places ON places.id = place_id"""):
+            missions.setdefault((place[0], place[1], place[2]), set()).add(mission)
+        return [Room(name, frozenset(used_by), most - len(self._at_place(c, place_id)))
+                for (place_id, name, most), used_by in missions.items()]
+
+    @staticmethod
+    def _at_place(c: sqlite3.Connection, place_id: int, but: int = 0) -> list[sqlite3.Row]:
+        return c.execute(f"""
+            SELECT id, robot, robot_id, mission_guid, started_at FROM executions INDEXED BY executions_open
+            WHERE {OPEN} AND robot_id IS NOT NULL AND (state <> 'waiting' OR group_id IS NOT NULL) AND id <> ? AND mission IN (
+                SELECT missions.name FROM mission_places JOIN missions ON missions.id = mission_id WHERE place_id = ?)
+            ORDER BY planned_at, id""", (but, place_id)).fetchall()
+
+    # ------------------------------------------------------------------ given up
+    def watch(self, c: sqlite3.Connection, watch: Watch) -> None:
+        """It stays as long as the robot is there, and its execution with it."""
+        c.execute("""INSERT INTO watches VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE SET until = excluded.until""",
+                  (*watch[:3], to_text(watch.until)))
+
+    def watches_on(self, c: sqlite3.Connection, robot_id: int) -> list[Watch]:
+        rows = c.execute("SELECT execution_id, robot_id, queue_floor, until FROM watches WHERE robot_id = ?", (robot_id,))
+        return [Watch(execution_id, robot, floor, to_instant(until)) for execution_id, robot, floor, until in rows]
+
+    def watches_of(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> list[Watched]:
+        rows = c.execute("""SELECT token, watches.queue_floor, until FROM watches JOIN executions ON executions.id = execution_id
+                            WHERE watches.robot_id = ? AND until > ?""", (robot_id, to_text(now)))
+        return [Watched(token, floor, to_instant(until)) for token, floor, until in rows]
+
+    def drop_watches(self, c: sqlite3.Connection, now: datetime) -> None:
+        """Those that are over."""
+        c.execute("DELETE FROM watches WHERE until <= ?", (to_text(now),))

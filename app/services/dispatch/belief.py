@@ -1,0 +1,160 @@
+"""What the allocator knows of the robots and starts of groups at one moment, as ``app.services.allocation`` wants it."""
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from datetime import datetime, timedelta
+from typing import Any
+
+from app.database.executions import ExecutionRepository
+from app.database.group_starts import FullPlace, GroupStartRepository
+from app.database.values import to_instant
+from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot
+from app.domain.robot import QueueState
+from app.services.allocation import estimates
+from app.services.allocation.belief import Coming, Member, Out, Situation, Start
+from app.services.allocation.decide import AHEAD, Decision
+from app.services.dispatch.freedom import at_work, can_work, is_free
+from app.services.dispatch.shared import Shared
+from app.services.dispatch.worker import RobotWorker
+from app.services.planning.durations import expected, pooled
+
+MOST_TOLD = 5                # robots of which a choice tells
+ABOUT = 30.0                 # s: an instant is told to the nearest minute
+KEPT_FOR = 60.0              # s that an estimate holds
+
+
+class Durations:
+    """How long missions take on robots, read from the history once a minute."""
+
+    def __init__(self, shared: Shared) -> None:
+        self._s, self._executions = shared, ExecutionRepository()
+        self._known: dict[tuple[int, str], tuple[float, DurationEstimate | None]] = {}       # with the monotonic time until which it holds
+
+    def usual(self, robot_id: int, guid: str) -> DurationEstimate | None:
+        mono, key = self._s.clock.monotonic(), (robot_id, guid)
+        if key not in self._known or self._known[key][0] < mono:
+            self._known[key] = mono + KEPT_FOR, self._executions.usual(self._s.db.read(), robot_id, guid) if guid else None
+        return self._known[key][1]
+
+
+class Belief:
+    def __init__(self, shared: Shared, durations: Durations, workers: Mapping[int, RobotWorker], members: Collection[int]) -> None:
+        self._s, self._executions, self._c, self._now = shared, ExecutionRepository(), shared.db.read(), shared.clock.now()
+        self._usual = durations.usual
+        self._missions: dict[tuple[int, str], Mission | None] = {}
+        self._of_group: dict[str, DurationEstimate | None] = {}
+        self._all = tuple(sorted(members))
+        self._room = GroupStartRepository().room(self._c)
+        self.robots = {key: workers[key].robot for key in self._all if key in workers}
+        self.members = {key: self._member(workers[key]) for key in self.robots}
+
+    def situation(self, rows: Iterable[Execution], groups: Mapping[int, Group]) -> Situation:
+        starts = [self._start(row, groups[row.group_id or 0]) for row in rows]
+        return Situation(self.members, starts, self.takes, self._coming(groups), {room.place: room.left for room in self._room})
+
+    def _coming(self, groups: Mapping[int, Group]) -> list[Coming]:
+        """The next start of each schedule, where these robots may get it."""
+        missions = {mission.id: mission.name for mission in self._s.missions.all(self._c)}
+        found = []
+        for schedule in self._s.schedules.due(self._c, self._now + timedelta(seconds=AHEAD)):
+            group = groups.get(schedule.group_id or 0)
+            members = group.members if group is not None else () if schedule.robot_id is None else (schedule.robot_id,)
+            if schedule.next_at is not None and schedule.next_at > self._now and not set(members).isdisjoint(self.robots):
+                found.append(self._planned(schedule.next_at, missions[schedule.mission_id], members, schedule.priority))
+        return found
+
+    def _seconds(self, instant: datetime) -> float:
+        return (instant - self._now).total_seconds()
+
+    # ------------------------------------------------------------------ robots
+    def _member(self, worker: RobotWorker) -> Member:
+        robot, status, queue = worker.robot, worker.seen.fresh_status, self._s.snapshots.get(worker.robot.id).queue
+        rows, out = self._executions.open_for(self._c, robot.id), self._out(worker)
+        free = out is None and is_free(status, queue, rows)
+        return Member(robot.id, robot.name, is_free=free, free_s=0.0 if free else self._free_s(robot, at_work(rows, status)),
+                      battery=None if status is None else status.battery_percentage, out=out)
+
+    def _out(self, worker: RobotWorker) -> Out | None:
+        robot, snapshot = worker.robot, self._s.snapshots.get(worker.robot.id)
+        if not robot.enabled or robot.needs_password:
+            return Out.OFF
+        if self._s.holds.active(robot.id):
+            return Out.HELD
+        if snapshot.connection is Connection.WRONG_ROBOT:
+            return Out.WRONG_ROBOT
+        status = worker.seen.fresh_status
+        if status is None:
+            return Out.SILENT
+        return None if can_work(status) else Out.STOPPED
+
+    def _free_s(self, robot: Robot, open_ones: Sequence[Execution]) -> float:
+        """What is left of what runs, and all of what is pending, whoever put it there; and what of ours is not there yet."""
+        queue = self._s.snapshots.get(robot.id).queue
+        by_item = {row.queue_id: row for row in open_ones if row.queue_id is not None}
+        left = 0.0
+        for item in queue:
+            estimate = self._usual(robot.id, item.mission_id or "")
+            if item.state is QueueState.EXECUTING:
+                row = by_item.get(item.id)
+                left += estimates.remaining(estimate, -self._seconds(row.started_at) if row and row.started_at else 0.0)
+            else:
+                left += estimates.takes(estimate, None)
+        seen = {item.id for item in queue}
+        return left + sum(estimates.takes(self._usual(robot.id, row.mission_guid), None) for row in open_ones if row.queue_id not in seen)
+
+    # ------------------------------------------------------------------ starts
+    def _start(self, row: Execution, group: Group) -> Start:
+        is_barred = {int(key): Out.TRIED for key, each in row.tried.items()
+                     if each.get("is_for_good") or to_instant(each["until"]) > self._now}
+        return Start(row.id, row.mission, group.members, row.priority, self._seconds(row.planned_at), self._seconds(row.closes_at),
+                     None if row.finish_by is None else self._seconds(row.finish_by), row.minimum_battery_percent, is_barred,
+                     group.keep_free, group.hand_over is HandOver.AT_ONCE,
+                     [room.place for room in self._room if row.mission in room.missions])
+
+    def _planned(self, at: datetime, mission: str, members: Sequence[int], priority: int) -> Coming:
+        lasts = [seconds for robot_id in members if (seconds := self.takes(robot_id, mission, slow=True)) is not None]
+        return Coming(mission, tuple(members), self._seconds(at), max(lasts, default=estimates.UNKNOWN_S), priority)
+
+    def mission(self, robot_id: int, name: str) -> Mission | None:
+        """That robot's own of that name, or the one for all robots."""
+        key = robot_id, name
+        if key not in self._missions:
+            self._missions[key] = self._s.missions.for_robot(self._c, name, robot_id)
+        return self._missions[key]
+
+    def takes(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
+        """Seconds; None: it lacks the mission."""
+        meant = self.mission(robot_id, mission)
+        if meant is None:
+            return None
+        if mission not in self._of_group:
+            own = [self._usual(each, found.guid) for each in self._all if (found := self.mission(each, mission))]
+            self._of_group[mission] = pooled([each for each in own if each is not None])
+        return estimates.takes(expected(self._usual(robot_id, meant.guid), meant), self._of_group[mission], slow=slow)
+
+    # ------------------------------------------------------------------ why
+    def choice(self, decision: Decision) -> dict[str, Any]:
+        """Codes and numbers of its sentence: of five robots at most, the best first."""
+        robots: list[dict[str, Any]] = []
+        best_first = sorted(decision.options, key=lambda option: option.robot_id != decision.robot_id)       # the chosen one before all
+        for option in best_first[:MOST_TOLD]:
+            member = self.members[option.robot_id]
+            robots.append({"robot": member.name} | ({} if member.is_free else {"until": self._in(member.free_s)}))
+        for robot_id, out in decision.out[:MOST_TOLD - len(robots)]:
+            member = self.members[robot_id]
+            tells_battery = out in (Out.LOW_BATTERY, Out.TOO_LITTLE_BATTERY) and member.battery is not None
+            robots.append({"robot": member.name, "out": str(out)} | ({"battery": round(member.battery or 0.0)} if tells_battery else {}))
+        more = len(decision.options) + len(decision.out) - len(robots)
+        kept = decision.kept_for
+        return {"robots": robots, **({"more": more} if more else {}), **({"kept_for": kept.mission} if kept else {}),
+                **({"last_call": True} if decision.is_last_call else {})}
+
+    def who_is_there(self, full: FullPlace) -> dict[str, Any]:
+        """Of a place without room."""
+        elapsed = 0.0 if full.started_at is None else -self._seconds(full.started_at)
+        return {"place": full.name, "robot": full.robot, "until": self._in(estimates.remaining(
+            self._usual(full.robot_id, full.mission_guid), elapsed))}
+
+    def _in(self, seconds: float) -> str:
+        """An instant to the minute, so that what is stored changes once a minute at most."""
+        return (self._now + timedelta(seconds=seconds + ABOUT)).replace(second=0, microsecond=0).isoformat()

@@ -1,0 +1,34 @@
+"""Whether a robot can take a start of a group, and whether it is free, by what was read of it a moment ago. Pure functions."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from app.domain.activity import activity_of
+from app.domain.models import Execution, Trigger
+from app.domain.robot import QueueItem, RobotState, RobotStatus
+
+_WORKS = frozenset({RobotState.READY, RobotState.EXECUTING})
+_AFTER_A_RUN = frozenset({RobotState.ABORTED, RobotState.COMPLETED, RobotState.DOCKED, RobotState.DOCKING})      # for moments
+
+
+def can_work(status: RobotStatus) -> bool:
+    """It has no error, is not paused, stopped, driven by hand or mapping."""
+    return status.state in _WORKS | _AFTER_A_RUN and not status.errors
+
+
+def is_charging(status: RobotStatus | None) -> bool:
+    """With a mission that ends by itself when something comes."""
+    return status is not None and activity_of(status) == "charging"
+
+
+def at_work(rows: Iterable[Execution], status: RobotStatus | None) -> list[Execution]:
+    """Of the open ones of a robot those that keep it from something else: not its own idle mission, while that has it charge."""
+    return [row for row in rows if not (row.trigger is Trigger.IDLE and is_charging(status))]
+
+
+def is_free(status: RobotStatus | None, queue: Sequence[QueueItem], rows: Iterable[Execution]) -> bool:
+    """Ready, or charging, with nothing of anybody in its queue: between two missions it is ready for a moment. ``rows``: open ones of ours,
+    but for the one that is to go there."""
+    if status is None or not (status.state is RobotState.READY or is_charging(status)) or not can_work(status):
+        return False
+    return not at_work(rows, status) and not any(item.is_pending for item in queue)

@@ -1,0 +1,224 @@
+"""What people change while starts of a group wait, or are on their way: nothing is lost, and nothing kept from other robots."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.domain.models import Mission, Overlap, ReasonCode, State, Wait
+from app.services.dispatch.ledger import Ledger
+from app.services.live.changes import Topic
+from tests.support.groups import Hall
+from tests.support.network import QUEUE, Fate
+
+
+@pytest.fixture
+def hall(tmp_path):
+    hall = Hall(tmp_path)
+    yield hall
+    hall.switch_off()
+
+
+@pytest.fixture
+def bound(hall, monkeypatch):
+    """A start that has just been given to a robot, which has not begun with it: ``act`` happens in that moment."""
+    def when_bound(act, **values):
+        bind = Ledger.bind
+
+        def and_then(ledger, *args):
+            row = bind(ledger, *args)
+            monkeypatch.setattr(Ledger, "bind", bind)
+            act(row)
+            return row
+        monkeypatch.setattr(Ledger, "bind", and_then)
+        hall.plan("A", **({"start_window_minutes": 30} | values))
+    return when_bound
+
+
+# ---------------------------------------------------------------------- given to a robot that can't begin
+@pytest.mark.parametrize("cleanly", [True, False])
+def test_what_was_given_to_a_robot_is_for_all_again_when_the_app_comes_back(hall, bound, cleanly):
+    def crash(row):
+        hall.network.down |= {row.robot}
+        raise KeyboardInterrupt
+    bound(crash)
+    with pytest.raises(KeyboardInterrupt):
+        hall.run(310)
+    hall.switch_off(cleanly=cleanly)
+    hall.switch_on()
+    assert hall.run_of().robot_id is None
+    hall.run(30)
+    assert hall.run_of().state is State.EXECUTING
+
+
+def test_a_start_that_a_person_keeps_back_keeps_no_robot(hall, bound):
+    bound(lambda row: hall.container.operator.hold_starts([row.id]))
+    hall.run(310)
+    assert (hall.run_of().robot_id, hall.run_of().wait) == (None, Wait.HOLD)
+    for name in "BCD":
+        hall.plan(name, at="2026-11-23T06:07")
+    hall.run(120)
+    assert [hall.run_of(name).state for name in "BCD"] == [State.EXECUTING] * 3
+
+
+def test_a_robot_that_is_held_gives_back_what_it_has_not_begun_and_that_is_no_attempt(hall, bound):
+    bound(lambda row: hall.hold(row.robot))
+    hall.run(310)
+    run = hall.run_of()
+    assert (run.state, run.attempts) == (State.EXECUTING, 1)
+    assert all(not each["tries"] for each in run.tried.values())
+
+
+def test_when_a_deleted_schedule_is_put_back_its_start_is_for_all_robots(hall, bound):
+    removed = []
+
+    def delete(row):
+        removed.append((row.robot, hall.container.catalogue.remove_schedule(row.schedule_id)))
+    bound(delete)
+    hall.run(302)
+    robot, what = removed[0]
+    hall.hold(robot)
+    hall.container.catalogue.restore(what)
+    hall.run(20)
+    assert (hall.run_of().state, hall.run_of().robot != robot) == (State.EXECUTING, True)
+
+
+# ---------------------------------------------------------------------- on its way
+@pytest.fixture
+def held(hall):
+    """``act`` happens when the intent is on the disk, before the request leaves."""
+    def before_the_post(act, **values):
+        hall.plan("A", **({"start_window_minutes": 30} | values))
+        begun = Ledger.make
+
+        def and_then(ledger, moves, *args, **kwargs):
+            rows = begun(ledger, moves, *args, **kwargs)
+            if any(row.state is State.SUBMITTING for row in rows):
+                Ledger.make = begun
+                act(rows[0])
+            return rows
+        Ledger.make = and_then
+        hall.run(330)
+        Ledger.make = begun
+    return before_the_post
+
+
+@pytest.mark.parametrize("how", ["switched off", "left"])
+def test_nothing_is_sent_to_a_robot_that_may_not_get_it_any_more(hall, held, how):
+    gone = []
+
+    def act(row):
+        gone.append(row.robot)
+        if how == "left":
+            members = tuple(key for key in hall.group.members if key != row.robot_id)
+            hall.container.catalogue.save_group(replace(hall.group, members=members))
+        else:
+            hall.switch(row.robot, on=False)
+    held(act)
+    assert hall.run_of().state is State.EXECUTING
+    assert [post.robot for post in hall.network.posts() if post.robot == gone[0]] == []
+
+
+def test_a_robot_that_is_deleted_loses_no_start_of_its_group(hall, held):
+    held(lambda row: hall.container.catalogue.remove_robot(row.robot_id))
+    assert hall.run_of().state is State.EXECUTING
+    assert len(hall.network.posts()) == 1
+
+
+# ---------------------------------------------------------------------- while it waits
+def test_when_all_robots_are_switched_off_it_ends(hall):
+    hall.plan("A", start_window_minutes=30)
+    for name in hall.machines:
+        hall.hold(name)
+    hall.run(310)
+    hall.only()
+    hall.run(10)
+    assert (hall.run_of().state, hall.run_of().reason.code) == (State.CANCELLED, ReasonCode.ROBOT_REMOVED)
+
+
+def test_another_mission_is_tried_where_the_first_was_refused(hall):
+    """On the only robot that is not held."""
+    hall.add_mission("Home")
+    hall.lose_mission("R1")
+    schedule = hall.plan("A", start_window_minutes=30)
+    hall.hold("R2"), hall.hold("R3")
+    hall.run(320)
+    assert hall.run_of().tried["1"]["is_for_good"]
+    hall.container.catalogue.save_schedule(replace(schedule, mission_id=2))
+    hall.run(20)
+    assert (hall.run_of().mission, hall.run_of().robot) == ("Home", "R1")
+
+
+def test_a_mission_that_gets_another_name_is_still_found(hall):
+    hall.plan("A", start_window_minutes=30)
+    for name in hall.machines:
+        hall.hold(name)
+    hall.run(310)
+    mission = hall.container.catalogue.missions()[0]
+    hall.container.catalogue.save_mission(replace(mission, name="Bring"))
+    hall.container.holds.release(1)
+    hall.run(20)
+    assert (hall.run_of().mission, hall.run_of().robot) == ("Bring", "R1")
+
+
+def test_the_last_refusal_is_why_it_fails_and_each_is_told(hall):
+    """First the one that refuses the user, later the others, which have no such mission."""
+    hall.lose_mission("R2"), hall.lose_mission("R3")
+    hall.container.catalogue.save_mission(Mission("Deliver", "3d7c7c40-ce85-11ef-904a-000e8e9884ec", robot_id=1))
+    hall.hold("R2"), hall.hold("R3")
+    hall.plan("A", start_window_minutes=30)
+    hall.run(320)
+    assert [alarm.details["robot"] for alarm in hall.container.alarms.open() if alarm.code == "execution_failed"] == ["R1"]
+    hall.container.holds.release(2)
+    hall.run(20)
+    hall.container.holds.release(3)
+    hall.run(20)
+    assert (hall.run_of().state, hall.run_of().reason.details["robot"]) == (State.FAILED, "R3")
+
+
+def test_a_last_call_comes_five_seconds_before_the_window_closes(hall):
+    hall.plan("A", start_window_minutes=2)
+    for name in hall.machines:
+        for _n in range(30):
+            hall.stranger_queues(robot=name)
+    hall.run(430)
+    run = hall.run_of()
+    assert timedelta(seconds=4.5) < run.closes_at - run.submitted_at <= timedelta(seconds=5)
+
+
+def test_a_robot_that_joins_is_read_as_often_as_the_others(hall):
+    """Its connection is made anew while something waits for it."""
+    hall.only("R1")
+    hall.plan("A", start_window_minutes=30)
+    hall.hold("R1")
+    hall.run(310)
+    hall.container.catalogue.save_robot(replace(hall.robot("R1"), certificate_sha256=None, username="admin"), password="admin")
+    hall.run(0.5)
+    hall.container.holds.release(1)
+    hall.run(4)
+    assert hall.run_of().state is not State.WAITING
+
+
+def test_what_waits_does_not_wake_everybody(hall):
+    """No robot's worker is told, and nothing that was taken back is asked for, because a sentence changes."""
+    seen = []
+    hall.container.changes.subscribe(lambda topic, about: seen.append(about) if topic is Topic.EXECUTIONS else None)
+    for name in hall.machines:
+        hall.hold(name)
+    for name in "ABCDE":
+        hall.plan(name)
+    before = hall.engine.plan_version
+    hall.run(310)
+    hall.engine.advance()
+    assert {row.wait for row in hall.executions()} == {Wait.ROBOT}
+    assert None not in seen
+    assert hall.engine.plan_version <= before + 2
+
+
+def test_a_start_in_doubt_is_not_told_as_one_that_waits(hall):
+    hall.plan("A", start_window_minutes=30, overlap=Overlap.PARALLEL)
+    for name in hall.machines:
+        hall.network.next("POST", QUEUE, Fate.LOST, robot=name)
+    hall.run(320)
+    assert (hall.run_of().state, hall.run_of().robot != "") == (State.SUBMITTING, True)

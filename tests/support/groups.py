@@ -1,0 +1,53 @@
+"""A site with one group of robots, for the tests of ``tests/services/test_groups*``."""
+from __future__ import annotations
+
+from datetime import datetime
+
+from app.domain.models import Group, Schedule
+from tests.support.site import GUIDS, Site
+
+
+class Hall(Site):
+    """``robots`` of one group; "Deliver" is mission 1. Starts are planned five minutes from the beginning."""
+
+    def __init__(self, directory, robots: int = 3, **values) -> None:
+        super().__init__(directory, robots=robots, **values)
+        self.add_mission("Deliver")
+        members = tuple(robot.id for robot in self.add_robots())
+        self.group = self.container.catalogue.edit(lambda edit: edit.save_group(Group("Hall", members)))
+
+    def plan(self, name: str = "A", at: str = "2026-11-23T06:05", **values) -> Schedule:
+        where = {"robot_id": None, "group_id": self.group.id} | values
+        return self.container.catalogue.save_schedule(
+            Schedule(name, mission_id=where.pop("mission_id", 1), start=datetime.fromisoformat(at), timezone="UTC", **where))
+
+    def queues(self) -> dict[str, list[str]]:
+        """Tokens of the items of each robot that has any."""
+        return {name: [item.description for item in machine.queue] for name, machine in self.machines.items() if len(machine.queue)}
+
+    def items(self) -> list:
+        return [item for machine in self.machines.values() for item in machine.queue]
+
+    def run_of(self, schedule: str = "A"):
+        return next(row for row in self.executions() if row.schedule == schedule)
+
+    def robot(self, name: str):
+        return next(robot for robot in self.container.catalogue.robots() if robot.name == name)
+
+    def switch(self, name: str, on: bool) -> None:
+        self.container.catalogue.set_robot_enabled(self.robot(name).id, on)
+
+    def only(self, *names: str) -> None:
+        """The others are switched off."""
+        for name in self.machines:
+            if name not in names:
+                self.switch(name, on=False)
+
+    def hold(self, name: str | None) -> None:
+        self.container.holds.hold("cleaning", None, None if name is None else self.robot(name).id)
+
+    def alarms(self) -> list[str]:
+        return [alarm.code for alarm in self.container.alarms.open()]
+
+    def lose_mission(self, name: str) -> None:
+        self.machines[name].site.table("/missions").remove(GUIDS["Deliver"])
