@@ -64,9 +64,9 @@ class GroupStartRepository:
                           (schedule_id, to_text(planned_at))).fetchone()
         return to_optional_instant(found[0])
 
-    def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, is_last_call: bool) -> bool:
+    def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, into_queue: bool) -> bool:
         """Whether a start of a group is still as it was read and to be given to a robot, and to this one: it is switched on, of the group,
-        has nothing else of ours (but at the last call; an idle mission gives way), and there is room at every place that the mission uses.
+        has nothing else of ours (but ``into_queue``; an idle mission gives way), and there is room at every place that the mission uses.
         """
         read = stored_values({name: getattr(execution, name) for name in _BOUND_BY})
         found = c.execute(f"""
@@ -74,7 +74,7 @@ class GroupStartRepository:
             WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
                 AND {" AND ".join(f"e.{name} IS ?" for name in read)} AND r.id = ? AND r.enabled AND NOT r.needs_password
                 AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {OPEN} AND trigger <> 'idle'))""",
-                          (execution.id, *read.values(), robot_id, is_last_call)).fetchone()
+                          (execution.id, *read.values(), robot_id, into_queue)).fetchone()
         return found is not None and self.full_place(c, execution) is None
 
     def may_get(self, c: sqlite3.Connection, execution: Execution) -> bool:

@@ -10,6 +10,8 @@ from types import MappingProxyType
 from typing import Any
 
 from app.domain import writing
+from app.domain.message import is_message, render
+from app.domain.models import Connection, Execution, RobotSnapshot, State
 from app.domain.reasons import known_zone
 from app.domain.writing import Translate
 
@@ -26,8 +28,36 @@ def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate =
     robots = _robots(choice)
     if not robots:
         return ""
+    if choice.get("by") == "person":
+        return translate("{robot}: chosen by a person").format(robot=robots[0]["robot"])
     first = _queued(robots[0], zone, translate) if choice.get("last_call") else _told(robots[0], zone, translate)
     return "; ".join([first, *(_told(robot, zone, translate) for robot in robots[1:MOST_SHOWN]), *_more(choice, robots, translate)])
+
+
+def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda text: text) -> str:
+    """Of a start of a group: robots that had it before and did not take it, and who has it now; empty where there were none."""
+    told = []
+    for each in tried.values():
+        if not (isinstance(each, Mapping) and each.get("tries") and each.get("robot") and each["robot"] != robot):
+            continue
+        problem = each.get("problem")
+        text = render(problem, translate) if is_message(problem) else str(problem or "")
+        told.append(translate("{robot}: {problem}").format(robot=each["robot"], problem=text) if text
+                    else translate("{robot} refused it or did not answer").format(robot=each["robot"]))
+    if told and robot:
+        told.append(translate("given to {robot}").format(robot=robot))
+    return "; ".join(told)
+
+
+def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | None:
+    """Since when the robot does not answer that may have this start, which therefore nobody else gets; None: it isn't so."""
+    is_silent = snapshot.connection not in (Connection.CONNECTED, Connection.SLOW, Connection.UNKNOWN)
+    return snapshot.since if execution.state is State.SUBMITTING and is_silent else None
+
+
+def stuck(robot: str, since: datetime, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
+    words = translate("{robot} may have it: silent since {since}, nobody else gets it")
+    return words.format(robot=robot, since=_time(since, zone, translate))
 
 
 def awaited(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
@@ -67,6 +97,7 @@ def _more(choice: Mapping[str, Any], robots: Sequence[Mapping[str, Any]], transl
 
 def _time(value: object, zone: tzinfo | str, translate: Translate) -> str:
     try:
-        return writing.time_of_day(datetime.fromisoformat(str(value)).astimezone(known_zone(zone)), translate)
+        instant = value if isinstance(value, datetime) else datetime.fromisoformat(str(value))
+        return writing.time_of_day(instant.astimezone(known_zone(zone)), translate)
     except (ValueError, OverflowError):
         return ""

@@ -84,6 +84,12 @@ def ended(execution: Execution, reason: Reason, now: datetime) -> Execution:
 
 
 # ---------------------------------------------------------------------- what becomes of one that waits
+def left_out(robot: str, now: datetime) -> dict[str, Any]:
+    """Of ``Execution.tried``: a robot that is not to get this start of its group."""
+    at = now.isoformat()
+    return {"robot": robot, "out": "tried", "tries": 0, "at": at, "until": at, "is_for_good": True, "floor": None}
+
+
 def may_try_again(tried: Mapping[str, Any]) -> dict[str, Any]:
     """What became of a start of a group on its robots, where they may be asked anew: it is another mission now. What may be found there
     stays."""

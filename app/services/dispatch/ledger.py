@@ -216,12 +216,12 @@ class Ledger:
             "robot_id": robot.id, "robot": robot.name, "mission_guid": mission_guid, "bound_at": self._clock.now(), "choice": choice,
             "wait": Wait.DUE, "wait_details": {}, "queue_floor": before.get("floor"), "robot_serial": before.get("serial")})
 
-    def bind(self, move: Move, is_last_call: bool) -> Execution | None:
-        """Unless anything has changed that the choice rested on."""
+    def bind(self, move: Move, into_queue: bool) -> Execution | None:
+        """Unless anything has changed that the choice rested on. ``into_queue``: also where the robot has something of ours already."""
         robot_id = move.columns["robot_id"]
 
         def work(c: Any) -> Execution | None:
-            if not self._starts.may_be_bound(c, move.execution, robot_id, is_last_call):
+            if not self._starts.may_be_bound(c, move.execution, robot_id, into_queue):
                 return None
             return self._executions.change(c, move.execution.id, move.expected, **move.columns)
         row = self._db.write(work)

@@ -20,13 +20,15 @@ from app.database.executions import Unsent
 from app.database.values import to_text
 from app.domain import rules
 from app.domain.message import Message, message
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Execution, HandOver, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, Rejected, RobotError, Unauthorized
 from app.services.allocation.belief import Out
+from app.services.allocation.decide import LAST_CALL
 from app.services.dispatch.attempt import Attempt, Attempts, Phase
 from app.services.dispatch.copies import Copies
+from app.services.dispatch.freedom import is_free
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
@@ -48,6 +50,7 @@ class Submission:
         self.attempts = Attempts()
         self._recovered: set[int] = set()         # executions that were looked for as those of a process that is gone
         self._waiting = Waiting(shared, observation.robot.id, self._later)
+        self.seeks = False                        # something waits until the robot is free
 
     # ------------------------------------------------------------------ what the worker asks for
     def recover(self, up_to: float) -> None:
@@ -91,6 +94,7 @@ class Submission:
         unsent = [each for each in self._ledger.unsent_of(self._robot_id) if only in (None, each.id)]
         self._forget_all_but({each.id for each in unsent})
         is_held = self._s.holds.active(self._robot_id) is not None
+        self.seeks = False
         awake = [each.id for each in unsent if self._is_awake(each, is_held)]
         starts: list[Execution] = []
         unreachable: list[Execution] = []
@@ -175,7 +179,7 @@ class Submission:
         is_due = attempt is None or attempt.wake_at <= self._clock.monotonic()
         if unsent.state is State.SUBMITTING:
             return is_due and attempt is not None and attempt.phase is Phase.IN_DOUBT
-        is_let_go = unsent.wait is Wait.DUE              # by a person; what had it wait is over
+        is_let_go = unsent.wait in (Wait.DUE, Wait.ROBOT)        # by a person, what had it wait is over; or they are judged together
         return is_due or is_held or is_let_go or unsent.is_cancelled or self._clock.now() >= unsent.closes_at
 
     def _later(self, row: Execution, seconds: float) -> None:
@@ -204,6 +208,11 @@ class Submission:
                 self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
                 self._later(row, RECHECK)
                 return False
+            if self._waits_for_its_turn(row, before):
+                self.seeks = True
+                self._ledger.waits(row, Wait.ROBOT, robot=row.robot)
+                self._later(row, RECHECK)
+                return False
             if row.trigger is Trigger.IDLE and row.attempts:
                 self._start(before)
                 if not self._is_still_idle(row):
@@ -221,6 +230,15 @@ class Submission:
             for intent in self._begin([row]):
                 self._found(intent, already_there)
         return not already_there
+
+    def _waits_for_its_turn(self, row: Execution, before: Sequence[Execution]) -> bool:
+        """Of a robot that gets one start at a time, when it is free, so that the order is ours as long as can be; at the last call it goes
+        into the robot's queue."""
+        left = (row.closes_at - self._clock.now()).total_seconds() - LAST_CALL
+        if self._seen.robot.hand_over is HandOver.AT_ONCE or row.group_id is not None or row.trigger is Trigger.IDLE or left <= 0:
+            return False
+        under_way = [each for each in self._ledger.open_for(self._robot_id) if each.state is not State.WAITING or each.group_id is not None]
+        return bool(before) or not is_free(self._seen.fresh_status, self._s.snapshots.get(self._robot_id).queue, under_way)
 
     def _start(self, rows: list[Execution]) -> None:
         """Their intents with one write, then each like those the planner has written. Empties ``rows``."""

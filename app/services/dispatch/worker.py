@@ -15,7 +15,7 @@ import uuid
 from collections.abc import Sequence
 
 from app.domain import rules
-from app.domain.models import Execution, Robot, Trigger
+from app.domain.models import Execution, HandOver, Robot, Trigger
 from app.domain.robot import RobotStatus
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Rejected, RobotError
@@ -95,7 +95,7 @@ class RobotWorker:
         status, floor = self.seen.fresh_status, self.seen.highest
         if not self.polled or status is None or floor is None or not self.robot.enabled or self._recover_up_to is not None:
             return None
-        if self._s.holds.active(self.robot.id):
+        if self._s.holds.active(self.robot.id) or self.robot.hand_over is HandOver.WHEN_FREE:        # seen at the instant
             return None
         return messages.Readiness(status.battery_percentage, floor, self._s.whereabouts.through)
 
@@ -174,7 +174,11 @@ class RobotWorker:
     @property
     def _is_live(self) -> bool:
         return (self._has_sent or self._copies.is_watching or self._s.whereabouts.wants(self.robot)
-                or (self.robot.enabled and (self._watched or self._sought)))
+                or (self.robot.enabled and (self._watched or self._is_sought)))
+
+    @property
+    def _is_sought(self) -> bool:
+        return self._sought or self._submission.seeks
 
     def _note_sent(self, has_sent: bool) -> None:
         """Whether something of ours is with the robot. After a submission the first read is put off: it would delay what others send."""
@@ -214,7 +218,7 @@ class RobotWorker:
         self._next_live = mono + (self._apart(pause) if full else pause)
 
     def _reads_queue(self, full: bool) -> bool:
-        return full or self._watched or self._sought or self._copies.is_watching
+        return full or self._watched or self._is_sought or self._copies.is_watching
 
     def _follow_switched_off(self) -> None:
         """Without a password there is nothing to ask with: what runs stays as it was until that is entered."""

@@ -10,6 +10,7 @@ import uuid
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from app.database.connection import Database
@@ -18,7 +19,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Execution, Group, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
+from app.domain.models import Execution, Group, HandOver, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState
 from app.mir.address import Address
 from app.mir.client import RobotClient
@@ -50,37 +51,66 @@ class Operator:
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
         """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once.
         Raises InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
-        robot, mission = self._robot(robot_id), self._mission(mission_id)
-        if robot.needs_password:
-            raise InvalidInput("robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name)
-        if not robot.enabled:
-            raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
-        if self._holds.is_copy is not None:
-            raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
+        robot, mission = self._usable(robot_id), self._mission(mission_id)
         parameters = self._robot_missions.checked(robot_id, mission.guid, parameters or {})
-        return self._start(robot, mission, parameters, token)
+        return self._start(robot, mission, parameters, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0)
 
     def run_on_any(self, group_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None, *,
                    priority: int = HIGH) -> Execution:
         """The same on whichever robot of a group will be done first; before what is planned with a lower priority. It waits as long as none
         is free. Raises InvalidInput."""
-        group = GroupRepository().get(self._db.read(), group_id)
-        if group is None:
-            raise InvalidInput("group", "there is no such group any more")
+        group = self._group(group_id)
         mission = self._missions.by_name(self._db.read(), self._mission(mission_id).name)
         if mission is None:
             raise InvalidInput("mission", "the mission {name} is for one robot only; a group needs one for all robots",
                                name=self._mission(mission_id).name)
-        if self._holds.is_copy is not None:
-            raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
+        self._check_is_no_copy()
         return self._start(group, mission, parameters or {}, token, priority)
 
+    def give_to(self, execution_id: int, robot_id: int) -> Execution:
+        """A start that waits for a robot of its group goes to this one, into its queue where that is busy. Raises InvalidInput."""
+        row, robot, c = self._ledger.get(execution_id), self._usable(robot_id), self._db.read()
+        if row is None or row.group_id is None or row.state is not State.WAITING or row.robot_id is not None or row.held:
+            raise InvalidInput("robot", "it does not wait for a robot any more")
+        if robot_id not in self._group(row.group_id).members:
+            raise InvalidInput("robot", "{robot} is no robot of {group}", robot=robot.name, group=row.robot_group)
+        if self._holds.active(robot_id):
+            raise InvalidInput("robot", "{robot} is held back", robot=robot.name)
+        if (full := self._ledger.full_place(row)) is not None:
+            raise InvalidInput("robot", "{place} is full: {robot} uses it", place=full.name, robot=full.robot)
+        mission = self._missions.for_robot(c, row.mission, robot_id)
+        if mission is None:
+            raise InvalidInput("mission", "{robot} has no mission {mission}", robot=robot.name, mission=row.mission)
+        choice = {"by": "person", "robots": [{"robot": robot.name}]}
+        if given := self._ledger.bind(self._ledger.bound(row, robot, mission.guid, choice), into_queue=True):
+            return given
+        raise InvalidInput("robot", "it has just been given to a robot, or changed")
+
+    def start_on_another(self, execution_id: int, robot_id: int | None = None, token: str | None = None) -> Execution:
+        """The mission of a start of which a robot may or may not have, or have had, its request is run now on another robot (None: on any
+        other of its group). It is a start of its own: should the first robot have that one after all, both run. Raises InvalidInput."""
+        row = self._ledger.get(execution_id)
+        is_unknown = row is not None and row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
+        if row is None or row.robot_id is None or not (row.state is State.SUBMITTING or is_unknown):
+            raise InvalidInput("robot", "what became of it is known by now")
+        if robot_id == row.robot_id:
+            raise InvalidInput("robot", "choose another robot than {robot}", robot=row.robot)
+        if robot_id is None and row.group_id is None:
+            raise InvalidInput("robot", "choose a robot")
+        self._check_is_no_copy()
+        target = self._group(row.group_id or 0) if robot_id is None else self._usable(robot_id)
+        mission = self._missions.for_robot(self._db.read(), row.mission, robot_id or row.robot_id)
+        if mission is None:
+            raise InvalidInput("mission", "{robot} has no mission {mission}", robot=target.name, mission=row.mission)
+        barred = {str(row.robot_id): rules.left_out(row.robot, self._clock.now())} if robot_id is None else {}
+        return self._start(target, mission, row.parameters, token, max(HIGH, row.priority), barred)
+
     def _start(self, target: Robot | Group, mission: Mission, parameters: Mapping[str, Any], token: str | None,
-               priority: int = 0) -> Execution:
+               priority: int = 0, tried: Mapping[str, Any] = MappingProxyType({})) -> Execution:
         token = token or str(uuid.uuid4())
         row = rules.one_off(Trigger.MANUAL, target, mission, self._settings(), self._clock.now(), token,
                             parameters=validation.parameters(parameters), priority=priority)
-        execution = self._ledger.add(row) or self._ledger.by_token(token)
+        execution = self._ledger.add(replace(row, tried=dict(tried))) or self._ledger.by_token(token)
         if execution is None:
             raise LookupError(token)
         return execution
@@ -204,6 +234,25 @@ class Operator:
         if robot := self._robots.get(self._db.read(), robot_id):
             return robot
         raise InvalidInput("robot", "this robot has been removed")
+
+    def _usable(self, robot_id: int) -> Robot:
+        """One that something may be sent to. Raises InvalidInput."""
+        robot = self._robot(robot_id)
+        if robot.needs_password:
+            raise InvalidInput("robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name)
+        if not robot.enabled:
+            raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
+        self._check_is_no_copy()
+        return robot
+
+    def _check_is_no_copy(self) -> None:
+        if self._holds.is_copy is not None:
+            raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
+
+    def _group(self, group_id: int) -> Group:
+        if group := GroupRepository().get(self._db.read(), group_id):
+            return group
+        raise InvalidInput("group", "there is no such group any more")
 
     def _mission(self, mission_id: int) -> Mission:
         if mission := self._missions.get(self._db.read(), mission_id):
