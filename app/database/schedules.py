@@ -110,6 +110,17 @@ class ScheduleRepository:
                            AND (paused_until IS NULL OR paused_until <= next_at)""", (robot_id,)).fetchone()
         return to_optional_instant(row[0])
 
+    def next_of_groups(self, c: sqlite3.Connection, robot_id: int, until: datetime) -> dict[tuple[int, ...], int]:
+        """Of each group of a robot how many starts are planned by then: by its members that are switched on."""
+        rows = c.execute("""
+            SELECT (SELECT group_concat(id) FROM (
+                        SELECT robots.id FROM group_members AS other JOIN robots ON robots.id = other.robot_id
+                        WHERE other.group_id = schedules.group_id AND robots.enabled ORDER BY robots.id)), count(*)
+            FROM schedules JOIN group_members ON group_members.group_id = schedules.group_id
+            WHERE schedules.enabled = 1 AND next_at <= ? AND group_members.robot_id = ?
+                AND (paused_until IS NULL OR paused_until <= next_at) GROUP BY schedules.group_id""", (to_text(until), robot_id))
+        return {tuple(map(int, members.split(","))): count for members, count in rows if members}
+
     def robots_due(self, c: sqlite3.Connection, after: datetime, until: datetime) -> set[int]:
         """Those to which what comes after one instant and not after the other may go."""
         rows = c.execute("""SELECT DISTINCT coalesce(schedules.robot_id, group_members.robot_id) FROM schedules

@@ -22,7 +22,7 @@ from app.mir.errors import AnotherRobot, Rejected, RobotError
 from app.services.dispatch import messages
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.following import Following
-from app.services.dispatch.idle import IdleSituation, IdleWatch, idle_mission_is_due, is_idle
+from app.services.dispatch.idle import KEEP_FREE_BEFORE_PLANNED, IdleSituation, IdleWatch, idle_mission_is_due, is_idle
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.submission import Submission
@@ -294,6 +294,19 @@ class RobotWorker:
             pass
         return True
 
+    def _is_kept_free(self) -> bool:
+        """Of a group with k starts planned in the next minutes, the k free robots with the fullest batteries stay where they are."""
+        soon = self._clock.now() + KEEP_FREE_BEFORE_PLANNED
+        for members, starts in self._s.schedules.next_of_groups(self._s.db.read(), self.robot.id, soon).items():
+            free = []
+            for snapshot in map(self._s.snapshots.get, members):
+                status, robot_id = snapshot.status, snapshot.robot_id
+                if status is not None and is_idle(status, bool(snapshot.queue)) and not self._s.holds.active(robot_id):
+                    free.append((-(status.battery_percentage or 0.0), robot_id))
+            if self.robot.id in [robot_id for _battery, robot_id in sorted(free)[:starts]]:
+                return True
+        return False
+
     def _is_still_idle(self, row: Execution) -> bool:
         """An idle mission that could not be sent at once is judged anew: nothing else may have run. Raises RobotError."""
         self.seen.highest = self._client.highest_queue_id() or 0
@@ -308,4 +321,5 @@ class RobotWorker:
         mission = self._s.missions.get(db, rule.mission_id) if rule is not None else None
         situation = IdleSituation(idle_seconds, status, highest, last_queue_id, self._s.schedules.next_to_run(db, self.robot.id),
                                   rules.minimum_battery(None, mission, self._s.settings()))
-        return idle_mission_is_due(self.robot.idle, situation, self._s.settings(), self._s.calendar(), self._clock.now())
+        is_due = idle_mission_is_due(self.robot.idle, situation, self._s.settings(), self._s.calendar(), self._clock.now())
+        return is_due and not self._is_kept_free()
