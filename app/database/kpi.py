@@ -66,7 +66,7 @@ def _parted(span: Span) -> tuple[Span | None, list[Span]]:
 
 class KpiRepository:
     def by_robot(self, c: sqlite3.Connection, span: Span) -> list[RobotSum]:
-        """One sum per robot and state."""
+        """One sum per robot and state; robot 0: what ended while any of a group was to take it."""
         days, ends = _parted(span)
         found = {(one.robot_id, one.state): one for one in self._by_robot_of_days(c, days)} if days else {}
         for one in (one for end in ends for one in self._by_robot_of_rows(c, end)):
@@ -78,18 +78,21 @@ class KpiRepository:
     def _by_robot_of_days(self, c: sqlite3.Connection, days: Span) -> Iterator[RobotSum]:
         robots, values = self._of_robots(days)
         rows = c.execute(f"""SELECT robot_id, state, sum(number), sum(timed), sum(microseconds) / 1e6 FROM ended_days
-                             WHERE day >= ? AND day < ? AND robot_id <> 0 {robots} GROUP BY robot_id, state""",
+                             WHERE day >= ? AND day < ? {robots} GROUP BY robot_id, state""",
                          (days.start, days.end, *values))
         return (RobotSum(*row) for row in rows)
 
     def _by_robot_of_rows(self, c: sqlite3.Connection, span: Span) -> list[RobotSum]:
         robots = self._robots_of(c, span)
-        rows = c.execute(f"""SELECT robot_id, state, count(*), count(duration_s), total(duration_s)
-                             FROM executions INDEXED BY executions_by_robot
-                             WHERE robot_id IN ({placeholders(robots)}) AND state IN ({placeholders(ENDED)})
-                               AND ended_at >= ? AND ended_at < ?
-                             GROUP BY robot_id, state""", (*robots, *ENDED, span.start, span.end))
-        return [RobotSum(*row) for row in rows]
+        of_robots = f"robot_id IN ({placeholders(robots)})", robots
+        found: list[RobotSum] = []
+        for where, values in (of_robots, *([("robot_id IS NULL", ())] if span.robot_ids is None else [])):
+            rows = c.execute(f"""SELECT coalesce(robot_id, 0), state, count(*), count(duration_s), total(duration_s)
+                                 FROM executions INDEXED BY executions_by_robot
+                                 WHERE {where} AND state IN ({placeholders(ENDED)}) AND ended_at >= ? AND ended_at < ?
+                                 GROUP BY robot_id, state""", (*values, *ENDED, span.start, span.end))
+            found += [RobotSum(*row) for row in rows]
+        return found
 
     def _robots_of(self, c: sqlite3.Connection, span: Span) -> Sequence[int]:
         """Never empty, so that INDEXED BY can be met."""

@@ -139,3 +139,12 @@ def test_two_that_queue_say_what_the_later_one_waits_for(hall):
     hall.run(300 + 70)
     first, second, *_more = itertools.islice(hall.executions(), 3)
     assert (second.robot_id, second.wait_details["before"]) == (None, first.planned_at.isoformat())
+
+
+def test_figures_count_what_ended_without_a_robot(hall):
+    hold_all(hall)
+    hall.plan("A", start_window_minutes=2)
+    hall.run(430)
+    figures = hall.container.kpis.thesis()
+    assert (hall.run_of().state, hall.run_of().robot_id, figures.failed) == (State.FAILED, None, 1)
+    assert [robot.robot for robot in figures.robots] == ["R1", "R2", "R3"]

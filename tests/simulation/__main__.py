@@ -1,4 +1,4 @@
-"""Any number of simulated hours and seeds by hand: ``python -m tests.simulation --hours 1000 --seeds 1-10 [--calm] [--jobs 2]``.
+"""Any number of simulated hours and seeds by hand: ``python -m tests.simulation --hours 1000 --seeds 1-10 [--calm] [--groups] [--jobs 2]``.
 
 One line per seed, with its verdict, and one of totals; exit 1 when any seed has a violation. A seed can be run again alone: same seed,
 same story.
@@ -49,6 +49,7 @@ def main() -> int:
     parser.add_argument("--hours", type=float, default=100, help="of each seed")
     parser.add_argument("--seeds", default="1", help="one number, or first-last")
     parser.add_argument("--calm", action="store_true", help="hours in which less happens")
+    parser.add_argument("--groups", action="store_true", help="starts for any of three to five robots beside those for one")
     parser.add_argument("--every", type=int, help="minutes between the starts of each robot's first schedule; else drawn by the seed")
     parser.add_argument("--poll", type=int, help="s between polls; else drawn by the seed")
     parser.add_argument("--per-hour", type=float, help="things that people do, and that happen, each")
@@ -59,6 +60,7 @@ def main() -> int:
     wanted = {"every_minutes": options.every, "poll_interval": options.poll, "acts_per_hour": options.per_hour,
               "events_per_hour": options.per_hour}
     profile = replace(CALM if options.calm else Profile(), **{name: value for name, value in wanted.items() if value is not None})
+    profile = profile.with_groups() if options.groups else profile
     found: list[Findings] = []
     took_s = 0.0
     with ProcessPoolExecutor(options.jobs) as pool:

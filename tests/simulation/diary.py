@@ -43,9 +43,10 @@ class Restore:
 
 @dataclass(frozen=True)
 class Manual:
-    robot: str
+    robot: str  # empty: any of the group
     guid: str
     at: datetime  # of the press, by the tablet
+    group_id: int | None = None
 
 
 @dataclass
@@ -64,6 +65,10 @@ class Wishes:
     idle: dict[str, str] = field(default_factory=dict)  # robot: guid of its mission
     working_days: tuple[str, ...] = WEEKDAYS
     closed: frozenset[date] = frozenset()
+    groups: dict[int, frozenset[str]] = field(default_factory=dict)  # names of their robots
+    at_once: set[int] = field(default_factory=set)  # groups whose starts go into queues
+    given: set[str] = field(default_factory=set)  # tokens, by a person to a robot
+    one_line: set[str] = field(default_factory=set)  # robots that get one start at a time
 
     def copy(self) -> Wishes:
         return Wishes(**{name: copy.copy(value) for name, value in vars(self).items()})
@@ -133,7 +138,7 @@ class Diary:
     def wants(self, wishes: Wishes, key: Key, days: bool = True) -> bool:
         """Whether that start is planned; ``days`` False: whatever days are working days."""
         plan, instant = wishes.plans.get(key[0]), key[1]
-        if plan is None or not plan.enabled or self.names[plan.robot_id] in wishes.off or key in wishes.skipped or key in wishes.stopped:
+        if plan is None or not plan.enabled or self.robots_of(plan, wishes) <= wishes.off or key in wishes.skipped or key in wishes.stopped:
             return False
         if instant < wishes.paused.get(key[0], instant):
             return False
@@ -142,6 +147,12 @@ class Diary:
             if local in wishes.closed or WEEKDAYS[local.weekday()] not in wishes.working_days:
                 return False
         return next(instants(plan, instant, instant + MINUTE), None) == instant
+
+    def robots_of(self, plan: Schedule, wishes: Wishes | None = None) -> frozenset[str]:
+        """Names of the robots that may get a start of it."""
+        if plan.group_id is None:
+            return frozenset({self.names[plan.robot_id or 0]})
+        return (wishes or self.now).groups.get(plan.group_id, frozenset())
 
     # ------------------------------------------------------------------ tokens
     def token(self, key: Key) -> str:

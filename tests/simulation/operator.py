@@ -86,7 +86,9 @@ class Person:
 
     def _stop_due(self, wishes: Wishes, plans: list[Schedule]) -> None:
         """What is due of these now has been stopped for good, if its row has been written."""
-        if self.diary.is_clear(
+        if plans[0].robot_id is None:  # one that waits may be ended a moment later
+            self._doubt_due(plans)
+        elif self.diary.is_clear(
             self.diary.names[plans[0].robot_id],
             self.world.site.seconds() - 20.0,
             self.world.site.seconds(),
@@ -95,6 +97,12 @@ class Person:
             for plan in plans:
                 due = instants(plan, self._wall - LONGEST_WINDOW, self._wall - timedelta(seconds=2))
                 wishes.stopped |= {(plan.id, instant) for instant in due}
+
+    def _doubt_due(self, plans: list[Schedule]) -> None:
+        """What is due of these now may have been stopped, or not yet."""
+        for plan in plans:
+            due = instants(plan, self._wall - LONGEST_WINDOW, self._wall + timedelta(seconds=2))
+            self.diary.uncertain |= {self.diary.token((plan.id, instant)) for instant in due}
 
     # ------------------------------------------------------------------ schedules
     def rename(self) -> None:
@@ -112,14 +120,16 @@ class Person:
 
     def change_overlap(self) -> None:
         plan = self._plan()
-        self._edit(plan, overlap=Overlap.QUEUE if plan.overlap is Overlap.SKIP else Overlap.SKIP)
+        self._edit(plan, overlap=Overlap.QUEUE if plan.overlap is not Overlap.QUEUE else Overlap.SKIP)
 
     def move(self) -> None:
         plan = self._plan()
         self._edit(plan, start=plan.start + timedelta(minutes=self.rng.choice((-7, -1, 1, 4, 11, 60))))
 
     def other_robot(self) -> None:
-        self._edit(self._plan(), robot_id=self._id(self._robot()))
+        plan = self._plan()
+        overlap = Overlap.SKIP if plan.overlap is Overlap.PARALLEL else plan.overlap
+        self._edit(plan, robot_id=self._id(self._robot()), **({} if plan.group_id is None else {"group_id": None, "overlap": overlap}))
 
     def switch_schedule(self) -> None:
         plan = self._plan()
@@ -164,7 +174,7 @@ class Person:
             "schedules": [
                 {
                     "name": changed.name,
-                    "robot": self.diary.names[plan.robot_id],
+                    **self._target(plan),
                     "mission": self.world.missions[plan.mission_id],
                     "start": f"{plan.start:%Y-%m-%dT%H:%M}",
                     "timezone": plan.timezone,
@@ -179,6 +189,10 @@ class Person:
             lambda: import_configuration(self._app.catalogue, json.dumps(document).encode()),
             lambda wishes: wishes.plans.update({plan.id: changed}),
         )
+
+    def _target(self, plan: Schedule) -> dict[str, str]:
+        """As a file names it."""
+        return {"robot": self.diary.names[plan.robot_id or 0]}
 
     # ------------------------------------------------------------------ deletions, most of them undone
     def delete(self) -> None:
@@ -251,7 +265,7 @@ class Person:
     def switch_robot(self) -> None:
         robot = self._robot()
         is_on = robot not in self.diary.now.off
-        plans = [plan for plan in self.diary.now.plans.values() if self.diary.names[plan.robot_id] == robot]
+        plans = [plan for plan in self.diary.now.plans.values() if plan.robot_id == self._id(robot)]
 
         def note(wishes: Wishes) -> None:
             (wishes.off.add if is_on else wishes.off.discard)(robot)

@@ -14,6 +14,7 @@ from app.domain.models import Overlap
 from mir_sim import SimulatedRobot
 from mir_sim.mission_queue import ItemState, QueueItem
 from tests.simulation.diary import Key, Wishes, instants
+from tests.simulation.group_oracles import GroupJudge
 from tests.simulation.truth import Truth
 from tests.simulation.weather import FLAT, SPEED
 from tests.support.network import Fate, Submission
@@ -54,6 +55,7 @@ class Judge:
         self._idle: set[str] = set()  # tokens
         self._back_at, self._away_since = -1e9, -1e9  # after the last absence
         self.truth = Truth(world, self)
+        self.groups = GroupJudge(world, self) if world.nature.groups else None
 
     def object(self, what: str) -> None:
         if what not in self._said:
@@ -90,7 +92,9 @@ class Judge:
         manual = next((each.manual[post.token] for each in wishes if post.token in each.manual), None)
         if manual is not None:
             self._in_window(name, wall, min(wall, manual.at), GENERAL_WINDOW)
-            if (manual.robot, manual.guid) != (post.robot, post.mission_id):
+            in_groups = {name for each in wishes for name in each.groups.get(manual.group_id or 0, ())}
+            robots = in_groups if manual.group_id else {manual.robot}
+            if post.robot not in robots or manual.guid != post.mission_id:
                 self.object(f"safety: sent to the wrong robot or as another mission: {name}")
         elif key := self.diary.key_of(post.token, wall):
             self._judge_start(post, key, wishes, wall)
@@ -98,6 +102,8 @@ class Judge:
             self._judge_idle(post, wishes, name)
         elif not self._knew_manual(post.token):
             self.object(f"safety: never planned: {name}")
+        if self.groups is not None:
+            self.groups.posted(post)
         self._first_post.setdefault(post.token, post.at)
         if post.fate is Fate.LATE:
             self._late.add(post.token)
@@ -140,7 +146,11 @@ class Judge:
             self.object(f"safety: sent though it had been taken back: {name}")
             return
         plans = [each.plans[key[0]] for each in wanted]
-        if not any((self.diary.names[plan.robot_id], self.diary.guids[plan.mission_id]) == (post.robot, post.mission_id) for plan in plans):
+        if not any(
+            post.robot in self.diary.robots_of(plan, each) and self.diary.guids[plan.mission_id] == post.mission_id
+            for each in wanted
+            for plan in (each.plans[key[0]],)
+        ):
             self.object(f"safety: sent to the wrong robot or as another mission: {name}")
         windows = [GENERAL_WINDOW if plan.start_window_minutes is None else plan.start_window_minutes for plan in plans]
         self._in_window(name, wall, key[1], max(windows))
@@ -168,7 +178,8 @@ class Judge:
             self.diary.token((key[0], instant)) for instant in instants(self.diary.now.plans[key[0]], key[1] - timedelta(hours=2), key[1])
         }
         tokens -= self.diary.excused.keys() | self.diary.uncertain
-        first = {item.description: item for item in reversed(list(self.world.site.machines[post.robot].queue))}
+        queues = [self.world.site.machines[name].queue for name in self.diary.robots_of(self.diary.now.plans[key[0]])]
+        first = {item.description: item for queue in queues for item in reversed(list(queue))}
         for item in first.values():
             if (
                 item.description in tokens
@@ -186,7 +197,9 @@ class Judge:
             self.object(f"safety: sent after its window: {name}")
 
     def _judge_punctuality(self, post: Submission, key: Key, name: str) -> None:
-        due = self._true(key[1], post.at)
+        due, plan = self._true(key[1], post.at), self.diary.now.plans[key[0]]
+        if self.groups is not None and not self.groups.goes_at_once(plan, due - 90.0, post.at):
+            return
         if post.token in self._first_post or not self.diary.is_clear(post.robot, due - 90.0, post.at, but=()):
             return
         if self._is_settled(key, due - 90.0, post.at):
@@ -220,7 +233,8 @@ class Judge:
         return (
             len(
                 {
-                    (plan.robot_id, plan.start_window_minutes, plan.start, plan.recurrence, plan.minimum_battery_percent, plan.overlap)
+                    (plan.robot_id, plan.group_id, plan.start_window_minutes, plan.start, plan.recurrence, plan.overlap)
+                    + (plan.minimum_battery_percent,)
                     for plan in plans
                 }
             )
@@ -253,13 +267,16 @@ class Judge:
     def _chance(self, key: Key, minutes: int) -> tuple[float, float] | None:
         """A time within its window in which robot and app were well together for long enough."""
         now, plan = self.world.site.seconds(), self.diary.now.plans[key[0]]
-        due, robot = self._true(key[1], now), self.diary.names[plan.robot_id]
+        due = self._true(key[1], now)
         end = min(now, due + 60.0 * minutes)
         if due < 60 or not self.diary.is_steady(due - 60.0) or not self._is_settled(key, due - 2.0, end) or key in self.diary.now.stopped:
             return None
         edited_at = next((at for at, wishes in reversed(self.diary.wishes) if wishes.plans.get(key[0]) != plan), -math.inf)
         if (plan.overlap is Overlap.SKIP and self._may_overlap(key, due)) or edited_at > due - self.diary.most_back():
             return None  # it was past when it was planned so, before the clock was set back
+        if self.groups is not None and not self.groups.goes_at_once(plan, due - 90.0, end):
+            return self.groups.chance(plan, key, due, due + 60.0 * minutes) if now > due + 60.0 * minutes else None
+        robot = self.diary.names[plan.robot_id or 0]
         shown = [at for at in self._times_shown(key[1]) if not self.diary.is_clear(robot, at - 2.0, at + 600.0, but=("slow", "clock"))]
         first = min([due, *shown])  # it may have been given up then, before the clock was set back
         for start, until in self.diary.clear_spans(robot, due, end):
@@ -293,7 +310,7 @@ class Judge:
                 return True
             if any(self._ended_before(found, due) < 120.0 + 2 * self.world.nature.poll_interval for found in items):
                 return True
-        return not self.diary.is_clear(self.diary.names[plan.robot_id], due - 600.0, due)
+        return not all(self.diary.is_clear(name, due - 600.0, due) for name in self.diary.robots_of(plan))
 
     def _ended_before(self, found: Found, at: float) -> float:
         """For how long an item had ended then, in s; negative: it had not."""
@@ -371,6 +388,8 @@ class Judge:
         self.truth.judge(since)
 
     def last_verdict(self) -> None:
+        if self.groups is not None:
+            self.groups.last_verdict()
         self.truth.count()
 
     def is_open(self, found: Found) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 ACTS: Mapping[str, float] = MappingProxyType(
@@ -41,6 +41,19 @@ ACTS: Mapping[str, float] = MappingProxyType(
         "back_up": 0.7,
         "watch": 1,
         "confirm_clock": 1,
+    }
+)
+GROUP_ACTS: Mapping[str, float] = MappingProxyType(
+    {  # the same where robots form a group
+        "join_or_leave": 2,
+        "change_group": 1,
+        "delete_group": 0.3,
+        "give_to": 3,
+        "start_on_another": 2,
+        "run_on_any": 3,
+        "plan_for_any": 4,
+        "to_any": 1,
+        "one_line": 0.5,
     }
 )
 EVENTS: Mapping[str, float] = MappingProxyType(
@@ -89,11 +102,16 @@ class Profile:
     acts: Mapping[str, float] = field(default_factory=lambda: dict(ACTS))
     events: Mapping[str, float] = field(default_factory=lambda: dict(EVENTS))
     site: Mapping[str, object] = field(default_factory=dict)  # what the seed would draw otherwise
+    groups: bool = False  # the robots are also a group
 
     def only(self, acts: str = "", events: str = "", **values: object) -> Profile:
         """The same world with these acts and events alone, by their names."""
         chosen = {"acts": dict.fromkeys(acts.split(), 1.0), "events": dict.fromkeys(events.split(), 1.0)}
         return Profile(**{**vars(self), **chosen, **values})  # type: ignore[arg-type]
+
+    def with_groups(self) -> Profile:
+        """The same world with starts for any of three to five robots beside those for one."""
+        return replace(self, groups=True, acts={**self.acts, **(GROUP_ACTS if self.acts else {})})
 
 
 # Half as much as with one act and one event an hour, everything of it; crashes are as frequent.
@@ -113,6 +131,7 @@ class Nature:
     quiet_s: int
     zone: str
     fleet: str  # normal; forgetful: tokens are not given back; short lists: no search, oldest items only
+    groups: bool = False
 
     @classmethod
     def drawn(cls, rng: random.Random, profile: Profile) -> Nature:
@@ -128,6 +147,8 @@ class Nature:
             "zone": rng.choice(("Europe/Helsinki", "UTC", "America/New_York")),
             "fleet": rng.choice(("normal",) * 8 + ("forgetful", "short lists")),
         }
+        if profile.groups:
+            drawn |= {"groups": True, "robots": rng.choice((3, 4, 5))}
         return cls(**{**drawn, **profile.site})  # type: ignore[arg-type]
 
 

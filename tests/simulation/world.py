@@ -19,9 +19,11 @@ from zoneinfo import ZoneInfo
 
 from app.database.backups import restore
 from app.database.errors import DatabaseError
-from app.domain.models import Schedule
+from app.domain.models import Group, Overlap, Place, Schedule
 from mir_sim import SimulatedRobot
 from tests.simulation.diary import OVERLAPS, Diary, Manual, Restore
+from tests.simulation.group_acts import GroupPerson
+from tests.simulation.group_oracles import PLACE_FOR, SAMPLED_EVERY
 from tests.simulation.operator import IDLE_MISSION, Person
 from tests.simulation.oracles import Judge
 from tests.simulation.profile import Findings, Nature, Profile
@@ -83,7 +85,7 @@ class World:
         settings = self.site.container.repositories.settings
         self.site.container.db.write(lambda c: settings.put(c, "install_id", install_id))
         self.diary = Diary(install_id)
-        self.person = Person(self, random.Random(f"person/{seed}"))
+        self.person = (GroupPerson if self.nature.groups else Person)(self, random.Random(f"person/{seed}"))
         self.weather = Weather(self, random.Random(f"weather/{seed}"))
         self.judge = Judge(self)
         network.submitted = self.judge.posted
@@ -146,6 +148,9 @@ class World:
                 )
             )
 
+        if nature.groups:
+            self._form_group()
+
     def plan(self, schedule: Schedule) -> None:
         """A new schedule, as people want it from now on."""
         with self.without_crash():
@@ -153,8 +158,43 @@ class World:
         self.diary.decide(self.site.seconds()).plans[saved.id] = replace(schedule, id=saved.id)
         self.diary.ids.add(saved.id)
 
-    def manual(self, robot: str, mission_id: int) -> Manual:
-        return Manual(robot, self.diary.guids[mission_id], self.site.clock.now())
+    def manual(self, robot: str, mission_id: int, group_id: int | None = None) -> Manual:
+        return Manual(robot, self.diary.guids[mission_id], self.site.clock.now(), group_id)
+
+    def _form_group(self) -> None:
+        """All robots or all but one, starts for any of them, and a place for two of one mission."""
+        site, nature, catalogue = self.site, self.nature, self.site.container.catalogue
+        ids = sorted(self.diary.names)
+        members = ids[: self.rng.choice((len(ids), max(3, len(ids) - 1)))]
+        group = catalogue.save_group(Group("Hall", tuple(members)))
+        wishes = self.diary.decide(site.seconds())
+        wishes.groups[group.id] = frozenset(self.diary.names[key] for key in members)
+        deliver, other, _home = self.missions
+        catalogue.edit(lambda edit: edit.save_place(Place("Dock", PLACE_FOR, (other,))))
+        local = START.astimezone(ZoneInfo(nature.zone)).replace(tzinfo=None)
+        minutes = self.rng.choice((2, 3, 5))
+        kinds = (*("burst",) * (len(ids) + 3), "dock", "dock", "dock", "one by one", "one by one")
+        for number, kind in enumerate(kinds):
+            self.plan(
+                Schedule(
+                    f"Any {kind} {number}",
+                    None,
+                    other if kind == "dock" else deliver,
+                    local + timedelta(minutes=3 if kind == "burst" else 2),
+                    nature.zone,
+                    f"FREQ=MINUTELY;INTERVAL={minutes}",
+                    group_id=group.id,
+                    overlap=Overlap.PARALLEL if kind == "burst" else self.rng.choice(OVERLAPS),
+                    priority=self.rng.choice((-1, 0, 0, 1, 2)),
+                    start_window_minutes=self.rng.choice((2, 8, 15, 60)),
+                )
+            )
+        self.site.at(SAMPLED_EVERY, self._sample)
+
+    def _sample(self) -> None:
+        if self.judge.groups is not None:
+            self.judge.groups.sample()
+            self.site.at(SAMPLED_EVERY, self._sample)
 
     @property
     def idle_guid(self) -> str:

@@ -89,6 +89,7 @@ class Network:
     only: Callable[[str, str], bool] = lambda method, path: True
     site: Site | None = None
     counts: Counter[str] = field(default_factory=Counter)
+    answered: dict[str, float] = field(default_factory=dict)               # by robot: when it was last asked about its queue, in true time
     down: set[str] = field(default_factory=set)
     planned: list[Planned] = field(default_factory=list)
     interrupt: Callable[[str], None] = lambda where: None                  # the simulation crashes the app here
@@ -205,6 +206,8 @@ class SimulatedTransport:
             case Fate.NOT_FOUND:
                 return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', {})
         answer = handle()
+        if fate in (Fate.FINE, Fate.SLOW) and path.startswith(QUEUE) and self._name not in network.impostors:
+            network.answered[self._name] = self._clock.elapsed()
         network.interrupt(f"after {method} {path}")
         match fate:
             case Fate.ANSWER_LOST:

@@ -86,7 +86,7 @@ class Engine:
         self._lock = threading.Lock()             # for what other threads ask: workers, whose turn it is
         self._inserting: int | None = None        # the thread that is writing what is due
         self.plan_version = 1                     # counts changes that may take a start back
-        self._was_trusted = False
+        self._was_trusted = self._may_send = False        # the clock: ever, and now
         self._robots_version = 1                  # counts changes of the robots
         self._matched_version = 0                 # of the robots that have their workers
         self._match_again_at = math.inf           # a worker could not be made
@@ -133,8 +133,8 @@ class Engine:
 
     @property
     def seconds_to_decision(self) -> float:
-        """Until it is decided again which robots get the starts of groups that wait; infinite: none does."""
-        return max(0.0, self._allocate_at - self._clock.monotonic())
+        """Until it is decided again which robots get the starts of groups that wait; infinite: none does, or nothing may be sent."""
+        return max(0.0, self._allocate_at - self._clock.monotonic()) if self._may_send else math.inf
 
     # ------------------------------------------------------------------ asked by others, on any thread
     def request_cycle(self, by_window: bool = False) -> None:
@@ -175,6 +175,8 @@ class Engine:
                 self._mailboxes.post(about, messages.LedgerChanged())
         if self._allocating != threading.get_ident() and self._may_let_one_go(topic, about):
             self._allocate_soon()
+        elif topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS):
+            self._wake()
 
     def _may_let_one_go(self, topic: Topic, about: int | None) -> bool:
         """Whether a start of a group may find a robot because of this change."""
@@ -186,6 +188,7 @@ class Engine:
         return bool(self._sought) and (topic in _DECIDING or (topic is Topic.EXECUTIONS and about in self._sought))
 
     def _allocate_soon(self) -> None:
+        """Called on any thread."""
         self._allocate_at = min(self._allocate_at, self._allocated_at + DECIDES_AGAIN)
         self._wake()
 
@@ -209,6 +212,7 @@ class Engine:
             if (alarm := self._alarms.database_works()) is not None:
                 self._planner.note_unwritable(alarm)
         judgement = self._judge_clock()
+        self._may_send = judgement.is_trusted
         is_behind = judgement.is_trusted and self._start_what_is_due()
         if judgement.is_trusted and self._clock.monotonic() >= self._allocate_at:
             self._allocate()

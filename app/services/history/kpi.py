@@ -185,7 +185,7 @@ class Kpis:
         c = self._db.read()
         names = {robot.id: robot.name for robot in RobotRepository().all(c) if wanted.robot_ids is None or robot.id in wanted.robot_ids}
         for one in sums:
-            if one.robot_id not in names:
+            if one.robot_id and one.robot_id not in names:
                 names[one.robot_id] = self._repository.name_of_removed(c, one.robot_id)
         seen = self._seen(wanted, names, ZoneInfo(settings.timezone))
         working_s = self._working_seconds(wanted, days, settings)
