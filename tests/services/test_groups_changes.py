@@ -70,6 +70,18 @@ def test_a_robot_that_is_held_gives_back_what_it_has_not_begun_and_that_is_no_at
     assert all(not each["tries"] for each in run.tried.values())
 
 
+def test_a_robot_that_was_stopped_since_it_was_chosen_gives_it_back(hall, bound):
+    stopped = []
+
+    def stop(row):
+        stopped.append(row.robot)
+        hall.machines[row.robot].pause()
+        hall.clock.advance(2.5)
+    bound(stop)
+    hall.run(330)
+    assert (hall.run_of().state, hall.run_of().robot not in stopped) == (State.EXECUTING, True)
+
+
 def test_when_a_deleted_schedule_is_put_back_its_start_is_for_all_robots(hall, bound):
     removed = []
 

@@ -28,7 +28,7 @@ from app.services.allocation.belief import Out
 from app.services.allocation.decide import LAST_CALL
 from app.services.dispatch.attempt import Attempt, Attempts, Phase
 from app.services.dispatch.copies import Copies
-from app.services.dispatch.freedom import is_free
+from app.services.dispatch.freedom import can_work, is_free
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
@@ -200,7 +200,11 @@ class Submission:
     def _is_ready(self, row: Execution, before: list[Execution]) -> bool:
         """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
         try:
-            battery, minimum = self._seen.recent_status().battery_percentage, row.minimum_battery_percent
+            status, minimum = self._seen.recent_status(), row.minimum_battery_percent
+            battery = status.battery_percentage
+            if row.group_id is not None and not can_work(status):
+                self._unbind(row)
+                return False
             if not rules.battery_allows(battery, minimum):
                 if row.group_id is not None:
                     self._give_back([row], Out.LOW_BATTERY)

@@ -1,0 +1,98 @@
+"""Bugs to be planted in what gives starts of groups to robots, as in ``mutants``."""
+
+from __future__ import annotations
+
+from tests.simulation.mutants import SUBMISSION, Mutant
+from tests.simulation.profile import Profile
+
+BASE = {"fleet": "normal", "every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "history_limit": None, "with_window": False}
+LOST = Profile(events_per_hour=60).only(acts="", events="lost_request", fault_rate=0.0, crash_rate=0.0, site=BASE).with_groups()
+SILENT = Profile(events_per_hour=120, longest_outage=300.0).only(
+    acts="", events="lost_request outage outage", fault_rate=0.0, crash_rate=0.0, site=BASE
+).with_groups()
+CRASHES = Profile(events_per_hour=30, crash_rate=0.01).only(acts="", events="lost_request", fault_rate=0.0, site=BASE).with_groups()
+CALM = Profile(acts_per_hour=0, events_per_hour=0).only(fault_rate=0.0, crash_rate=0.0, site=BASE).with_groups()
+
+GROUP_MUTANTS = (
+    Mutant(
+        "given to another robot though the outcome at the first is unknown",
+        f"{SUBMISSION}._post",
+        "if error.delivery is Delivery.NOT_SENT:",
+        "if error.delivery is Delivery.NOT_SENT or (intent.group_id and error.delivery is not Delivery.REFUSED):",
+        "before the first was read",
+        LOST,
+        hours=1.0,
+    ),
+    Mutant(
+        "given to another robot after twenty seconds",
+        f"{SUBMISSION}._reconcile",
+        "quiet_left = self._s.settings().unknown_outcome_quiet_seconds - (",
+        "quiet_left = (20 if row.group_id else self._s.settings().unknown_outcome_quiet_seconds) - (",
+        "before the first was read",
+        LOST,
+        hours=1.0,
+    ),
+    Mutant(
+        "given to another robot though the first could not be read",
+        f"{SUBMISSION}._reconcile",
+        "if quiet_left <= 0 and is_closed:",
+        "if quiet_left <= 0 and row.group_id:\n            self._failed([row], error.message, waited=True)\n        elif quiet_left <= 0 and is_closed:",
+        "before the first was read",
+        SILENT,
+        hours=1.0,
+    ),
+    Mutant(
+        "looked for above another robot's numbers",
+        "services.dispatch.copies:Copies.of",
+        "self._client.items_after(row.queue_floor or 0)",
+        "self._client.items_after((row.queue_floor or 0) + (1000 if row.group_id else 0))",
+        "items with one token",
+        LOST,
+        hours=1.0,
+    ),
+    Mutant(
+        "after a crash it is any robot's at once",
+        f"{SUBMISSION}.recover",
+        "self._doubt(row, ANSWERS_WITHIN)",
+        "self._failed([row], 'x') if row.group_id else self._doubt(row, ANSWERS_WITHIN)",
+        "before the first was read",
+        CRASHES,
+        hours=1.0,
+    ),
+    Mutant(
+        "a place has room for all",
+        "database.group_starts:GroupStartRepository.room",
+        "most - len(",
+        "9 + most - len(",
+        "at a place for",
+        CALM,
+        hours=1.0,
+    ),
+    Mutant(
+        "what matters least goes first",
+        "services.allocation.decide:_Board._rank",
+        "-start.priority",
+        "start.priority",
+        "of higher priority waited",
+        CALM,
+        hours=1.0,
+    ),
+    Mutant(
+        "some robots are never free",
+        "services.dispatch.belief:Belief._member",
+        "free = out is None and",
+        "free = robot.id % 2 == 0 and out is None and",
+        "is free and",
+        CALM,
+        hours=2.0,
+    ),
+    Mutant(
+        "kept for whatever is planned",
+        "services.allocation.decide:_Board._looking_ahead",
+        "return best if least <= behind else None",
+        "return None",
+        "is free and",
+        CALM,
+        hours=2.0,
+    ),
+)
