@@ -44,15 +44,16 @@ class Spec:
     robots: list[str]
     jobs: list[Job]
     idle_jobs: int
+    groups: int = 0          # each of every so many-th robot; a job's robot is the number of its group then
 
     @classmethod
     def read(cls, text: str) -> Spec:
         given = json.loads(text)
-        return cls(given["robots"], [Job(*job) for job in given["jobs"]], given["idle_jobs"])
+        return cls(given["robots"], [Job(*job) for job in given["jobs"]], given["idle_jobs"], given["groups"])
 
     def write(self) -> str:
         return json.dumps({"robots": self.robots, "jobs": [[job.name, job.robot, job.offset] for job in self.jobs],
-                           "idle_jobs": self.idle_jobs})
+                           "idle_jobs": self.idle_jobs, "groups": self.groups})
 
 
 @dataclass
@@ -60,6 +61,7 @@ class Planned:
     """Everything is prepared: when each job is due, and the engine's own account of what it dropped."""
     due: dict[str, float]
     dropped: Callable[[], int] = lambda: 0
+    moved: Callable[[], list[float]] = list              # s from a refused connection until another robot had it
 
 
 def post(url: str, name: str) -> bool:
@@ -80,7 +82,8 @@ def post(url: str, name: str) -> bool:
 # ---------------------------------------------------------------------- this app
 def app(spec: Spec, directory: Path) -> Planned:
     from app.container import Container
-    from app.domain.models import Mission, Robot, Schedule
+    from app.database.groups import GroupRepository
+    from app.domain.models import Group, Mission, Robot, Schedule
     from app.mir.credentials import Token
     from app.process import log_file as logs
     logs.start(directory / "logs", stderr=False)
@@ -97,7 +100,12 @@ def app(spec: Spec, directory: Path) -> Planned:
                          next_at=daily.replace(tzinfo=UTC))
         for n in range(spec.idle_jobs):
             r.schedules.add(c, replace(later, name=f"later {n}", robot_id=robots[n % len(robots)].id))
-        return {job.name: r.schedules.add(c, replace(later, name=job.name, robot_id=robots[job.robot].id)).id for job in spec.jobs}
+        groups = [GroupRepository().add(c, Group(f"G{n}", tuple(robot.id for robot in robots[n::spec.groups])))
+                  for n in range(spec.groups)]
+        where = [{"robot_id": None, "group_id": groups[job.robot].id} if groups else {"robot_id": robots[job.robot].id}
+                 for job in spec.jobs]
+        return {job.name: r.schedules.add(c, replace(later, name=job.name, **target)).id
+                for job, target in zip(spec.jobs, where, strict=True)}
 
     ids = container.db.write(furnish)
     container.runner.start()
@@ -115,7 +123,11 @@ def app(spec: Spec, directory: Path) -> Planned:
         c = container.db.read()
         return int(c.execute("SELECT count(*) FROM executions WHERE state IN ('failed', 'missed', 'skipped', 'cancelled')").fetchone()[0])
 
-    return Planned(due, dropped)
+    def moved() -> list[float]:
+        rows = [row for row in r.executions.stream(container.db.read()) if row.tried and row.submitted_at]
+        return [(row.submitted_at - datetime.fromisoformat(each["at"])).total_seconds() for row in rows for each in row.tried.values()]
+
+    return Planned(due, dropped, moved)
 
 
 # ---------------------------------------------------------------------- the others
@@ -230,7 +242,8 @@ def main() -> None:
         print(json.dumps({"due": planned.due}), flush=True)
         sys.stdin.readline()
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        print(json.dumps({"cpu": _cpu() - before, "dropped": planned.dropped(), "megabytes": peak}), flush=True)
+        print(json.dumps({"cpu": _cpu() - before, "dropped": planned.dropped(), "moved": planned.moved(),
+                          "megabytes": peak}), flush=True)
     os._exit(0)                                          # whatever still hangs on a robot ends with the process
 
 

@@ -3,7 +3,8 @@
 Started by the benchmarks: ``python -m tests.benchmarks.stub --robots 200 --refusing 20 --hanging 20 --out FILE``. Robot n listens at
 ``address(n)`` on one common port, which is printed as ``ready PORT``; the first ones refuse (nothing listens), the next ones hang (they
 take a connection and never answer). An accepted mission is done a second later. ``GET /count`` at any answering robot tells how many
-different missions the answering robots were given; on SIGTERM the POSTs are written to FILE as ``time,robot,message`` lines.
+different missions the answering robots were given, ``GET /drop`` has the last ``--dropping`` ones refuse from then on; on SIGTERM the
+POSTs are written to FILE as ``time,robot,message`` lines.
 
 Plain asyncio protocols and prepared bytes: on two cores the stub must not be what is measured.
 """
@@ -38,6 +39,7 @@ class StubRobot:
     answers: bool
     items: dict[int, dict[str, Any]] = field(default_factory=dict)
     ordered: dict[int, float] = field(default_factory=dict)
+    connections: list[asyncio.Transport] = field(default_factory=list)
 
     def enqueue(self, wish: dict[str, Any], now: float) -> dict[str, Any]:
         number = len(self.items) + 1
@@ -63,6 +65,7 @@ class Site:
     def __init__(self) -> None:
         self.posts: list[tuple[float, int, str]] = []
         self.received: set[str] = set()
+        self.drop = lambda: None                       # has some robots refuse from now on
 
     def answer(self, robot: StubRobot, method: str, target: str, body: bytes) -> tuple[int, Any]:
         now = time.time()
@@ -85,6 +88,9 @@ class Site:
                 return 201, item
             case "POST", "/mission_queue/search":
                 return 200, self._search(robot, json.loads(body), now)
+            case "GET", "/drop":
+                self.drop()
+                return 200, {}
             case "GET", "/count":
                 return 200, len(self.received)
             case "GET", _ if path.startswith("/mission_queue/"):
@@ -110,6 +116,7 @@ class Conversation(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = transport  # type: ignore[assignment]
+        self._robot.connections.append(self._transport)  # type: ignore[arg-type]
 
     def data_received(self, data: bytes) -> None:
         self._buffer += data
@@ -136,14 +143,24 @@ class Conversation(asyncio.Protocol):
             self._transport.close()
 
 
-async def serve(robots: int, refusing: int, hanging: int, out: str) -> None:
+async def serve(robots: int, refusing: int, hanging: int, dropping: int, out: str) -> None:
     loop, site = asyncio.get_running_loop(), Site()
-    port, servers = 0, []
+    port, servers, all_robots = 0, [], []
     for number in range(refusing, robots):
         robot = StubRobot(number, answers=number >= refusing + hanging)
         server = await loop.create_server(lambda robot=robot: Conversation(site, robot), address(number), port, backlog=1024)  # type: ignore[misc]
         port = server.sockets[0].getsockname()[1]
         servers.append(server)
+        all_robots.append(robot)
+
+    def drop() -> None:
+        pairs = list(zip(servers, all_robots, strict=True))[:-1]         # the last one is asked for counts
+        for server, robot in pairs[-dropping:]:
+            server.close()
+            for connection in robot.connections:
+                connection.abort()
+    if dropping:
+        site.drop = drop
     stop = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, stop.set)
@@ -158,9 +175,10 @@ def main() -> None:
     options.add_argument("--robots", type=int, default=50)
     options.add_argument("--refusing", type=int, default=0)
     options.add_argument("--hanging", type=int, default=0)
+    options.add_argument("--dropping", type=int, default=0)
     options.add_argument("--out", required=True)
     given = options.parse_args()
-    asyncio.run(serve(given.robots, given.refusing, given.hanging, given.out))
+    asyncio.run(serve(given.robots, given.refusing, given.hanging, given.dropping, given.out))
 
 
 if __name__ == "__main__":

@@ -27,10 +27,10 @@ def bound(hall, monkeypatch):
         bind = Ledger.bind
 
         def and_then(ledger, *args):
-            row = bind(ledger, *args)
+            rows = bind(ledger, *args)
             monkeypatch.setattr(Ledger, "bind", bind)
-            act(row)
-            return row
+            act(rows[0])
+            return rows
         monkeypatch.setattr(Ledger, "bind", and_then)
         hall.plan("A", **({"start_window_minutes": 30} | values))
     return when_bound

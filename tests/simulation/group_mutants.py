@@ -21,7 +21,7 @@ GROUP_MUTANTS = (
         "if error.delivery is Delivery.NOT_SENT or (intent.group_id and error.delivery is not Delivery.REFUSED):",
         "before the first was read",
         LOST,
-        hours=1.0,
+        hours=0.5,
     ),
     Mutant(
         "given to another robot after twenty seconds",
@@ -30,16 +30,17 @@ GROUP_MUTANTS = (
         "quiet_left = (20 if row.group_id else self._s.settings().unknown_outcome_quiet_seconds) - (",
         "before the first was read",
         LOST,
-        hours=1.0,
+        hours=0.5,
     ),
     Mutant(
         "given to another robot though the first could not be read",
         f"{SUBMISSION}._reconcile",
         "if quiet_left <= 0 and is_closed:",
-        "if quiet_left <= 0 and row.group_id:\n            self._failed([row], error.message, waited=True)\n        elif quiet_left <= 0 and is_closed:",
+        "if quiet_left <= 0 and row.group_id:\n            self._failed([row], error.message, waited=True)\n"
+        "        elif quiet_left <= 0 and is_closed:",
         "before the first was read",
         SILENT,
-        hours=1.0,
+        hours=0.5,
     ),
     Mutant(
         "looked for above another robot's numbers",
@@ -48,7 +49,7 @@ GROUP_MUTANTS = (
         "self._client.items_after((row.queue_floor or 0) + (1000 if row.group_id else 0))",
         "items with one token",
         LOST,
-        hours=1.0,
+        hours=0.5,
     ),
     Mutant(
         "after a crash it is any robot's at once",
@@ -57,16 +58,16 @@ GROUP_MUTANTS = (
         "self._failed([row], 'x') if row.group_id else self._doubt(row, ANSWERS_WITHIN)",
         "before the first was read",
         CRASHES,
-        hours=1.0,
+        hours=0.5,
     ),
     Mutant(
         "a place has room for all",
-        "database.group_starts:GroupStartRepository.room",
-        "most - len(",
-        "9 + most - len(",
+        "database.group_starts:GroupStartRepository._at_place",
+        "(but, place_id)",
+        "(but, -1)",
         "at a place for",
         CALM,
-        hours=1.0,
+        hours=0.5,
     ),
     Mutant(
         "what matters least goes first",
@@ -75,7 +76,7 @@ GROUP_MUTANTS = (
         "start.priority",
         "of higher priority waited",
         CALM,
-        hours=1.0,
+        hours=0.5,
     ),
     Mutant(
         "some robots are never free",
@@ -84,7 +85,7 @@ GROUP_MUTANTS = (
         "free = robot.id % 2 == 0 and out is None and",
         "is free and",
         CALM,
-        hours=2.0,
+        hours=1.0,
     ),
     Mutant(
         "kept for whatever is planned",
@@ -93,6 +94,6 @@ GROUP_MUTANTS = (
         "return None",
         "is free and",
         CALM,
-        hours=2.0,
+        hours=1.0,
     ),
 )

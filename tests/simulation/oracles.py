@@ -230,16 +230,8 @@ class Judge:
         if not all(self.diary.wants(each, key) and token not in each.kept_back for each in wishes):
             return False
         plans = [each.plans[key[0]] for each in wishes]
-        return (
-            len(
-                {
-                    (plan.robot_id, plan.group_id, plan.start_window_minutes, plan.start, plan.recurrence, plan.overlap)
-                    + (plan.minimum_battery_percent,)
-                    for plan in plans
-                }
-            )
-            == 1
-        )
+        same = ("robot_id", "group_id", "start_window_minutes", "start", "recurrence", "minimum_battery_percent", "overlap")
+        return len({tuple(getattr(plan, name) for name in same) for plan in plans}) == 1
 
     def _judge_liveness(self, sent: Set[str]) -> None:
         wall, now = self.world.site.clock.now(), self.world.site.seconds()

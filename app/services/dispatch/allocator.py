@@ -20,6 +20,8 @@ from app.services.dispatch.timing import DECIDES_EVERY
 from app.services.dispatch.waiting import Waiting, taken_back
 from app.services.dispatch.worker import RobotWorker
 
+BOUND_TOGETHER = 50          # with one write: more would hold up what else is to be written
+
 
 class Allocator:
     def __init__(self, shared: Shared) -> None:
@@ -81,27 +83,27 @@ class Allocator:
     def _decide(self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]) -> set[int]:
         """Returns the ids of those that were to be given to a robot and had changed meanwhile, or the robot had."""
         belief, by_id = Belief(self._s, self._durations, workers, self.members), {row.id: row for row in rows}
-        waits: list[Move | None] = []
-        moved = set()
+        waits, bound, into_queue = list[Move](), list[Move](), set[int]()
         for decision in decide(belief.situation(rows, groups)):
             row = by_id[decision.start.id]
             if decision.too_late and row.finish_by is not None:
                 self._ledger.end(row, Reason(ReasonCode.FINISH_BY, {"finish_by": row.finish_by.isoformat()}))
             elif decision.robot_id is None:
-                waits.append(self._awaits(row, decision, belief))
-            elif not self._bind(row, decision.robot_id, decision, belief):
-                moved.add(row.id)
-        self._ledger.make([move for move in waits if move is not None], quietly=True)
-        return moved
+                waits += self._awaits(row, decision, belief)
+            elif mission := belief.mission(decision.robot_id, row.mission):
+                bound.append(self._ledger.bound(row, belief.robots[decision.robot_id], mission.guid, belief.choice(decision)))
+                if decision.is_last_call or decision.start.at_once:
+                    into_queue.add(row.id)
+        self._ledger.make(waits, quietly=True)
+        taken = {row.id for some in batched(bound, BOUND_TOGETHER) for row in self._ledger.bind(some, into_queue)}
+        return {move.execution.id for move in bound} - taken
 
-    def _bind(self, row: Execution, robot_id: int, decision: Decision, belief: Belief) -> bool:
-        mission = belief.mission(robot_id, row.mission)
-        if mission is None:
-            return False
-        bound = self._ledger.bound(row, belief.robots[robot_id], mission.guid, belief.choice(decision))
-        return self._ledger.bind(bound, decision.is_last_call or decision.start.at_once) is not None
-
-    def _awaits(self, row: Execution, decision: Decision, belief: Belief) -> Move | None:
+    def _awaits(self, row: Execution, decision: Decision, belief: Belief) -> list[Move]:
+        """What it waits for, where that is something new."""
         if decision.full is not None and (full := self._ledger.full_place(row)) is not None:
             return self._ledger.waiting(row, Wait.PLACE, **belief.who_is_there(full))
         return self._ledger.waiting(row, Wait.ROBOT, group=row.robot_group, **belief.choice(decision))
+
+
+def batched(moves: Sequence[Move], size: int) -> list[Sequence[Move]]:
+    return [moves[start:start + size] for start in range(0, len(moves), size)]

@@ -112,10 +112,10 @@ class Ledger:
         """There was no idle mission in this idle period."""
         self._db.write(lambda c: self._robots.note_idle(c, robot_id, None))
 
-    def waiting(self, execution: Execution, wait: Wait, **details: Any) -> Move | None:
-        """What holds a waiting execution; None: that is nothing new."""
+    def waiting(self, execution: Execution, wait: Wait, **details: Any) -> list[Move]:
+        """What holds a waiting execution; none where that is nothing new."""
         is_known = (execution.wait, dict(execution.wait_details)) == (wait, details)
-        return None if is_known else Move(execution, (State.WAITING,), {"wait": wait, "wait_details": details})
+        return [] if is_known else [Move(execution, (State.WAITING,), {"wait": wait, "wait_details": details})]
 
     def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
         """Note what holds a waiting execution; writes only when that is something new."""
@@ -216,19 +216,21 @@ class Ledger:
             "robot_id": robot.id, "robot": robot.name, "mission_guid": mission_guid, "bound_at": self._clock.now(), "choice": choice,
             "wait": Wait.DUE, "wait_details": {}, "queue_floor": before.get("floor"), "robot_serial": before.get("serial")})
 
-    def bind(self, move: Move, into_queue: bool) -> Execution | None:
-        """Unless anything has changed that the choice rested on. ``into_queue``: also where the robot has something of ours already."""
-        robot_id = move.columns["robot_id"]
-
-        def work(c: Any) -> Execution | None:
-            if not self._starts.may_be_bound(c, move.execution, robot_id, into_queue):
-                return None
-            return self._executions.change(c, move.execution.id, move.expected, **move.columns)
-        row = self._db.write(work)
-        if row is not None:
+    def bind(self, moves: Sequence[Move], into_queue: Collection[int] = ()) -> list[Execution]:
+        """Those of these ``bound`` that could be made, in that order: unless anything has changed that the choice rested on.
+        ``into_queue``: ids of those that go to their robot also where it has something of ours already."""
+        def work(c: Any) -> list[Execution]:
+            made = []
+            for move in moves:
+                row_id, robot_id = move.execution.id, move.columns["robot_id"]
+                if self._starts.may_be_bound(c, move.execution, robot_id, row_id in into_queue):
+                    made.append(self._executions.change(c, row_id, move.expected, **move.columns))
+            return [row for row in made if row is not None]
+        rows = self._db.write(work) if moves else []
+        for row in rows:
             log.info("%s", describe(row))
-            self._changes.publish(Topic.EXECUTIONS, robot_id)
-        return row
+            self._changes.publish(Topic.EXECUTIONS, row.robot_id)
+        return rows
 
     def adopt(self, execution: Execution, robot: Robot, item: QueueItem) -> bool:
         """It is on a robot already: the one that it waits for, or another one, which it gets by way of none. Returns whether it still

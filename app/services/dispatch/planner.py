@@ -186,7 +186,7 @@ class Planner:
         if following is None or following > context.now:
             *earlier, latest = earlier
             row = self._row(latest, make)
-            if latest > context.now and row.state is not State.SUBMITTING:
+            if latest > context.now and not _goes_ahead(row):
                 return None
             if row.state in (State.WAITING, State.SUBMITTING):
                 started = latest
@@ -222,6 +222,12 @@ class Planner:
         has_to_wait = robot.id in context.waited_for or make.mission.name in context.with_places        # what waits may have to go first
         ready = None if has_to_wait else context.ready(robot.id)
         return make.waiting(instant) if ready is None else make.submitting(instant, ready)
+
+
+def _goes_ahead(row: Execution) -> bool:
+    """Whether a row that is made before its instant can be, as nothing prevents its start: its robot is ready, or one of a group is to be
+    chosen."""
+    return row.state is State.SUBMITTING or (row.state is State.WAITING and row.robot_id is None and row.wait is Wait.DUE)
 
 
 class _Taken(NamedTuple):

@@ -169,7 +169,8 @@ class Submission:
         self.attempts.pop(row.id, None)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
-        for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase is not Phase.ACCEPTED]:
+        kept = (Phase.ACCEPTED, Phase.HELD)       # what is held is judged at its instant
+        for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase not in kept]:
             del self.attempts[key]
         self._waiting.forget_all_but(unsent)
 

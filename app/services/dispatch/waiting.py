@@ -7,7 +7,7 @@ from datetime import datetime
 from app.domain import rules
 from app.domain.models import Execution, Reason, ReasonCode, Trigger, Wait
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import EARLY_RECHECK, RECHECK
+from app.services.dispatch.timing import EARLY_RECHECK, INTENT_LEAD, RECHECK
 from app.services.live.tablet import old_token
 
 
@@ -33,7 +33,7 @@ class Waiting:
             self._waits(row, Wait.HOLD)
         elif hold := self._s.holds.active(self._robot_id):
             self._waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
-        elif (early := self._seconds_early(row)) > 0:
+        elif (early := self._seconds_early(row)) > (0 if row.group_id is None else INTENT_LEAD):     # its intent may be written ahead
             self._later(row, min(early, EARLY_RECHECK))
         else:
             return not self._is_listed_first(row) and not self._may_have_run(row)

@@ -82,8 +82,8 @@ class Operator:
         if mission is None:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=robot.name, mission=row.mission)
         choice = {"by": "person", "robots": [{"robot": robot.name}]}
-        if given := self._ledger.bind(self._ledger.bound(row, robot, mission.guid, choice), into_queue=True):
-            return given
+        if given := self._ledger.bind([self._ledger.bound(row, robot, mission.guid, choice)], into_queue=[row.id]):
+            return given[0]
         raise InvalidInput("robot", "it has just been given to a robot, or changed")
 
     def start_on_another(self, execution_id: int, robot_id: int | None = None, token: str | None = None) -> Execution:
