@@ -67,9 +67,9 @@ def write_plan(file: TextIO, runs: Iterable[PlannedRun], install_id: str, now: d
         file.write(line("BEGIN", "VEVENT")
                    + line("UID", f"{rules.token_of(install_id, run.schedule.id, run.at)}@{DOMAIN}")
                    + line("DTSTAMP", _instant(now)) + line("DTSTART", _instant(run.at)) + line("DTEND", _instant(ends))
-                   + text_line("SUMMARY", f"{run.mission.name} · {run.robot.name}")
+                   + text_line("SUMMARY", f"{run.mission.name} · {run.whose}")
                    + text_line("DESCRIPTION", f"{run.schedule.name}: {sentences.sentence(run.schedule)}")
-                   + text_line("CATEGORIES", run.robot.name)
+                   + text_line("CATEGORIES", run.whose)
                    + line("TRANSP", "TRANSPARENT") + line("END", "VEVENT"))
     file.write(line("END", "VCALENDAR"))
 

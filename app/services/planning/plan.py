@@ -2,45 +2,31 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 from datetime import datetime, timedelta
 from itertools import chain, islice, takewhile
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
+from app.database.groups import GroupRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Mission, Robot, Schedule
-from app.services.planning.durations import expected
+from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule
+from app.services.allocation.decide import AHEAD
+from app.services.planning.foreseen import Foreseen
+from app.services.planning.known import Known, quick
+from app.services.planning.planned import Planned, PlannedRun, nobody
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
+
+__all__ = ["LONGEST_RUN", "MOMENT", "MOST", "Plan", "Planned", "PlannedRun"]
 
 MOMENT = timedelta(microseconds=1)
 MOST = 100_000                  # occurrences in one span: what takes half a second and 30 MB
 LONGEST_RUN = timedelta(hours=12)        # of a run that is still under way when a span begins
-
-
-@dataclass(frozen=True)
-class PlannedRun:
-    """One occurrence to come."""
-    at: datetime                # UTC
-    schedule: Schedule
-    robot: Robot
-    mission: Mission
-    usual_s: float | None       # median of the last completed runs on this robot, or what was typed; None: not known yet
-    slow_s: float | None = None # what nine of ten of them stayed under
-    typed: bool = False         # no run has been measured yet
-
-
-@dataclass(frozen=True)
-class Planned:
-    """Occurrences in order of time. ``more``: from when on a schedule has further ones in that span, by its id: too many to be computed."""
-    runs: tuple[PlannedRun, ...] = ()
-    more: Mapping[int, datetime] = field(default_factory=dict)
 
 
 class Plan:
@@ -51,10 +37,13 @@ class Plan:
 
     def between(self, start: datetime, end: datetime, most: int = MOST) -> Planned:
         """Occurrences of enabled schedules in [start, end), and before it those whose runs will still be under way then; nothing before
-        now. Where there are more than ``most``, schedules with few keep all of theirs, and the others share the rest evenly."""
+        now. Where there are more than ``most``, schedules with few keep all of theirs, and the others share the rest evenly: what comes
+        after that has no robot of its group."""
         now = self._clock.now()
-        streams = [takewhile(lambda run: run.at < end, (run for run in stream if run.at >= now))
-                   for stream in self._streams(max(start, now), now, before=end)]
+        start = max(start, now)
+        reading = _Reading(self, start, now, end)
+        foreseen, last = reading.foreseen, reading.before or end
+        streams = [takewhile(lambda run: run.at < last, (run for run in stream if run.at >= now)) for stream in reading.streams(start, now)]
         runs, more = list[PlannedRun](), dict[int, datetime]()
         while streams and (share := (most - len(runs)) // len(streams)):
             taken = [(stream, list(islice(stream, share))) for stream in streams]
@@ -62,15 +51,26 @@ class Plan:
             streams = [stream for stream, found in taken if len(found) == share]
         for further in filter(None, (next(stream, None) for stream in streams)):
             more[further.schedule.id] = further.at
-        return Planned(tuple(sorted(runs, key=_order)), more)
+        runs.sort(key=_order)
+        if foreseen is not None:
+            runs = [run for run in foreseen.of(runs, min(more.values(), default=last)) if run.at >= start or _reaches(run, start)]
+        return Planned(tuple(run for run in runs if run.at < end), {key: at for key, at in more.items() if at < end})
 
     def until(self, end: datetime) -> Iterator[PlannedRun]:
-        """Every occurrence from now on and before ``end``, in order, however many."""
+        """Every occurrence from now on and before ``end``, in order, however many; those of groups without a robot."""
         now = self._clock.now()
-        return takewhile(lambda run: run.at < end, (run for run in heapq.merge(*self._streams(before=end), key=_order) if run.at >= now))
+        streams = _Reading(self, now, now, end).streams()
+        return takewhile(lambda run: run.at < end, (run for run in heapq.merge(*streams, key=_order) if run.at >= now))
 
     def next(self, count: int) -> list[PlannedRun]:
-        return list(islice(heapq.merge(*self._streams(), key=_order), count))
+        now = self._clock.now()
+        reading = _Reading(self, now, now)
+        ahead = heapq.merge(*reading.streams(), key=_order)
+        runs = list(islice(ahead, count))
+        if not runs or reading.foreseen is None:
+            return runs
+        last = runs[-1].at + timedelta(seconds=AHEAD)
+        return reading.foreseen.of([*runs, *takewhile(lambda run: run.at < last, ahead)], last)[:count]
 
     def skips(self) -> set[Skip]:
         """Starts to come that a person has left out."""
@@ -82,43 +82,70 @@ class Plan:
         calendar = working_calendar(c, self._settings.load(c))
         return list(islice(occurrences(draft, self._clock.now(), calendar), count))
 
-    def _streams(self, start: datetime | None = None, earliest: datetime | None = None,
-                 before: datetime | None = None) -> list[Iterator[PlannedRun]]:
-        """Of each enabled schedule, in order of time: from ``start`` on, or as long before it as its run may take, but not before
-        ``earliest``. ``before`` leaves out the schedules that don't come until then."""
-        c = self._db.read()
-        schedules = self._schedules.all(c) if before is None else self._schedules.due(c, before)
-        calendar = working_calendar(c, self._settings.load(c))
-        robots = {robot.id: robot for robot in self._robots.all(c) if robot.enabled}
-        missions = {mission.id: mission for mission in self._missions.all(c)}
-        skips = self._schedules.skips_from(c, self._clock.now())
-        learned: dict[tuple[int, str], DurationEstimate | None] = {}
+
+class _Reading:
+    """What the database has of the plan. ``before`` leaves out the schedules that don't come until then; with groups it is a little later,
+    as what comes then may matter more."""
+
+    def __init__(self, plan: Plan, start: datetime, now: datetime, before: datetime | None = None) -> None:
+        c = plan._db.read()
+        self.before = before
+        if before is not None and GroupRepository().count(c):
+            self.before = before + timedelta(seconds=AHEAD)
+        self._schedules = plan._schedules.all(c) if self.before is None else plan._schedules.due(c, self.before)
+        settings = plan._settings.load(c)
+        self._calendar = working_calendar(c, settings)
+        self._robots = {robot.id: robot for robot in plan._robots.all(c) if robot.enabled}
+        used = {schedule.group_id for schedule in self._schedules if schedule.enabled and schedule.group_id is not None}
+        self._groups = {group.id: group for group in GroupRepository().all(c) if group.id in used} if used else {}
+        self._known = Known(c, self._groups.values())
+        self._skips = plan._schedules.skips_from(c, now)
+        self.foreseen = Foreseen(c, self._known, self._groups, self._robots, settings, now, start) if self._groups else None
+
+    def streams(self, start: datetime | None = None, earliest: datetime | None = None) -> list[Iterator[PlannedRun]]:
+        """Of each enabled schedule, in order of time: from ``start`` on (where robots of groups are concerned, from where the forecast
+        begins), or as long before it as its run may take, but not before ``earliest``."""
         streams: list[Iterator[PlannedRun]] = []
-        for schedule in schedules:
-            robot, mission = robots.get(schedule.robot_id or 0), missions.get(schedule.mission_id)
-            if schedule.enabled and schedule.next_at is not None and robot and mission:
-                key = (robot.id, mission.guid)
-                if key not in learned:
-                    learned[key] = self._executions.usual(c, *key)
-                usual, begin = expected(learned[key], mission), start
-                if start is not None and usual is not None:
-                    begin = max(start - min(timedelta(seconds=usual.slow_s), LONGEST_RUN), earliest or start)
-                runs = _runs(schedule, robot, mission, usual, calendar, begin)
-                streams.append(run for run in runs if (run.schedule.id, run.at) not in skips)
+        for schedule in self._schedules:
+            mission, target = self._known.missions.get(schedule.mission_id), self._target(schedule)
+            if not schedule.enabled or schedule.next_at is None or target is None or mission is None:
+                continue
+            usual = (self._known.usual(target.id, mission) if isinstance(target, Robot) else self._known.of_any(mission, target.members))
+            begin = start
+            if start is not None and self.foreseen is not None and self.foreseen.concerns(schedule):
+                begin = min(start, self.foreseen.origin)
+            if begin is not None and usual is not None:
+                begin = max(begin - min(timedelta(seconds=usual.slow_s), LONGEST_RUN), earliest or begin)
+            runs = _runs(schedule, target, mission, usual, self._calendar, begin)
+            streams.append(run for run in runs if (run.schedule.id, run.at) not in self._skips)
         return streams
+
+    def _target(self, schedule: Schedule) -> Robot | Group | None:
+        """None where nobody of it is switched on."""
+        if schedule.robot_id is not None:
+            return self._robots.get(schedule.robot_id)
+        group = self._groups.get(schedule.group_id or 0)
+        return group if group is not None and not self._robots.keys().isdisjoint(group.members) else None
 
 
 def _order(run: PlannedRun) -> tuple[datetime, int, str]:
     return run.at, -run.schedule.priority, run.schedule.name
 
 
-def _runs(schedule: Schedule, robot: Robot, mission: Mission, usual: DurationEstimate | None, calendar: WorkingCalendar,
+def _reaches(run: PlannedRun, start: datetime) -> bool:
+    """Whether it may still be under way then."""
+    return run.slow_s is not None and run.begins + min(timedelta(seconds=run.slow_s), LONGEST_RUN) >= start
+
+
+def _runs(schedule: Schedule, target: Robot | Group, mission: Mission, usual: DurationEstimate | None, calendar: WorkingCalendar,
           start: datetime | None) -> Iterator[PlannedRun]:
     first = schedule.next_at
     if first is None:
         return
+    robot, group = (target, None) if isinstance(target, Robot) else (nobody(target), target)
+    usual_s, slow_s, typed = (usual.median_s, usual.slow_s, usual.typed) if usual else (None, None, False)
+    quick_s = quick(usual)
     wanted = max((schedule.paused_until if schedule.is_paused(first) else None) or first, start or first)
     after, begun = (first, [first]) if wanted == first else (wanted - MOMENT, [])
     for at in chain(begun, (o.instant for o in occurrences(schedule, after, calendar))):
-        yield PlannedRun(at, schedule, robot, mission, usual.median_s if usual else None, usual.slow_s if usual else None,
-                         usual is not None and usual.typed)
+        yield PlannedRun(at, schedule, robot, mission, usual_s, slow_s, typed, group, None, quick_s)

@@ -1,0 +1,190 @@
+"""Which robot of its group a planned start will probably get: the decision code itself is asked, for the time to come. Pure.
+
+A robot is believed free when what is planned on it has usually ended. What nobody can know beforehand plays no part: where it stands, its
+battery, silence, runs that a person starts. Times are seconds from an origin that all of them share.
+"""
+from __future__ import annotations
+
+from bisect import insort
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf
+from typing import NamedTuple
+
+from app.services.allocation.belief import Coming, Member, Out, Situation, Start, Takes
+from app.services.allocation.decide import AHEAD, LAST_CALL, decide
+from app.services.allocation.estimates import UNKNOWN_S
+
+HOUR = 3600.0
+MOST_LAID = 20_000           # starts laid on robots for groups that share robots: what takes about a second. Later ones have no robot
+
+
+class Wanted(NamedTuple):
+    """A start to come. ``fixed``: on its only member, at its instant, as schedules of one robot are."""
+    at: float
+    mission: str
+    members: tuple[int, ...]
+    fixed: bool = False
+    priority: int = 0
+    closes: float = inf
+    finish: float | None = None          # by when it has to be done
+    keep_free: int = 0
+    at_once: bool = False
+
+
+class Found(NamedTuple):
+    """A robot for a start. ``in_time``: it is free within the start's window, and not only asked at the last call."""
+    robot_id: int
+    begins: float
+    ends: float
+    in_time: bool
+
+
+@dataclass(frozen=True)
+class Site:
+    """Robots by id: their names, when each is free, hours run on the day on which the forecast begins, and from when to when it is held.
+    ``days``: where the next days begin, in order."""
+    names: Mapping[int, str]
+    takes: Takes
+    free: Mapping[int, float] = field(default_factory=dict)
+    hours: Mapping[int, float] = field(default_factory=dict)
+    held: Mapping[int, Sequence[tuple[float, float]]] = field(default_factory=dict)
+    days: Sequence[float] = ()
+
+
+def forecast(wanted: Sequence[Wanted], site: Site) -> dict[int, Found]:
+    """What each of these starts, in order of time, gets, by its place among them; nothing for those that get no robot."""
+    found: dict[int, Found] = {}
+    for places, robots in _apart(wanted):
+        found.update(_Course(wanted, places, robots, site).run())
+    return found
+
+
+def _apart(wanted: Sequence[Wanted]) -> Iterator[tuple[list[int], tuple[int, ...]]]:
+    """Starts, by their places, and robots that have to be looked at together: those of groups that share robots."""
+    leader: dict[int, int] = {}
+
+    def led_by(robot_id: int) -> int:
+        while (above := leader.setdefault(robot_id, robot_id)) != robot_id:
+            robot_id = above
+        return robot_id
+
+    of_groups = {each.members for each in wanted if not each.fixed and each.members}
+    for members in of_groups:
+        for robot_id in members:
+            leader[led_by(robot_id)] = led_by(members[0])
+    places = defaultdict[int, list[int]](list)
+    for place, each in enumerate(wanted):
+        if each.members and each.members[0] in leader:
+            places[led_by(each.members[0])].append(place)
+    for first, those in places.items():
+        yield those, tuple(sorted(robot_id for robot_id in leader if led_by(robot_id) == first))
+
+
+class _Course:
+    """Time passes from one instant to the next at which something can be decided."""
+
+    def __init__(self, wanted: Sequence[Wanted], places: Sequence[int], robots: Sequence[int], site: Site) -> None:
+        self._wanted, self._places, self._site = wanted, places, site
+        self._free = {robot_id: site.free.get(robot_id, -inf) for robot_id in robots}
+        self._hours = {robot_id: site.hours.get(robot_id, 0.0) for robot_id in robots}
+        self._days = list(site.days)
+        self._next = 0                               # of the places
+        self._waiting: list[int] = []
+        self._found: dict[int, Found] = {}
+        self._coming: dict[tuple[str, tuple[int, ...]], float] = {}
+        self._laid = 0
+
+    def run(self) -> dict[int, Found]:
+        now = -inf
+        while (self._next < len(self._places) or self._waiting) and self._laid < MOST_LAID:
+            now = self._next_instant(now)
+            if now == inf:                           # what waits is never called
+                break
+            self._pass_midnights(now)
+            while self._next < len(self._places) and self._wanted[self._places[self._next]].at <= now:
+                self._falls_due(self._places[self._next])
+                self._next += 1
+            if self._waiting:
+                self._decide(now)
+        return self._found
+
+    def _next_instant(self, now: float) -> float:
+        due = self._wanted[self._places[self._next]].at if self._next < len(self._places) else inf
+        if not self._waiting:
+            return due
+        robots = {robot_id for place in self._waiting for robot_id in self._wanted[place].members}
+        ends = [self._free[robot_id] for robot_id in robots]
+        ends += [until for robot_id in robots for _, until in self._site.held.get(robot_id, ())]
+        calls = [self._wanted[place].closes - LAST_CALL for place in self._waiting]
+        return min(due, min((instant for instant in ends + calls if instant > now), default=inf))
+
+    def _pass_midnights(self, now: float) -> None:
+        while self._days and self._days[0] <= now:
+            del self._days[0]
+            self._hours = dict.fromkeys(self._hours, 0.0)
+
+    def _falls_due(self, place: int) -> None:
+        each = self._wanted[place]
+        if each.fixed:
+            robot_id = each.members[0]
+            self._put(place, robot_id, each.at, self._site.takes(robot_id, each.mission) or UNKNOWN_S, in_time=True)
+        else:
+            insort(self._waiting, place)
+
+    def _put(self, place: int, robot_id: int, now: float, lasts: float, *, in_time: bool) -> None:
+        begins = max(now, self._free[robot_id])
+        self._free[robot_id] = begins + lasts
+        self._hours[robot_id] += lasts / HOUR
+        self._found[place] = Found(robot_id, begins, begins + lasts, in_time)
+
+    # ------------------------------------------------------------------ decisions
+    def _decide(self, now: float) -> None:
+        last_calls = {place for place in self._waiting if self._wanted[place].closes - LAST_CALL <= now}
+        if not last_calls and not any(self._free[robot_id] <= now or self._wanted[place].at_once
+                                      for place in self._waiting for robot_id in self._wanted[place].members):
+            return                                   # as no robot of it is free
+        self._laid += len(self._waiting)
+        gone = set(last_calls)
+        for decision in decide(self._situation(now, last_calls)):
+            if decision.robot_id is not None:
+                gone.add(decision.start.id)
+                lasts = next(option.lasts_s for option in decision.options if option.robot_id == decision.robot_id)
+                self._put(decision.start.id, decision.robot_id, now, lasts,
+                          in_time=not decision.is_last_call or self._free[decision.robot_id] <= now)
+            elif decision.too_late:
+                gone.add(decision.start.id)
+        self._waiting = [place for place in self._waiting if place not in gone]
+
+    def _situation(self, now: float, last_calls: Collection[int]) -> Situation:
+        starts = [self._start(place, now, place in last_calls) for place in self._waiting]
+        robots = {robot_id for start in starts for robot_id in start.members}
+        members = {robot_id: Member(robot_id, self._site.names[robot_id], self._free[robot_id] <= now,
+                                    max(0.0, self._free[robot_id] - now), hours=self._hours[robot_id], out=self._out(robot_id, now))
+                   for robot_id in robots}
+        return Situation(members, starts, self._site.takes, list(self._protected(now, robots, min(start.priority for start in starts))))
+
+    def _start(self, place: int, now: float, is_last_call: bool) -> Start:
+        each = self._wanted[place]
+        return Start(place, each.mission, each.members, each.priority, each.at - now, LAST_CALL if is_last_call else each.closes - now,
+                     None if each.finish is None else each.finish - now, keep_free=each.keep_free, at_once=each.at_once)
+
+    def _out(self, robot_id: int, now: float) -> Out | None:
+        return Out.HELD if any(since <= now < until for since, until in self._site.held.get(robot_id, ())) else None
+
+    def _protected(self, now: float, robots: Iterable[int], least: int) -> Iterator[Coming]:
+        """Of the next minutes, what may matter more than a start of that priority."""
+        for number in range(self._next, len(self._places)):
+            each = self._wanted[self._places[number]]
+            if each.at > now + AHEAD:
+                return
+            if (each.fixed or each.priority > least or len(each.members) == 1) and not set(each.members).isdisjoint(robots):
+                yield Coming(each.mission, each.members, each.at - now, self._slow(each), each.priority)
+
+    def _slow(self, each: Wanted) -> float:
+        key = each.mission, each.members
+        if key not in self._coming:
+            lasts = [seconds for robot_id in each.members if (seconds := self._site.takes(robot_id, each.mission, slow=True)) is not None]
+            self._coming[key] = max(lasts, default=UNKNOWN_S)
+        return self._coming[key]

@@ -1,0 +1,127 @@
+"""Brings the forecast together with what the database knows: which robot each planned start of a group will probably get."""
+from __future__ import annotations
+
+import sqlite3
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime, timedelta
+from math import inf
+from zoneinfo import ZoneInfo
+
+from app.database.executions import ExecutionRepository
+from app.database.holds import HoldRepository
+from app.database.usage import UsageRepository
+from app.domain import rules
+from app.domain.clock import midnight
+from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State
+from app.services.allocation import estimates
+from app.services.planning.forecast import HOUR, Found, Site, Wanted, forecast
+from app.services.planning.known import Known, quick
+from app.services.planning.planned import PlannedRun
+
+DAY = timedelta(days=1)
+
+
+class Foreseen:
+    """``robots``: those that are switched on, by id. ``origin``: when the forecast begins, now or the midnight before what is looked at, so
+    that a start gets the same robot however much is looked at."""
+
+    def __init__(self, c: sqlite3.Connection, known: Known, groups: Mapping[int, Group], robots: Mapping[int, Robot], settings: Settings,
+                 now: datetime, start: datetime) -> None:
+        self._c, self._known, self._groups, self._robots, self._settings, self._now = c, known, groups, robots, settings, now
+        self._zone = ZoneInfo(settings.timezone)
+        self.origin = max(now, midnight(start.astimezone(self._zone).date(), self._zone))
+        self._members = {group.id: tuple(robot_id for robot_id in group.members
+                                         if robot_id in robots and not robots[robot_id].needs_password) for group in groups.values()}
+        self.shared = frozenset(robot_id for members in self._members.values() for robot_id in members)
+
+    def concerns(self, schedule: Schedule) -> bool:
+        """Whether its starts use robots of a group."""
+        return schedule.group_id is not None or schedule.robot_id in self.shared
+
+    def of(self, runs: Sequence[PlannedRun], until: datetime) -> list[PlannedRun]:
+        """The same runs, in order of time; those of groups before ``until`` with the robots that they will probably get."""
+        places = [place for place, run in enumerate(runs) if run.at < until and self.concerns(run.schedule)]
+        waiting = list(self._waiting()) if self.origin == self._now else []
+        wanted = waiting + [self._wanted(runs[place]) for place in places]
+        last = runs[-1].at if runs else self.origin
+        found = forecast(wanted, self._site(last))
+        new = list(runs)
+        durations: dict[tuple[int, int], PlannedRun] = {}
+        for number, place in enumerate(places, len(waiting)):
+            if runs[place].group is not None and (one := found.get(number)) is not None and one.in_time:
+                new[place] = self._on(runs[place], one, durations)
+        return new
+
+    def _on(self, run: PlannedRun, found: Found, durations: dict[tuple[int, int], PlannedRun]) -> PlannedRun:
+        begins = max(run.at, self.origin + timedelta(seconds=found.begins))
+        key = run.schedule.id, found.robot_id
+        if (same := durations.get(key)) is None:
+            mission = self._known.mission(run.mission.name, found.robot_id) or run.mission
+            usual = self._known.usual(found.robot_id, mission)
+            same = replace(run, robot=self._robots[found.robot_id]) if usual is None else replace(
+                run, robot=self._robots[found.robot_id], usual_s=usual.median_s, slow_s=usual.slow_s, typed=usual.typed,
+                quick_s=quick(usual))
+            durations[key] = same
+        return PlannedRun(run.at, run.schedule, same.robot, run.mission, same.usual_s, same.slow_s, same.typed, run.group, begins,
+                          same.quick_s)
+
+    # ------------------------------------------------------------------ what the forecast rests on
+    def _seconds(self, instant: datetime) -> float:
+        return (instant - self.origin).total_seconds()
+
+    def _wanted(self, run: PlannedRun) -> Wanted:
+        schedule, at = run.schedule, self._seconds(run.at)
+        if run.group is None:
+            return Wanted(at, run.mission.name, (run.robot.id,), True, schedule.priority)
+        closes = self._seconds(rules.closes_at(run.at, schedule.start_window_minutes, self._settings))
+        finish = None if schedule.finish_by_minutes is None else at + schedule.finish_by_minutes * 60
+        return Wanted(at, run.mission.name, self._members[run.group.id], False, schedule.priority, closes, finish, run.group.keep_free,
+                      run.group.hand_over is HandOver.AT_ONCE)
+
+    def _waiting(self) -> Iterator[Wanted]:
+        """What waits for a robot already."""
+        for row in ExecutionRepository().unbound(self._c):
+            if (group := self._groups.get(row.group_id or 0)) is not None and not row.held and row.closes_at > self._now:
+                yield Wanted(self._seconds(row.planned_at), row.mission, self._members[group.id], False, row.priority,
+                             self._seconds(row.closes_at), None if row.finish_by is None else self._seconds(row.finish_by), group.keep_free,
+                             group.hand_over is HandOver.AT_ONCE)
+
+    def _site(self, last: datetime) -> Site:
+        day, days = self.origin.astimezone(self._zone).date() + DAY, list[float]()
+        while (begins := midnight(day, self._zone)) <= last:
+            days.append(self._seconds(begins))
+            day += DAY
+        is_now = self.origin == self._now
+        return Site({robot_id: self._robots[robot_id].name for robot_id in self.shared}, self._known.takes,
+                    self._busy() if is_now else {}, self._hours() if is_now else {}, self._held(), days)
+
+    def _busy(self) -> dict[int, float]:
+        """Until when each robot has to do with what it has of ours."""
+        left: dict[int, float] = {}
+        for row in ExecutionRepository().open_all(self._c):
+            if row.robot_id in self.shared and row.robot_id is not None:
+                left[row.robot_id] = left.get(row.robot_id, 0.0) + self._left(row, row.robot_id)
+        return left
+
+    def _left(self, row: Execution, robot_id: int) -> float:
+        usual = self._known.usual(robot_id, Mission(row.mission, row.mission_guid))
+        if row.state is State.EXECUTING and row.started_at is not None:
+            return max(0.0, estimates.remaining(usual, (self._now - row.started_at).total_seconds()))
+        return estimates.takes(usual, None)
+
+    def _hours(self) -> dict[int, float]:
+        today = midnight(self._now.astimezone(self._zone).date(), self._zone)
+        return {robot_id: seconds / HOUR for robot_id, seconds in UsageRepository().seconds_run(self._c, today).items()}
+
+    def _held(self) -> Mapping[int, Sequence[tuple[float, float]]]:
+        held = defaultdict[int, list[tuple[float, float]]](list)
+        for hold in HoldRepository().all(self._c):
+            until = inf if hold.until is None else self._seconds(hold.until)
+            for robot_id in self._of(hold.robot_id):
+                held[robot_id].append((self._seconds(hold.started_at), until))
+        return held
+
+    def _of(self, robot_id: int | None) -> Iterable[int]:
+        return self.shared if robot_id is None else (robot_id,)

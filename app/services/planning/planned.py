@@ -1,0 +1,64 @@
+"""Starts to come, as they are planned."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+
+from app.domain.models import Group, Mission, Robot, Schedule
+from app.services.planning.overlaps import ASSUMED_S
+
+Lane = int | tuple[str, int]             # of a timeline: a robot's id, or ("group", its id)
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One occurrence to come. Of a group ``robot`` is the one that the forecast chooses or, where it finds none, nobody: without an id,
+    under the group's name."""
+    at: datetime                # UTC
+    schedule: Schedule
+    robot: Robot
+    mission: Mission
+    usual_s: float | None       # median of the last completed runs on this robot, or what was typed; None: not known yet
+    slow_s: float | None = None # what nine of ten of them stayed under
+    typed: bool = False         # no run has been measured yet
+    group: Group | None = None
+    begins_at: datetime | None = None    # of a group's: when the forecast has a robot for it; None: it has none
+    quick_s: float | None = None         # what nine of ten of the last runs took at least; None: not known
+
+    @property
+    def is_approximate(self) -> bool:
+        """Another robot may do it after all."""
+        return self.group is not None and self.begins_at is not None
+
+    @property
+    def lane(self) -> Lane:
+        """Where it is drawn."""
+        return self.robot.id if self.group is None or self.begins_at is not None else ("group", self.group.id)
+
+    @property
+    def whose(self) -> str:
+        """The name of the group or the robot that its schedule is for."""
+        return self.robot.name if self.group is None else self.group.name
+
+    @property
+    def begins(self) -> datetime:
+        """When a robot probably takes it."""
+        return self.begins_at or self.at
+
+    @property
+    def ends(self) -> datetime:
+        """When it is over as a rule."""
+        return self.begins + timedelta(seconds=self.usual_s or ASSUMED_S)
+
+
+def nobody(group: Group) -> Robot:
+    """Stands for whichever robot of a group, under its name."""
+    return Robot(group.name, "")
+
+
+@dataclass(frozen=True)
+class Planned:
+    """Occurrences in order of time. ``more``: from when on a schedule has further ones in that span, by its id: too many to be computed."""
+    runs: tuple[PlannedRun, ...] = ()
+    more: Mapping[int, datetime] = field(default_factory=dict)

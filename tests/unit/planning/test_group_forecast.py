@@ -1,0 +1,179 @@
+"""Which robot of a group a planned start will probably get."""
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.services.allocation.belief import Member, Situation, Start
+from app.services.allocation.decide import AHEAD, decide
+from app.services.planning.forecast import Site, Wanted, forecast
+from tests.support.examples import examples
+
+NAMES = {1: "Aino", 2: "Sisu", 3: "Veikko", 4: "Onni"}
+HALL = (1, 2, 3)
+
+
+def taking(seconds=300.0, **of_robots):
+    """Seconds that every mission takes; by the robot's name where it differs."""
+    return lambda robot_id, _mission, *, slow=False: of_robots.get(NAMES[robot_id], seconds) * (1.2 if slow else 1.0)
+
+
+def site(takes=None, **values):
+    return Site(NAMES, takes or taking(), **values)
+
+
+def kits(at, **values):
+    return Wanted(at, "Kits", values.pop("members", HALL), closes=at + values.pop("window", 900.0), **values)
+
+
+def fixed(at, robot_id, **values):
+    return Wanted(at, "Shift bus", (robot_id,), True, **values)
+
+
+def whose(found, number):
+    return NAMES[found[number].robot_id] if number in found else None
+
+
+def test_starts_at_one_instant_go_to_different_robots_and_the_fourth_to_the_one_that_is_free_first():
+    found = forecast([kits(0.0) for _ in range(4)], site(taking(Sisu=200.0)))
+    assert sorted((whose(found, n), found[n].begins) for n in range(4)) == [("Aino", 0.0), ("Sisu", 0.0), ("Sisu", 200.0), ("Veikko", 0.0)]
+    assert all(one.in_time for one in found.values())
+
+
+def test_of_equals_the_one_that_has_run_less_today_and_after_midnight_all_begin_anew():
+    wanted = [kits(0.0), kits(7200.0)]
+    assert whose(forecast(wanted, site(hours={1: 2.0, 2: 3.0, 3: 1.0})), 0) == "Veikko"
+    assert whose(forecast(wanted, site(hours={1: 2.0, 2: 3.0, 3: 1.0})), 1) == "Veikko"
+    assert whose(forecast(wanted, site(hours={1: 2.0, 2: 3.0, 3: 1.0}, days=[3600.0])), 1) == "Aino"
+
+
+def test_the_robot_that_a_fixed_start_wants_soon_is_left_to_it():
+    found = forecast([kits(0.0, members=(1, 2)), fixed(60.0, 1)], site(taking(Aino=250.0)))
+    assert (whose(found, 0), found[1].begins) == ("Sisu", 60.0)
+    alone = forecast([kits(0.0, members=(1, 2)), fixed(AHEAD + 300, 1)], site(taking(Aino=250.0)))
+    assert whose(alone, 0) == "Aino"
+
+
+def test_a_start_that_finds_nobody_within_its_window_goes_into_a_queue_at_the_last_call():
+    found = forecast([kits(0.0, members=(1, 2)), kits(0.0, members=(1, 2)), kits(10.0, members=(1, 2), window=60.0)], site())
+    assert (found[2].in_time, found[2].begins) == (False, 300.0)
+    assert found[0].in_time
+
+
+def test_a_robot_that_is_held_gets_nothing_until_that_ends():
+    found = forecast([kits(0.0, members=(1, 2)), kits(700.0, members=(1, 2))], site(taking(Aino=250.0), held={1: [(-10.0, 600.0)]}))
+    assert [whose(found, n) for n in range(2)] == ["Sisu", "Aino"]
+    assert forecast([kits(0.0)], site(held={robot_id: [(-1.0, 1e9)] for robot_id in HALL})) == {}
+    [late] = forecast([kits(0.0, members=(1,))], site(held={1: [(-10.0, 600.0)]})).values()
+    assert (late.begins, late.in_time) == (600.0, True)
+
+
+def test_what_cannot_be_done_by_when_it_has_to_be_gets_nobody():
+    assert forecast([kits(0.0, finish=299.0)], site()) == {}
+    assert whose(forecast([kits(0.0, finish=301.0)], site()), 0) == "Aino"
+
+
+def test_a_group_without_a_usable_robot_finds_none_and_disturbs_nobody():
+    assert whose(forecast([kits(0.0, members=()), kits(0.0)], site()), 1) == "Aino"
+
+
+def test_what_is_handed_over_at_once_waits_in_the_queue_of_the_robot_that_is_done_first():
+    found = forecast([kits(0.0, members=(1, 2), at_once=True) for _ in range(3)], site(taking(Sisu=200.0)))
+    assert sorted((whose(found, n), found[n].begins) for n in range(3)) == [("Aino", 0.0), ("Sisu", 0.0), ("Sisu", 200.0)]
+
+
+# ---------------------------------------------------------------------- whatever the plan
+LASTS = st.integers(20, 1500)
+
+
+@st.composite
+def plans(draw):
+    """Some hours of starts of two groups that share a robot, and of fixed ones; how long robots take."""
+    lasts = {(robot_id, mission): float(draw(LASTS)) for robot_id in NAMES for mission in ("Kits", "Waste")}
+    wanted = []
+    for at in sorted(draw(st.lists(st.integers(0, 7200), min_size=1, max_size=25))):
+        mission, priority = draw(st.sampled_from(("Kits", "Waste"))), draw(st.integers(-1, 2))
+        members = draw(st.sampled_from(((1, 2, 3), (3, 4), (1,), (2,), (4,))))
+        is_fixed = len(members) == 1 and draw(st.booleans())
+        finish = None if is_fixed or draw(st.booleans()) else at + float(draw(LASTS))
+        wanted.append(Wanted(float(at), mission, members, is_fixed, priority, at + 60.0 * draw(st.integers(1, 30)), finish))
+    return wanted, lasts
+
+
+def of(lasts):
+    return site(lambda robot_id, mission, *, slow=False: lasts[robot_id, mission] * (1.3 if slow else 1.0))
+
+
+@examples(150)
+@given(plans())
+def test_nobody_does_two_things_at_once_nor_before_their_time_nor_what_is_not_theirs(plan):
+    wanted, lasts = plan
+    found = forecast(wanted, of(lasts))
+    for robot_id in NAMES:
+        runs = sorted((one.begins, one.ends) for one in found.values() if one.robot_id == robot_id)
+        assert all(before[1] <= after[0] for before, after in pairwise(runs))
+    for number, one in found.items():
+        each = wanted[number]
+        assert one.robot_id in each.members
+        assert one.begins >= each.at
+        assert one.ends == one.begins + lasts[one.robot_id, each.mission]
+        assert one.begins <= each.closes or each.fixed or not one.in_time
+        assert each.finish is None or one.ends <= each.finish + 1e-6
+
+
+@examples(150)
+@given(plans())
+def test_only_what_cannot_be_done_in_time_gets_nobody(plan):
+    wanted, lasts = plan
+    found = forecast(wanted, of(lasts))
+    in_groups = {robot_id for each in wanted if not each.fixed for robot_id in each.members}
+    lost = [each for number, each in enumerate(wanted) if number not in found and not in_groups.isdisjoint(each.members)]
+    assert all(each.finish is not None and not each.fixed for each in lost)
+
+
+@examples(150)
+@given(plans(), st.integers(0, 24))
+def test_each_choice_is_the_one_of_the_decision_code_at_that_moment(plan, last):
+    """The newest start of a plan, where nothing else waits: the robots as the starts before it leave them."""
+    wanted, lasts = plan
+    wanted = [*wanted[:last], wanted[last % len(wanted)]._replace(at=9000.0, closes=9900.0, finish=None, fixed=False, members=(1, 2, 3))]
+    found = forecast(wanted, of(lasts))
+    earlier = [found[number] for number in range(len(wanted) - 1) if number in found]
+    if any(one.begins >= 9000.0 for one in earlier):
+        return
+    free = {robot_id: max((one.ends - 9000.0 for one in earlier if one.robot_id == robot_id), default=-1.0) for robot_id in HALL}
+    hours = {robot_id: sum(one.ends - one.begins for one in earlier if one.robot_id == robot_id) / 3600 for robot_id in HALL}
+    members = {robot_id: Member(robot_id, NAMES[robot_id], free[robot_id] <= 0, max(0.0, free[robot_id]), hours=hours[robot_id])
+               for robot_id in HALL}
+    start = Start(0, wanted[-1].mission, HALL, wanted[-1].priority)
+    [decision] = decide(Situation(members, [start], of(lasts).takes))
+    mine = found[len(wanted) - 1]
+    if decision.robot_id is None:
+        assert mine.begins > 9000.0
+    else:
+        assert (mine.robot_id, mine.begins) == (decision.robot_id, 9000.0)
+
+
+@examples(60)
+@given(plans())
+def test_the_forecast_of_the_first_hour_is_the_same_however_far_it_reaches(plan):
+    wanted, lasts = plan
+    near = [each for each in wanted if each.at <= 3600 + AHEAD]
+    first = [number for number, each in enumerate(near) if each.at <= 3600]
+    long, short = forecast(wanted, of(lasts)), forecast(near, of(lasts))
+    assert [long.get(number) for number in first if long.get(number) and long[number].begins <= 3600] == \
+        [short.get(number) for number in first if long.get(number) and long[number].begins <= 3600]
+
+
+def test_more_starts_than_robots_can_ever_do_are_given_up_instead_of_computed_for_minutes():
+    crowd = [kits(number * 1.0, window=3600.0) for number in range(6000)]
+    assert 0 < len(forecast(crowd, site())) < 500
+
+
+@pytest.mark.parametrize("window", [60.0, 901.1, 1e6 + 0.3])
+def test_a_last_call_is_heard_whatever_its_instant_rounds_to(window):
+    found = forecast([fixed(0.0, 1), kits(0.1, members=(1,), window=window)], site(taking(window * 2)))
+    assert found[1].begins == window * 2
