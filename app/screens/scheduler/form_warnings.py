@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
+from app.domain import conflicts
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.scheduler.draft import Draft
@@ -27,10 +28,11 @@ def dated(day: date, today: date) -> str:
 
 
 def warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now: datetime) -> tuple[WarningRow, ...]:
-    """One for each concern; overlaps with the same schedule are one."""
+    """One for each concern; those with the same schedule, group or place are one."""
     alike: dict[Hashable, list[Concern]] = {}
     for concern in forecast.concerns if forecast else ():
-        alike.setdefault(concern.details.get("schedule_id", (concern.code, concern.at)), []).append(concern)
+        about = next((concern.details[key] for key in ("schedule_id", "group", "place") if key in concern.details), concern.at)
+        alike.setdefault((concern.code, about), []).append(concern)
     return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now), _line(draft, same[0], len(same))) for same in alike.values())
 
 
@@ -53,7 +55,7 @@ def _line(draft: Draft, concern: Concern, times: int) -> str:
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off").format(**details)
         case _:
-            return ""
+            return conflicts.line(concern.code, concern.at, details, draft.timezone, _)
 
 
 def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:
@@ -91,6 +93,9 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
             return _("Switched off: nothing starts")
         case ConcernCode.NO_START:
             return _("No start is left")
+        case _:
+            text = conflicts.sentence(concern.code, concern.at, details, zone, _)
+            return _("{day}: {what}").format(day=day, what=text) if day else text
 
 
 def _passed_over(days: Sequence[tuple[date, str]]) -> str:

@@ -5,11 +5,12 @@ A concern forbids nothing. What can't be saved at all is raised as InvalidInput,
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime, timedelta
 from enum import StrEnum
 from itertools import islice
+from math import ceil
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -18,14 +19,15 @@ from app.database.executions import ExecutionRepository
 from app.database.groups import GroupRepository, target_of
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository, Skip
+from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Mission, Robot, Schedule, Settings
 from app.services.catalogue import validation
-from app.services.planning.durations import expected, pooled
-from app.services.planning.overlaps import Other, RunConflict, conflicts, free_shift, nearby
+from app.services.planning.contention import Contention
+from app.services.planning.known import Known
+from app.services.planning.overlaps import RunConflict, conflicts, free_shift
 from app.services.planning.plan import MOMENT
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -49,6 +51,12 @@ class ConcernCode(StrEnum):
     PAUSED = "paused"                    # a person paused the schedule: no start before then
     SWITCHED_OFF = "switched_off"        # the schedule is: nothing starts
     NO_START = "no_start"                # nothing is left to come
+    # those of ``app.domain.conflicts``, which has their words
+    TOO_FEW_ROBOTS = "too_few_robots"
+    PLACE_FULL = "place_full"
+    PLACE_CROWDED = "place_crowded"
+    CRITICAL_BEHIND = "critical_behind"
+    FINISH_BY_SHORT = "finish_by_short"
 
 
 @dataclass(frozen=True)
@@ -96,7 +104,8 @@ class Forecasts:
         skips = self._schedules.skips_from(c, now)
         ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
         starts = tuple(islice(ahead, count)) if draft.enabled else ()
-        usual = self._usual(c, draft, mission) if mission else None
+        known = Known(c, GroupRepository().all(c))
+        usual = known.of(target, mission) if mission and target else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
             concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
@@ -114,37 +123,18 @@ class Forecasts:
         if passed_over := tuple(_closed_days(draft, starts, begins, calendar)):
             concerns.append(Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
-        others = self._others(c, draft, skips)
-        near = nearby(starts, usual, others, calendar)
-        met = list(conflicts(starts, usual, near))
-        concerns += [*(_overlap(conflict) for conflict in met), *self._low_battery(c, draft, settings)]
-        can_shift = met and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
-        shift = free_shift(starts, usual, near, self._clock.now()) if can_shift else None
+        contention = Contention(c, known, draft, mission, usual, starts, calendar, skips)
+        near = contention.of_its_robot()
+        behind = list(contention.behind(near))
+        told = {(conflict.details["schedule_id"], conflict.details["start"], conflict.at) for conflict in behind}
+        met = list(conflicts(starts, usual, near)) if draft.robot_id is not None else []
+        rooms = [*contention.too_few(), *contention.places()] if mission else []
+        concerns += [_overlap(run) for run in met if (run.other.schedule.id, max(run.at, run.begins), min(run.at, run.begins)) not in told]
+        concerns += [Concern(ConcernCode(conflict.code), conflict.at, conflict.details) for conflict in [*behind, *rooms]]
+        concerns += [*_finish_by(draft, mission, usual), *self._low_battery(c, draft, settings)]
+        can_shift = (met or rooms) and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
+        shift = free_shift(starts, usual, near, self._clock.now(), contention.has_room) if can_shift else None
         return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift)
-
-    def _others(self, c: sqlite3.Connection, draft: Schedule, skips: Collection[Skip]) -> list[Other]:
-        """The robot's other schedules that are on and still to come."""
-        missions = {mission.id: mission for mission in self._missions.all(c)}
-        usual: dict[int, DurationEstimate | None] = {}
-        others = []
-        same = (self._schedules.for_group(c, draft.group_id or 0) if draft.robot_id is None else
-                self._schedules.for_robot(c, draft.robot_id))
-        for schedule in same:
-            if schedule.enabled and schedule.next_at is not None and schedule.id != draft.id:
-                mission = missions[schedule.mission_id]
-                if mission.id not in usual:
-                    usual[mission.id] = self._usual(c, draft, mission)
-                others.append(Other(schedule, mission.name, usual[mission.id], {at for skipped, at in skips if skipped == schedule.id}))
-        return others
-
-    def _usual(self, c: sqlite3.Connection, draft: Schedule, mission: Mission) -> DurationEstimate | None:
-        """On its robot; of a group on whichever of its robots."""
-        if draft.robot_id is not None:
-            return expected(self._executions.usual(c, draft.robot_id, mission.guid), mission)
-        group = GroupRepository().get(c, draft.group_id or 0)
-        own = [(robot_id, self._missions.for_robot(c, mission.name, robot_id)) for robot_id in (group.members if group else ())]
-        found = [self._executions.usual(c, robot_id, meant.guid) for robot_id, meant in own if meant is not None]
-        return expected(pooled([each for each in found if each is not None]), mission)
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
         """The robot's battery was too low lately around the same time of day."""
@@ -157,6 +147,14 @@ class Forecasts:
         apart = [abs(local.hour * 60 + local.minute - wanted) for local in seen]
         if (count := sum(min(minutes, 24 * 60 - minutes) <= SAME_TIME for minutes in apart)) >= OFTEN:
             yield Concern(ConcernCode.LOW_BATTERY, details={"count": count, "days": LOOKS_BACK, "minimum": minimum})
+
+
+def _finish_by(draft: Schedule, mission: Mission | None, usual: DurationEstimate | None) -> Iterator[Concern]:
+    """It usually takes longer than it is given."""
+    minutes = draft.finish_by_minutes
+    if minutes is not None and mission is not None and usual is not None and usual.median_s > minutes * 60:
+        yield Concern(ConcernCode.FINISH_BY_SHORT, None, {"mission": mission.name, "minutes": minutes,
+                                                          "usual_minutes": ceil(usual.median_s / 60)})
 
 
 def _overlap(conflict: RunConflict) -> Concern:

@@ -32,9 +32,9 @@ class Foreseen:
         self._c, self._known, self._groups, self._robots, self._settings, self._now = c, known, groups, robots, settings, now
         self._zone = ZoneInfo(settings.timezone)
         self.origin = max(now, midnight(start.astimezone(self._zone).date(), self._zone))
-        self._members = {group.id: tuple(robot_id for robot_id in group.members
+        self.members = {group.id: tuple(robot_id for robot_id in group.members
                                          if robot_id in robots and not robots[robot_id].needs_password) for group in groups.values()}
-        self.shared = frozenset(robot_id for members in self._members.values() for robot_id in members)
+        self.shared = frozenset(robot_id for members in self.members.values() for robot_id in members)
 
     def concerns(self, schedule: Schedule) -> bool:
         """Whether its starts use robots of a group."""
@@ -77,14 +77,14 @@ class Foreseen:
             return Wanted(at, run.mission.name, (run.robot.id,), True, schedule.priority)
         closes = self._seconds(rules.closes_at(run.at, schedule.start_window_minutes, self._settings))
         finish = None if schedule.finish_by_minutes is None else at + schedule.finish_by_minutes * 60
-        return Wanted(at, run.mission.name, self._members[run.group.id], False, schedule.priority, closes, finish, run.group.keep_free,
+        return Wanted(at, run.mission.name, self.members[run.group.id], False, schedule.priority, closes, finish, run.group.keep_free,
                       run.group.hand_over is HandOver.AT_ONCE)
 
     def _waiting(self) -> Iterator[Wanted]:
         """What waits for a robot already."""
         for row in ExecutionRepository().unbound(self._c):
             if (group := self._groups.get(row.group_id or 0)) is not None and not row.held and row.closes_at > self._now:
-                yield Wanted(self._seconds(row.planned_at), row.mission, self._members[group.id], False, row.priority,
+                yield Wanted(self._seconds(row.planned_at), row.mission, self.members[group.id], False, row.priority,
                              self._seconds(row.closes_at), None if row.finish_by is None else self._seconds(row.finish_by), group.keep_free,
                              group.hand_over is HandOver.AT_ONCE)
 

@@ -7,7 +7,7 @@ from math import ceil
 
 from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
-from app.domain.models import DurationEstimate, Group, Mission
+from app.domain.models import DurationEstimate, Group, Mission, Robot
 from app.services.allocation import estimates
 from app.services.planning.durations import expected, pooled
 
@@ -41,6 +41,10 @@ class Known:
             found = [self._learned(robot_id, own.guid) for robot_id, own in meant if own is not None]
             self._pooled[key] = pooled([each for each in found if each is not None])
         return expected(self._pooled[key], mission)
+
+    def of(self, target: Robot | Group, mission: Mission) -> DurationEstimate | None:
+        """On a robot, or on whichever of a group."""
+        return self.usual(target.id, mission) if isinstance(target, Robot) else self.of_any(mission, target.members)
 
     def takes(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
         """As the decision code estimates it, in seconds; None: the robot lacks the mission."""

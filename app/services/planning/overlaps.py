@@ -4,7 +4,7 @@ A run is assumed to last as long as the 90th percentile of the latest runs or, w
 """
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
@@ -106,8 +106,13 @@ def _likely(at: datetime, usual: DurationEstimate | None, others: DurationEstima
     return earlier.share_over(abs((at - begins).total_seconds())) if earlier and not earlier.typed else None
 
 
-def free_shift(starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near], now: datetime) -> timedelta | None:
-    """The smallest shift of all these starts, on their own days and to come, at which no other run is in the way; None: none is found."""
+HasRoom = Callable[[int, datetime, datetime], bool]      # for a start, by its number, from when to when
+
+
+def free_shift(starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near], now: datetime,
+               has_room: HasRoom | None = None) -> timedelta | None:
+    """The smallest shift of all these starts, on their own days and to come, at which no other run is in the way and whatever else they
+    want has room; None: none is found."""
     mine = lasts(usual)
     busy = [(start, [(begins - mine, begins + other.lasts) for other, begins in others])
             for start, others in zip(starts, near, strict=True)]
@@ -115,6 +120,9 @@ def free_shift(starts: Sequence[Occurrence], usual: DurationEstimate | None, nea
         for shift in (n * STEP, -n * STEP):
             if any((start.nominal + shift).date() != start.nominal.date() or start.instant + shift <= now for start in starts):
                 continue
-            if not any(after < start.instant + shift < until for start, taken in busy for after, until in taken):
+            if any(after < start.instant + shift < until for start, taken in busy for after, until in taken):
+                continue
+            if has_room is None or all(has_room(number, start.instant + shift, start.instant + shift + mine)
+                                       for number, start in enumerate(starts)):
                 return shift
     return None

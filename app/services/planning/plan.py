@@ -8,7 +8,7 @@ from itertools import chain, islice, takewhile
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
-from app.database.groups import GroupRepository
+from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
@@ -18,11 +18,12 @@ from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule
 from app.services.allocation.decide import AHEAD
 from app.services.planning.foreseen import Foreseen
 from app.services.planning.known import Known, quick
-from app.services.planning.planned import Planned, PlannedRun, nobody
+from app.services.planning.plan_conflicts import Shared, plan_conflicts
+from app.services.planning.planned import Conflict, Planned, PlannedRun, at_instant, nobody
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
-__all__ = ["LONGEST_RUN", "MOMENT", "MOST", "Plan", "Planned", "PlannedRun"]
+__all__ = ["LONGEST_RUN", "MOMENT", "MOST", "Conflict", "Plan", "Planned", "PlannedRun"]
 
 MOMENT = timedelta(microseconds=1)
 MOST = 100_000                  # occurrences in one span: what takes half a second and 30 MB
@@ -52,9 +53,12 @@ class Plan:
         for further in filter(None, (next(stream, None) for stream in streams)):
             more[further.schedule.id] = further.at
         runs.sort(key=_order)
+        known_until = min(more.values(), default=last)
+        conflicts = reading.conflicts(runs, start, known_until)
         if foreseen is not None:
-            runs = [run for run in foreseen.of(runs, min(more.values(), default=last)) if run.at >= start or _reaches(run, start)]
-        return Planned(tuple(run for run in runs if run.at < end), {key: at for key, at in more.items() if at < end})
+            runs = [run for run in foreseen.of(runs, known_until) if run.at < end and (run.at >= start or _reaches(run, start))]
+        return Planned(tuple(runs), {key: at for key, at in more.items() if at < end},
+                       tuple(conflict for conflict in conflicts if conflict.at < end))
 
     def until(self, end: datetime) -> Iterator[PlannedRun]:
         """Every occurrence from now on and before ``end``, in order, however many; those of groups without a robot."""
@@ -88,7 +92,7 @@ class _Reading:
     as what comes then may matter more."""
 
     def __init__(self, plan: Plan, start: datetime, now: datetime, before: datetime | None = None) -> None:
-        c = plan._db.read()
+        self._c = c = plan._db.read()
         self.before = before
         if before is not None and GroupRepository().count(c):
             self.before = before + timedelta(seconds=AHEAD)
@@ -110,8 +114,7 @@ class _Reading:
             mission, target = self._known.missions.get(schedule.mission_id), self._target(schedule)
             if not schedule.enabled or schedule.next_at is None or target is None or mission is None:
                 continue
-            usual = (self._known.usual(target.id, mission) if isinstance(target, Robot) else self._known.of_any(mission, target.members))
-            begin = start
+            usual, begin = self._known.of(target, mission), start
             if start is not None and self.foreseen is not None and self.foreseen.concerns(schedule):
                 begin = min(start, self.foreseen.origin)
             if begin is not None and usual is not None:
@@ -119,6 +122,14 @@ class _Reading:
             runs = _runs(schedule, target, mission, usual, self._calendar, begin)
             streams.append(run for run in runs if (run.schedule.id, run.at) not in self._skips)
         return streams
+
+    def conflicts(self, runs: Sequence[PlannedRun], start: datetime, last: datetime) -> list[Conflict]:
+        """Of these runs, in order of time, that are planned from ``start`` (with groups from where the forecast begins) to ``last``."""
+        places = {place.id: (place.name, place.most, frozenset(self._known.missions[one].name for one in place.missions))
+                  for place in PlaceRepository().all(self._c)}
+        members = self.foreseen.members if self.foreseen else {}
+        since = min(start, self.foreseen.origin) if self.foreseen else start
+        return plan_conflicts(runs, Shared({key: (group, members[key]) for key, group in self._groups.items()}, places), since, last)
 
     def _target(self, schedule: Schedule) -> Robot | Group | None:
         """None where nobody of it is switched on."""
@@ -144,8 +155,8 @@ def _runs(schedule: Schedule, target: Robot | Group, mission: Mission, usual: Du
         return
     robot, group = (target, None) if isinstance(target, Robot) else (nobody(target), target)
     usual_s, slow_s, typed = (usual.median_s, usual.slow_s, usual.typed) if usual else (None, None, False)
-    quick_s = quick(usual)
+    like = PlannedRun(first, schedule, robot, mission, usual_s, slow_s, typed, group, None, quick(usual))
     wanted = max((schedule.paused_until if schedule.is_paused(first) else None) or first, start or first)
     after, begun = (first, [first]) if wanted == first else (wanted - MOMENT, [])
     for at in chain(begun, (o.instant for o in occurrences(schedule, after, calendar))):
-        yield PlannedRun(at, schedule, robot, mission, usual_s, slow_s, typed, group, None, quick_s)
+        yield at_instant(like, at)

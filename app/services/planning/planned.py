@@ -4,7 +4,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
+from typing import Any
 
+from app.domain.conflicts import ConflictCode
 from app.domain.models import Group, Mission, Robot, Schedule
 from app.services.planning.overlaps import ASSUMED_S
 
@@ -52,13 +54,30 @@ class PlannedRun:
         return self.begins + timedelta(seconds=self.usual_s or ASSUMED_S)
 
 
+def at_instant(like: PlannedRun, at: datetime) -> PlannedRun:
+    """The same start at another instant. ``dataclasses.replace`` takes ten times as long, and a plan has thousands."""
+    made = object.__new__(PlannedRun)
+    made.__dict__.update(like.__dict__, at=at)
+    return made
+
+
 def nobody(group: Group) -> Robot:
     """Stands for whichever robot of a group, under its name."""
     return Robot(group.name, "")
 
 
 @dataclass(frozen=True)
+class Conflict:
+    """``at``: of which moment it is true. ``details``: the numbers of its sentence (``app.domain.conflicts``), and ids."""
+    code: ConflictCode
+    at: datetime
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Planned:
-    """Occurrences in order of time. ``more``: from when on a schedule has further ones in that span, by its id: too many to be computed."""
+    """Occurrences in order of time. ``more``: from when on a schedule has further ones in that span, by its id: too many to be computed.
+    ``conflicts``: of groups, places and what matters more, in order of time."""
     runs: tuple[PlannedRun, ...] = ()
     more: Mapping[int, datetime] = field(default_factory=dict)
+    conflicts: tuple[Conflict, ...] = ()

@@ -1,0 +1,86 @@
+"""When more runs want something than there is room for: the robots of a group, or a place. Pure.
+
+A run wants it from its instant on for as long as it usually takes. Times are whatever can be ordered, all of one kind.
+"""
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from datetime import datetime, timedelta
+from itertools import accumulate
+from typing import NamedTuple
+
+HOUR = timedelta(hours=1)
+CROWDED = 0.7                # of any hour: above that what waits for a place waits long
+
+
+class Span(NamedTuple):
+    begins: datetime
+    ends: datetime
+
+
+class Crowd(NamedTuple):
+    """From ``at`` on there are too many; ``number`` want it then. ``until``: when about there is room for all of them again."""
+    at: datetime
+    number: int
+    until: datetime
+
+
+class Demand:
+    """How many want it at each moment. Spans that touch don't overlap."""
+
+    def __init__(self, spans: Iterable[Span]) -> None:
+        steps = Counter[datetime]()
+        for span in spans:
+            if span.begins < span.ends:
+                steps[span.begins] += 1
+                steps[span.ends] -= 1
+        self._times = sorted(steps)
+        self._numbers = list(accumulate(steps[time] for time in self._times))
+
+    def at(self, moment: datetime) -> int:
+        place = bisect_right(self._times, moment)
+        return self._numbers[place - 1] if place else 0
+
+    def most(self, begins: datetime, ends: datetime) -> int:
+        """The largest number at any moment in [begins, ends)."""
+        first, last = bisect_right(self._times, begins), bisect_left(self._times, ends)
+        return max(self.at(begins), *self._numbers[first:last], 0)
+
+    def crowds(self, room: int) -> Iterator[Crowd]:
+        """In order of time."""
+        begun: Crowd | None = None
+        for time, number in zip(self._times, self._numbers, strict=True):
+            if number > room and begun is None:
+                begun = Crowd(time, number, time)
+            elif number <= room and begun is not None:
+                yield begun._replace(until=time)
+                begun = None
+
+    def first_crowd(self, room: int, begins: datetime, ends: datetime) -> Crowd | None:
+        """The first that there is in [begins, ends), with what wants it from ``begins`` on."""
+        for crowd in self.crowds(room):
+            if crowd.until > begins and crowd.at < ends:
+                return crowd if crowd.at >= begins else Crowd(begins, self.at(begins), crowd.until)
+        return None
+
+
+def joined(spans: Iterable[Span]) -> Iterator[Span]:
+    """Of one robot: what overlaps is one span, as it wants the robot only once."""
+    last: Span | None = None
+    for span in sorted(spans):
+        if last is not None and span.begins <= last.ends:
+            last = last._replace(ends=max(last.ends, span.ends))
+            continue
+        if last is not None:
+            yield last
+        last = span
+    if last is not None:
+        yield last
+
+
+def load(spans: Iterable[Span], room: int, hour: datetime) -> float:
+    """Share of an hour for which a place is wanted by what is planned in it: runs × duration ÷ room."""
+    seconds = sum((span.ends - span.begins).total_seconds() for span in spans if hour <= span.begins < hour + HOUR)
+    return seconds / (room * HOUR.total_seconds())
