@@ -57,6 +57,7 @@ from app.services.robots.charging import ChargingMissions
 from app.services.robots.commands import ClientFactory, Operator
 from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
+from app.services.suggestions.suggestions import Suggestions
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -135,6 +136,7 @@ class Container:
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.robot_states = RobotStates(db)
         self.forecasts = Forecasts(db, clock)
+        self.suggestions = Suggestions(db, clock, self._may_have)
         self.pausing = Pausing(db, clock, self.changes)
         self.files = DataFiles(db, self.catalogue, clock)
         self.log_files = LogExport(db, self.catalogue, clock)
@@ -154,6 +156,11 @@ class Container:
         container = cls(db, clock, make_client=make_client, with_window=with_window, machine=machine_id())
         container.first_start()
         return container
+
+    def _may_have(self, robot_id: int, guid: str) -> bool:
+        """Whether a robot has a mission, as far as its list is known."""
+        known = self.robot_missions.names(robot_id)
+        return not known or guid in known
 
     def settings(self) -> Settings:
         return self._settings()

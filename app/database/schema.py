@@ -372,5 +372,17 @@ WHEN OLD.robot_id <> NEW.robot_id BEGIN
 END;
 """
 
+_SUGGESTIONS = """
+CREATE TABLE suggestion_answers (             -- what people said to suggestions; no foreign key, like the history
+    id          INTEGER PRIMARY KEY AUTOINCREMENT,
+    schedule_id INTEGER NOT NULL,
+    answer      TEXT NOT NULL,                -- accepted, dismissed
+    answered_at TEXT NOT NULL,
+    late        INTEGER NOT NULL,             -- of ``starts``, as it was found
+    starts      INTEGER NOT NULL,
+    option      TEXT NOT NULL DEFAULT '{}'    -- JSON: kind and value of what was accepted
+) STRICT;
+"""
+
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
-                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _GROUPS)
+                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _GROUPS, _SUGGESTIONS)

@@ -1,0 +1,94 @@
+"""What suggestions rest on, and what people answered to them. Instants of the past are seconds since 1970 here: many are compared."""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from datetime import datetime, timedelta
+from typing import Any, NamedTuple
+
+from app.database.values import from_json, to_instant, to_json, to_text
+
+ACCEPTED, DISMISSED = "accepted", "dismissed"
+KEPT_FOR = timedelta(days=180)
+
+
+class PastRun(NamedTuple):
+    """An ended row of the ledger. ``schedule``, ``robot`` 0: none; ``started`` None: it never ran."""
+    id: int
+    schedule: int
+    robot: int
+    trigger: str
+    reason: str
+    mission: str
+    planned: float
+    started: float | None
+    ended: float | None
+
+
+class PastActivity(NamedTuple):
+    robot: int
+    activity: str
+    begins: float
+    ends: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """To a finding about a schedule, as it was then: ``late`` of ``starts``. ``option``: what was accepted."""
+    schedule_id: int
+    answer: str
+    at: datetime
+    late: int
+    starts: int
+    option: Mapping[str, Any] = field(default_factory=dict)
+    id: int = 0
+
+
+class SuggestionRepository:
+    # ------------------------------------------------------------------ the past
+    def runs(self, c: sqlite3.Connection, since: datetime) -> list[PastRun]:
+        """What was planned since then and has ended, in order of time."""
+        rows = c.execute(f"""{_RUNS} INDEXED BY executions_planned WHERE planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at""",
+                         (to_text(since),))
+        return [PastRun(*row) for row in rows]
+
+    def runs_of(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> list[PastRun]:
+        """The same of one schedule."""
+        rows = c.execute(f"{_RUNS} WHERE schedule_id = ? AND planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at",
+                         (schedule_id, to_text(since)))
+        return [PastRun(*row) for row in rows]
+
+    def activities(self, c: sqlite3.Connection, since: datetime) -> list[PastActivity]:
+        """When robots were seen not to be free, each in order of time."""
+        rows = c.execute(f"""SELECT robot_id, activity, {_seconds('started_at')}, {_seconds('ended_at')} FROM activity_spans
+                            WHERE started_at >= ? AND activity IN ('executing', 'paused', 'error', 'offline')
+                            ORDER BY robot_id, started_at""", (to_text(since),))
+        return [PastActivity(*row) for row in rows]
+
+    # ------------------------------------------------------------------ answers
+    def answers(self, c: sqlite3.Connection) -> list[Answer]:
+        """Oldest first."""
+        rows = c.execute("SELECT schedule_id, answer, answered_at, late, starts, option, id FROM suggestion_answers ORDER BY id")
+        return [Answer(row[0], row[1], to_instant(row[2]), row[3], row[4], from_json(row[5]), row[6]) for row in rows]
+
+    def answer(self, c: sqlite3.Connection, given: Answer) -> Answer:
+        """Returns it with its id. Those that nobody needs any more are deleted."""
+        c.execute("DELETE FROM suggestion_answers WHERE answered_at < ?", (to_text(given.at - KEPT_FOR),))
+        cursor = c.execute("""INSERT INTO suggestion_answers (schedule_id, answer, answered_at, late, starts, option)
+                              VALUES (?, ?, ?, ?, ?, ?)""",
+                           (given.schedule_id, given.answer, to_text(given.at), given.late, given.starts, to_json(given.option)))
+        return replace(given, id=cursor.lastrowid or 0)
+
+    def take_back(self, c: sqlite3.Connection, answer_id: int) -> None:
+        c.execute("DELETE FROM suggestion_answers WHERE id = ?", (answer_id,))
+
+
+def _seconds(column: str) -> str:
+    return f"(julianday({column}) - 2440587.5) * 86400.0"
+
+
+# By the tablet's clock, as key figures count: accepted, and then what the robot says that it waited in its queue.
+_RUNS = f"""SELECT id, coalesce(schedule_id, 0), coalesce(robot_id, 0), trigger, coalesce(reason_code, ''), mission,
+                   {_seconds('planned_at')}, coalesce({_seconds('submitted_at')} + robot_delay_s, {_seconds('started_at')}),
+                   {_seconds('ended_at')} FROM executions"""

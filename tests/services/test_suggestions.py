@@ -1,0 +1,233 @@
+"""Suggestions from four weeks of the ledger: found, worded, answered, kept silent, and what came of them."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, time, timedelta
+
+import pytest
+
+from app.container import Container
+from app.database.activities import ActivityRepository
+from app.database.connection import Database
+from app.domain.activity import ActivitySpan
+from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from app.services.suggestions.find import Cause, Kind
+from app.services.suggestions.words import action, promise, sentence, since_then
+from tests.support.clock import VirtualClock
+
+NOW = datetime(2026, 11, 20, 20, 0, tzinfo=UTC)                        # Friday evening
+
+
+@pytest.fixture
+def clock():
+    return VirtualClock(NOW - timedelta(days=40))
+
+
+@pytest.fixture
+def container(tmp_path, clock):
+    container = Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock)
+    for number, name in enumerate(("Aino", "Sisu", "Veikko"), 1):
+        container.catalogue.save_robot(Robot(name, f"10.0.0.{number}", "scheduler"), "secret")
+    for name in ("Kits to line 2", "Waste to compactor"):
+        container.catalogue.save_mission(Mission(name, name.lower().replace(" ", "-")))
+    container.catalogue.save_group(Group("Hall 1", (1, 2)))
+    container.catalogue.save_schedule(Schedule("Kits", 1, 1, datetime(2026, 10, 12, 7, 30), "UTC", "FREQ=DAILY"))
+    clock.advance((NOW - clock.now()).total_seconds())
+    yield container
+    container.close()
+
+
+def ran(container, mission, at, begins, ends, **values):
+    values = {"robot_id": 1, "schedule_id": None, "trigger": Trigger.MANUAL, "state": State.COMPLETED, **values}
+    row = Execution(robot="Aino", mission=mission, mission_guid="g", planned_at=at, closes_at=at + timedelta(minutes=30), created_at=at,
+                    token=f"{mission} {at} {values['robot_id']}", timezone="UTC", submitted_at=at, started_at=begins, ended_at=ends,
+                    duration_s=(ends - begins).total_seconds(), robot_delay_s=(begins - at).total_seconds(), **values)
+    container.db.write(lambda c: container.repositories.executions.add(c, row))
+
+
+def mornings(last=NOW, count=20):
+    """The working days up to then, newest first."""
+    days = (last.replace(hour=0) - timedelta(days=n) for n in range(60))
+    return [day for day in days if day.weekday() < 5][:count]
+
+
+def at(day, minute):
+    return day + timedelta(minutes=minute)
+
+
+def usually_late(container, days=None, wait=9, schedule_id=1):
+    """Somebody starts the waste by hand at 07:15; the kits wait for it."""
+    for day in mornings() if days is None else days:
+        ran(container, "Waste to compactor", at(day, 435), at(day, 435), at(day, 450 + wait))
+        ran(container, "Kits to line 2", at(day, 450), at(day, 450 + wait), at(day, 455 + wait), schedule_id=schedule_id,
+            trigger=Trigger.SCHEDULED, schedule="Kits")
+
+
+def test_what_often_came_late_is_told_with_its_cause_and_what_would_have_been(container):
+    usually_late(container)
+    [suggestion] = container.suggestions.compute().suggestions
+    assert sentence(suggestion) == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
+    assert [(action(change), promise(change)) for change in suggestion.changes] == [
+        ("Move to 07:35", "At 07:35 it would never have been late"), ("Use Sisu", "On Sisu it would never have been late"),
+        ("Any of Hall 1", "On any robot of Hall 1 it would never have been late")]
+    assert container.suggestions.latest is not None
+
+
+def test_each_change_is_a_schedule_that_can_be_saved_as_it_is(container):
+    usually_late(container)
+    [suggestion] = container.suggestions.compute().suggestions
+    drafts = [change.draft for change in suggestion.changes]
+    assert [(draft.id, draft.start.time(), draft.robot_id, draft.group_id) for draft in drafts] == [
+        (1, time(7, 35), 1, None), (1, time(7, 30), 2, None), (1, time(7, 30), None, 1)]
+    for draft in drafts:
+        assert container.catalogue.save_schedule(draft).id == 1
+
+
+def test_nothing_is_changed_by_computing(container):
+    usually_late(container)
+    before = container.catalogue.schedules()
+    container.suggestions.compute()
+    assert container.catalogue.schedules() == before
+
+
+def changed(container, **values):
+    usually_late(container)
+    container.catalogue.save_schedule(replace(container.catalogue.schedules()[0], **values))
+
+
+@pytest.mark.parametrize("prepare", [
+    lambda container: usually_late(container, mornings(count=9)), lambda container: usually_late(container, wait=4),
+    lambda container: changed(container, enabled=False), lambda container: changed(container, start=datetime(2026, 10, 12, 7, 40))])
+def test_too_few_late_starts_one_that_is_off_and_one_that_has_just_been_changed_are_left_alone(container, prepare):
+    prepare(container)
+    assert container.suggestions.compute().suggestions == ()
+
+
+def test_a_robot_that_is_off_or_lacks_the_mission_is_not_proposed(container):
+    usually_late(container)
+    container.catalogue.set_robot_enabled(3, False)
+    container.catalogue.save_group(replace(container.catalogue.groups()[0], members=(1, 3)))
+    [suggestion] = container.suggestions.compute().suggestions
+    assert [(change.option.kind, change.robot or change.group) for change in suggestion.changes] == [(Kind.TIME, ""), (Kind.ROBOT, "Sisu")]
+
+
+@pytest.mark.parametrize(("activity", "cause"), [("executing", Cause.OTHER), ("offline", Cause.SILENT), ("error", Cause.STOPPED)])
+def test_what_the_robot_was_seen_doing_is_a_cause_where_none_of_ours_ran(container, activity, cause):
+    for day in mornings():
+        ran(container, "Kits to line 2", at(day, 450), at(day, 459), at(day, 464), schedule_id=1, trigger=Trigger.SCHEDULED)
+    spans = [ActivitySpan(activity, at(day, 440), at(day, 459)) for day in mornings()]
+    container.db.write(lambda c: ActivityRepository().save(c, 1, spans))
+    [suggestion] = container.suggestions.compute().suggestions
+    assert suggestion.finding.cause is cause
+    assert "Aino" in sentence(suggestion)
+
+
+def test_the_edges_of_our_own_runs_are_nobody_elses(container):
+    usually_late(container)
+    spans = [ActivitySpan("executing", at(day, 434.5), at(day, 464.8)) for day in mornings()]
+    container.db.write(lambda c: ActivityRepository().save(c, 1, spans))
+    [suggestion] = container.suggestions.compute().suggestions
+    assert suggestion.finding.cause is Cause.BUSY
+    assert action(suggestion.changes[0]) == "Move to 07:35"
+
+
+def test_starts_that_were_skipped_count_but_not_those_that_a_person_or_the_tablet_left_out(container):
+    def lost(code):
+        for day in mornings():
+            row = Execution(Trigger.SCHEDULED, 1, "Aino", "Kits to line 2", "g", at(day, 450), at(day, 480), at(day, 450), f"{code} {day}",
+                            "UTC", State.SKIPPED, schedule_id=1, reason=Reason(code), ended_at=at(day, 480))
+            container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
+        found = container.suggestions.compute().suggestions
+        container.db.write(lambda c: c.execute("DELETE FROM executions"))
+        return [one.finding.cause for one in found]
+
+    assert lost(ReasonCode.BATTERY_LOW) == [Cause.BATTERY]
+    assert lost(ReasonCode.OVERLAP) != []
+    assert lost(ReasonCode.HOLD) == lost(ReasonCode.APP_DOWN) == lost(ReasonCode.USER_CANCELLED) == []
+
+
+def test_at_most_three_at_once(container):
+    for number in range(2, 6):
+        container.clock.advance(-40 * 86_400)
+        container.catalogue.save_schedule(Schedule(f"Kits {number}", 1, 1, datetime(2026, 10, 12, 7, 30), "UTC", "FREQ=DAILY"))
+        container.clock.advance(40 * 86_400)
+    for day in mornings():
+        ran(container, "Waste to compactor", at(day, 435), at(day, 435), at(day, 459))
+        for number in range(1, 6):
+            begins = at(day, 458 + number)
+            ran(container, f"Kits {number}", at(day, 450), begins, begins + timedelta(minutes=1), schedule_id=number,
+                trigger=Trigger.SCHEDULED)
+    assert len(container.suggestions.compute().suggestions) == 3
+
+
+# ---------------------------------------------------------------------- answers
+def test_not_now_is_silent_for_60_days_unless_it_doubles_and_can_be_undone(container, clock):
+    usually_late(container, mornings()[10:])
+    for day in mornings()[:10]:
+        ran(container, "Kits to line 2", at(day, 450), at(day, 450), at(day, 455), schedule_id=1, trigger=Trigger.SCHEDULED)
+    suggestions = container.suggestions
+    [half] = suggestions.compute().suggestions
+    assert (half.finding.late, half.finding.starts) == (10, 20)
+    answer = suggestions.dismiss(half)
+    assert suggestions.latest is None
+    assert suggestions.compute().suggestions == ()
+    suggestions.take_back(answer)
+    assert len(suggestions.compute().suggestions) == 1
+    suggestions.dismiss(half)
+    clock.advance(59 * 86_400)
+    usually_late(container, mornings(clock.now(), 19)[:19])
+    assert len(suggestions.compute().suggestions) == 1                   # all of them: it has doubled
+    container.db.write(lambda c: c.execute("DELETE FROM executions"))
+    for number, day in enumerate(mornings(clock.now(), 19)):
+        if number % 2:
+            usually_late(container, [day])
+        else:
+            ran(container, "Kits to line 2", at(day, 450), at(day, 450), at(day, 455), schedule_id=1, trigger=Trigger.SCHEDULED)
+    assert suggestions.compute().suggestions == ()
+    clock.advance(2 * 86_400)
+    assert len(suggestions.compute().suggestions) == 1
+
+
+def test_after_one_was_accepted_only_what_comes_then_counts_and_after_two_weeks_it_is_told(container, clock):
+    usually_late(container)
+    [suggestion] = container.suggestions.compute().suggestions
+    change = suggestion.changes[0]
+    container.catalogue.save_schedule(change.draft)
+    container.suggestions.accept(suggestion, change.option)
+    assert container.suggestions.compute().suggestions == ()
+    clock.advance(13 * 86_400)
+    days = mornings(clock.now(), 9)
+    for number, day in enumerate(days):
+        late = 9 if number == 4 else 0
+        ran(container, "Kits to line 2", at(day, 455), at(day, 455 + late), at(day, 460 + late), schedule_id=1, trigger=Trigger.SCHEDULED)
+    assert container.suggestions.compute().results == ()
+    clock.advance(2 * 86_400)
+    [result] = container.suggestions.compute().results
+    assert since_then(result) == "Kits: since then late 1 of 9 (before 20 of 20)"
+    clock.advance(60 * 86_400)
+    assert container.suggestions.compute().results == ()
+
+
+def test_answers_of_long_ago_are_not_kept(container, clock):
+    usually_late(container)
+    [suggestion] = container.suggestions.compute().suggestions
+    container.suggestions.dismiss(suggestion)
+    clock.advance(181 * 86_400)
+    container.suggestions.dismiss(suggestion)
+    assert container.db.read().execute("SELECT count(*) FROM suggestion_answers").fetchone()[0] == 1
+
+
+def test_a_schedule_several_times_a_day_is_moved_by_minutes_and_one_with_given_hours_not_at_all(container, clock):
+    clock.advance(-40 * 86_400)
+    [kits] = container.catalogue.schedules()
+    hourly = container.catalogue.save_schedule(replace(kits, recurrence="FREQ=HOURLY;INTERVAL=24"))
+    clock.advance(40 * 86_400)
+    usually_late(container)
+    [suggestion] = container.suggestions.compute().suggestions
+    assert (action(suggestion.changes[0]), promise(suggestion.changes[0])) == (
+        "Move 5 min later", "5 min later it would never have been late")
+    clock.advance(-40 * 86_400)
+    container.catalogue.save_schedule(replace(hourly, recurrence="FREQ=DAILY;BYHOUR=7,9"))
+    clock.advance(40 * 86_400)
+    [suggestion] = container.suggestions.compute().suggestions
+    assert Kind.TIME not in [change.option.kind for change in suggestion.changes]
