@@ -39,7 +39,9 @@ from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import DataFiles
 from app.services.files.log_export import LogExport
 from app.services.files.plan_export import PlanFiles
+from app.services.history.group_kpi import GroupFigures
 from app.services.history.kpi import Kpis
+from app.services.history.promises import PromiseFigures
 from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
 from app.services.history.shift_report import ShiftReports
@@ -107,6 +109,7 @@ class Container:
         self.history = History(db, repositories.executions, repositories.missions)
         self.catalogue = Catalogue(db, clock, self.changes)
         self.kpis = Kpis(db, clock)
+        self.group_figures, self.promises = GroupFigures(db), PromiseFigures(db)
         self.plan = Plan(db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
                          executions=repositories.executions, settings=repositories.settings, clock=clock)
         planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,

@@ -372,7 +372,7 @@ WHEN OLD.robot_id <> NEW.robot_id BEGIN
 END;
 """
 
-_SUGGESTIONS = """
+_SUGGESTIONS_AND_GROUP_FIGURES = """
 CREATE TABLE suggestion_answers (             -- what people said to suggestions; no foreign key, like the history
     id          INTEGER PRIMARY KEY AUTOINCREMENT,
     schedule_id INTEGER NOT NULL,
@@ -382,7 +382,11 @@ CREATE TABLE suggestion_answers (             -- what people said to suggestions
     starts      INTEGER NOT NULL,
     option      TEXT NOT NULL DEFAULT '{}'    -- JSON: kind and value of what was accepted
 ) STRICT;
+-- figures of groups, from the index alone
+CREATE INDEX executions_of_groups ON executions (group_id, ended_at, planned_at, bound_at, submitted_at, robot_delay_s, robot_id, state,
+    reason_code) WHERE group_id IS NOT NULL AND ended_at IS NOT NULL AND trigger = 'scheduled';
 """
 
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
-                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _GROUPS, _SUGGESTIONS)
+                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _GROUPS,
+                               _SUGGESTIONS_AND_GROUP_FIGURES)

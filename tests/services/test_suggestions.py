@@ -203,7 +203,7 @@ def test_after_one_was_accepted_only_what_comes_then_counts_and_after_two_weeks_
     assert container.suggestions.compute().results == ()
     clock.advance(2 * 86_400)
     [result] = container.suggestions.compute().results
-    assert since_then(result) == "Kits: since then late 1 of 9 (before 20 of 20)"
+    assert since_then(result) == "Kits: since then late 1 of 9 (before 20 of 20, replayed 0 of 20)"
     clock.advance(60 * 86_400)
     assert container.suggestions.compute().results == ()
 

@@ -168,7 +168,7 @@ class Kpis:
 
     def thesis(self, wanted: KpiFilter | None = None) -> ThesisKpis:
         """Success rate, mean duration, total duration per robot, completed per recorded day, utilisation."""
-        c, span = self._db.read(), _span(wanted)
+        c, span = self._db.read(), span_of(wanted)
         settings = self._settings.load(c)
         days = self._days(span, settings)
         sums = self._repository.by_robot(c, span)
@@ -235,7 +235,7 @@ class Kpis:
 
     def per_day(self, wanted: KpiFilter | None = None) -> list[DayKpis]:
         """Every local day from the first to the last with something recorded in the period; days without anything are zero."""
-        c, span = self._db.read(), _span(wanted)
+        c, span = self._db.read(), span_of(wanted)
         found = []
         robots = span.robot_ids if span.robot_ids is not None else self._repository.robots(c)
         for day in self._days(span, self._settings.load(c)):
@@ -249,7 +249,7 @@ class Kpis:
 
     def adherence(self, wanted: KpiFilter | None = None) -> Adherence:
         """Of scheduled executions only."""
-        found = self._repository.outcomes(self._db.read(), _span(wanted), _OUTCOMES)
+        found = self._repository.outcomes(self._db.read(), span_of(wanted), _OUTCOMES)
         ran = planned = found[State.COMPLETED, None, False]
         not_run: dict[ReasonCode, int] = {}
         for code, state in STATE_OF_REASON.items():
@@ -262,7 +262,7 @@ class Kpis:
 
     def delays(self, wanted: KpiFilter | None = None) -> Delays:
         """Of scheduled executions that started on the robot."""
-        found = self._repository.timings(self._db.read(), _span(wanted), DELAYS_OF)
+        found = self._repository.timings(self._db.read(), span_of(wanted), DELAYS_OF)
         both = sorted(one.app_s + one.queue_s for one in found)
         run = sorted(one.run_s for one in found if one.run_s is not None)
         return Delays(
@@ -272,15 +272,15 @@ class Kpis:
 
     def failures(self, wanted: KpiFilter | None = None) -> Sequence[Cause]:
         """Why runs failed, whatever had triggered them, the most frequent cause first."""
-        return causes(self._repository.failures(self._db.read(), _span(wanted)))
+        return causes(self._repository.failures(self._db.read(), span_of(wanted)))
 
     def not_completed(self, wanted: KpiFilter | None = None, most: int = 50) -> Sequence[Execution]:
         """What ended in any state but completed, newest first."""
-        return self._repository.not_completed(self._db.read(), _span(wanted), most)
+        return self._repository.not_completed(self._db.read(), span_of(wanted), most)
 
     def trends(self, wanted: KpiFilter | None = None, most: int = MOST_MISSIONS) -> Sequence[Trend]:
         """How long completed runs took, of the missions that took the most time in all, against the runs before the period."""
-        c, span = self._db.read(), _span(wanted)
+        c, span = self._db.read(), span_of(wanted)
         settings = self._settings.load(c)
         found = self._repository.missions(c, span)
         guids = sorted(found, key=lambda guid: (-found[guid][1], guid))[:most]
@@ -320,7 +320,8 @@ def _dates(first: date, last: date) -> Iterator[date]:
     return (first + number * DAY for number in range((last - first).days + 1))
 
 
-def _span(wanted: KpiFilter | None) -> Span:
+def span_of(wanted: KpiFilter | None) -> Span:
+    """The period and robots of a filter as the columns have them."""
     wanted = wanted or KpiFilter()
     return Span(to_text(wanted.start) if wanted.start else EARLIEST, to_text(wanted.end) if wanted.end else LATEST,
                 None if wanted.robot_ids is None else tuple(wanted.robot_ids))

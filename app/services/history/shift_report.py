@@ -12,6 +12,7 @@ from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock, midnight
 from app.domain.models import Alarm, Execution, Settings
+from app.services.history.group_kpi import GroupFigures, GroupKpis
 from app.services.history.kpi import Adherence, Delays, KpiFilter, Kpis, ThesisKpis
 from app.services.history.pareto import Cause
 from app.services.history.robot_states import RobotStates, RobotTimeline
@@ -47,6 +48,7 @@ class ShiftReport:
     runs: Sequence[Execution]
     alarms: Sequence[Alarm]
     more_alarms: int
+    groups: Sequence[GroupKpis] = ()
 
     @property
     def more_runs(self) -> int:
@@ -95,7 +97,7 @@ class ShiftReports:
         return ShiftReport(
             start, end, now, settings, next((one.robot for one in thesis.robots if one.robot_id == robot_id), ""), thesis,
             adherence, self._kpis.delays(wanted), sum(day.skipped for day in days), sum(day.missed for day in days), causes, timelines,
-            runs[:most_runs], alarms[:most_alarms], len(alarms) - most_alarms)
+            runs[:most_runs], alarms[:most_alarms], len(alarms) - most_alarms, GroupFigures(self._db).of(wanted, thesis.robots))
 
     def _alarms(self, start: datetime, end: datetime, robot_id: int | None) -> list[Alarm]:
         """That were raised in the period, or whose cause lasted into it; newest first. Those of other robots are left out."""

@@ -25,7 +25,7 @@ _OFTEN = "{where} it would have been late {late} times"
 _DONE: Mapping[str, str] = MappingProxyType({
     "at": "Move to {time}", "later": "Move {minutes} min later", "earlier": "Move {minutes} min earlier", "robot": "Use {robot}",
     "group": "Any of {group}"})
-_SINCE = "{schedule}: since then late {late} of {starts} (before {late_before} of {starts_before})"
+_SINCE = "{schedule}: since then late {late} of {starts} (before {late_before} of {starts_before}, replayed {replayed} of {starts_before})"
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,14 @@ class Suggestion:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a suggestion that was accepted at least two weeks ago: ``late`` of ``starts`` since then."""
+    """What came of a suggestion that was accepted at least two weeks ago: ``late`` of ``starts`` since then. ``replayed``: how many of
+    those before would have been late by the replay, which is what was promised."""
     schedule: Schedule
     late: int
     starts: int
     late_before: int
     starts_before: int
+    replayed: int
     answer_id: int = field(default=0, compare=False)
 
 
@@ -84,7 +86,7 @@ def action(change: Change, translate: Translate = lambda text: text) -> str:
 
 def since_then(result: Result, translate: Translate = lambda text: text) -> str:
     return translate(_SINCE).format(schedule=result.schedule.name, late=result.late, starts=result.starts, late_before=result.late_before,
-                                    starts_before=result.starts_before)
+                                    starts_before=result.starts_before, replayed=result.replayed)
 
 
 def _named(texts: Mapping[str, str], change: Change, translate: Translate) -> str:

@@ -1,0 +1,129 @@
+"""Figures of groups, and promised durations against what came."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+from statistics import median
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.database.groups import GroupRepository
+from app.domain.models import Group, Reason, ReasonCode, State, Trigger
+from app.services.history.group_kpi import GroupFigures, GroupKpis, line
+from app.services.history.kpi import KpiFilter
+from app.services.history.promises import LEAST, Kept, PromiseFigures, kept
+from app.services.history.shift_report import ReportPeriod, ShiftReports
+from tests.support.examples import examples
+from tests.support.kpi_world import NOON, World
+
+
+@pytest.fixture
+def world(tmp_path):
+    world = World(tmp_path)
+    world.db.write(lambda c: GroupRepository().add(c, Group("Hall 1", (1, 2), id=7)))
+    yield world
+    world.db.close()
+
+
+def start(world, hours, *, bound=0.0, sent=1.0, queued=0.0, state=State.COMPLETED, **values):
+    """A start of the group: its robot was chosen ``bound`` s after its instant, which had it ``sent`` s after that, and ``queued`` it."""
+    at = NOON + timedelta(hours=hours)
+    bound_at = at + timedelta(seconds=bound)
+    return world.row(state, hours, **{
+        "group_id": 7, "robot_group": "Hall 1", "bound_at": bound_at, "submitted_at": bound_at + timedelta(seconds=sent),
+        "robot_delay_s": queued, "duration_s": 300.0, "ended_at": bound_at + timedelta(seconds=sent + queued + 300), **values})
+
+
+def lost(world, hours, code, **values):
+    reason = Reason(code)
+    return world.row(reason.state, hours, group_id=7, robot_group="Hall 1", reason=reason, robot_id=None, robot="", **values)
+
+
+def test_starts_within_a_minute_and_waits_for_a_robot(world):
+    for number, bound in enumerate((0, 0, 0, 20, 50, 58.9, 60, 200, 400, 1000)):
+        start(world, -number - 1, bound=bound)
+    start(world, -11, bound=0, queued=60)                          # chosen at once, but stood in its queue
+    [found] = GroupFigures(world.db).of()
+    assert (found.group, found.starts, found.in_time, found.waited) == ("Hall 1", 11, 6, 11)
+    assert (found.wait_p50_s, found.wait_p90_s) == (pytest.approx(50), pytest.approx(400))
+    assert found.in_time_share == pytest.approx(6 / 11)
+
+
+def test_what_never_ran_counts_unless_a_person_or_the_tablet_is_the_reason(world):
+    start(world, -1)
+    for code in (ReasonCode.NO_ROBOT, ReasonCode.FINISH_BY, ReasonCode.PLACE_BUSY, ReasonCode.BATTERY_LOW, ReasonCode.OVERLAP):
+        lost(world, -2, code)
+    for code in (ReasonCode.HOLD, ReasonCode.USER_CANCELLED, ReasonCode.SCHEDULE_CHANGED, ReasonCode.APP_DOWN, ReasonCode.ROBOT_REMOVED):
+        lost(world, -3, code)
+    start(world, -4, state=State.CANCELLED, reason=Reason(ReasonCode.USER_CANCELLED))      # while it ran
+    [found] = GroupFigures(world.db).of()
+    assert (found.starts, found.in_time, found.waited) == (7, 2, 2)
+
+
+def test_only_planned_starts_of_groups_in_the_period_and_on_the_robots_count(world):
+    start(world, -1)
+    start(world, -30, robot_id=2)
+    start(world, -1, trigger=Trigger.MANUAL)
+    world.row(State.COMPLETED, -1, submitted_at=NOON)
+    figures = GroupFigures(world.db)
+    assert [one.starts for one in figures.of(KpiFilter(start=NOON - timedelta(days=1)))] == [1]
+    assert [one.starts for one in figures.of(KpiFilter(robot_ids=(2,)))] == [1]
+    assert figures.of(KpiFilter(robot_ids=())) == figures.of(KpiFilter(start=NOON + timedelta(days=1))) == []
+
+
+def test_the_use_of_its_robots_and_how_far_apart_they_are(world):
+    start(world, -1, duration_s=3600.0)
+    start(world, -2, robot_id=2, robot="Aino", duration_s=1800.0)
+    for robot_id in (1, 2):
+        world.observe(robot_id, "2026-11-23", idle=7200.0)
+    [found] = GroupFigures(world.db).of(robots=world.kpis.thesis().robots)
+    assert (dict(found.used), found.spread) == ({"Bella": .5, "Aino": .25}, .25)
+    assert line(found) == (
+        "Hall 1: 2 of 2 within 1 min of plan · waited for a robot: half 0 s, nine of ten 0 s · use of its robots 25–50 %")
+    assert line(replace(found, used=(), wait_p50_s=None)) == "Hall 1: 2 of 2 within 1 min of plan"
+    assert GroupKpis(1, "x").in_time_share is None
+
+
+def test_a_group_that_was_removed_keeps_its_name_and_figures(world):
+    start(world, -1)
+    world.db.write(lambda c: GroupRepository().remove(c, 7))
+    [found] = GroupFigures(world.db).of()
+    assert (found.group, found.starts) == ("Hall 1", 1)
+
+
+def test_the_shift_report_has_the_groups_of_its_period(world):
+    start(world, -1)
+    reports = ShiftReports(world.db, world.clock)
+    assert [one.starts for one in reports.make(ReportPeriod.SHIFT).groups] == [1]
+    assert reports.make(ReportPeriod.YESTERDAY).groups == []
+
+
+# ---------------------------------------------------------------------- promised and come
+def test_runs_that_stay_under_what_nine_of_ten_did_keep_the_promise(world):
+    for number, seconds in enumerate([100.0] * LEAST + [100.0, 90.0, 130.0]):
+        world.row(State.COMPLETED, number - 40, duration_s=seconds, mission_guid="g")
+    world.row(State.COMPLETED, -1, duration_s=999.0, mission_guid="another")
+    world.row(State.FAILED, -1, duration_s=999.0, mission_guid="g")
+    assert PromiseFigures(world.db).of() == Kept(3, 2, 10.0, 30.0)
+    assert PromiseFigures(world.db).of(KpiFilter(start=NOON - timedelta(hours=33))) == Kept(1, 0, 30.0, 30.0)
+    assert PromiseFigures(world.db).of(KpiFilter(robot_ids=(2,))) == Kept()
+    assert Kept().share is None
+
+
+@examples(60)
+@given(st.lists(st.lists(st.floats(1, 1000), max_size=40), max_size=3), st.integers(0, 40))
+def test_a_promise_is_what_the_twenty_runs_before_say(histories, since):
+    timed = [[(f"{number:03}", seconds) for number, seconds in enumerate(each)] for each in histories]
+    off, number, held = [], 0, 0
+    for each in histories:
+        for place in range(max(since, LEAST), len(each)):
+            before = sorted(each[max(0, place - 20):place])
+            number, held = number + 1, held + (sum(one < each[place] for one in before) * 10 < 9 * len(before))
+            off.append(abs(each[place] - median(before)))
+    found = kept(timed, f"{since:03}")
+    assert (found.runs, found.kept) == (number, held)
+    assert (found.off_p50_s is None) == (number == 0)
+    if off:
+        assert min(off) <= found.off_p50_s <= found.off_p90_s <= max(off)
