@@ -134,6 +134,17 @@ def test_a_place_that_is_wanted_for_most_of_an_hour_is_told_once(container):
     assert [code for code, _ in found(container, draft("08:58"))[0]] == []
 
 
+def test_a_place_that_is_being_entered_is_told_its_worst_hour(container):
+    for minute in range(8):
+        plan(container, f"07:{minute * 7:02}", robot_id=4)
+        plan(container, f"09:{minute * 7:02}", robot_id=4, mission_id=2)
+    dock = Place("Dock 2", 2, (1, 2, 99))
+    told = container.plan.place_warning(dock)
+    assert conflicts.sentence(told.code, told.at, told.details, ZONE).startswith("From 09:00 to 10:00 Dock 2 is wanted for 80 %")
+    assert container.plan.place_warning(replace(dock, most=3)) is None
+    assert container.plan.place_warning(replace(dock, missions=())) is None
+
+
 # ---------------------------------------------------------------------- what matters more
 def test_a_run_that_nearly_always_makes_a_more_important_one_late_is_told_instead_of_the_overlap(container):
     ran(container, [600.0] * 19 + [100.0])

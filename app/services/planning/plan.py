@@ -14,11 +14,11 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule
+from app.domain.models import DurationEstimate, Group, Mission, Place, Robot, Schedule
 from app.services.allocation.decide import AHEAD
 from app.services.planning.foreseen import Foreseen
 from app.services.planning.known import Known, quick
-from app.services.planning.plan_conflicts import Shared, plan_conflicts
+from app.services.planning.plan_conflicts import Shared, place_warning, plan_conflicts
 from app.services.planning.planned import Conflict, Planned, PlannedRun, at_instant, nobody
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -27,6 +27,7 @@ __all__ = ["LONGEST_RUN", "MOMENT", "MOST", "Conflict", "Plan", "Planned", "Plan
 
 MOMENT = timedelta(microseconds=1)
 MOST = 100_000                  # occurrences in one span: what takes half a second and 30 MB
+WEEK = timedelta(days=7)
 LONGEST_RUN = timedelta(hours=12)        # of a run that is still under way when a span begins
 
 
@@ -75,6 +76,12 @@ class Plan:
             return runs
         last = runs[-1].at + timedelta(seconds=AHEAD)
         return reading.foreseen.of([*runs, *takewhile(lambda run: run.at < last, ahead)], last)[:count]
+
+    def place_warning(self, place: Place) -> Conflict | None:
+        """The hour of the next week in which a place, saved or not, is wanted most, where that is for more than 70 % of it."""
+        now, missions = self._clock.now(), {mission.id: mission.name for mission in self._missions.all(self._db.read())}
+        names = {missions[mission_id] for mission_id in place.missions if mission_id in missions}
+        return place_warning(self.between(now, now + WEEK).runs, place.name, place.most, names)
 
     def skips(self) -> set[Skip]:
         """Starts to come that a person has left out."""

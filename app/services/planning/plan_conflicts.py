@@ -5,7 +5,7 @@ It rests on planned instants and usual durations alone, so that whatever is said
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from math import ceil
@@ -64,13 +64,29 @@ def _places(runs: Sequence[PlannedRun], shared: Shared, since: datetime, last: d
         spans = [_span(run) for run in runs if run.mission.name in missions]
         for at, details in _crowds(spans, room, last):
             yield Conflict(ConflictCode.PLACE_FULL, at, {"place": name, "place_id": place_id, "most": room, **details})
-        hours = defaultdict[datetime, list[Span]](list)
-        for span in spans:
-            hours[span.begins.replace(minute=0, second=0, microsecond=0)].append(span)
-        for hour, those in hours.items():
-            if hour >= since and hour + HOUR <= last and (share := load(those, room, hour)) > CROWDED:
-                yield Conflict(ConflictCode.PLACE_CROWDED, hour, {"place": name, "place_id": place_id, "percent": round(100 * share),
+        for hour, percent in _crowded_hours(spans, room):
+            if hour >= since and hour + HOUR <= last:
+                yield Conflict(ConflictCode.PLACE_CROWDED, hour, {"place": name, "place_id": place_id, "percent": percent,
                                                                   "until": hour + HOUR})
+
+
+def _crowded_hours(spans: Iterable[Span], room: int) -> Iterator[tuple[datetime, int]]:
+    """With the share of the hour in %."""
+    hours = defaultdict[datetime, list[Span]](list)
+    for span in spans:
+        hours[span.begins.replace(minute=0, second=0, microsecond=0)].append(span)
+    for hour, those in hours.items():
+        if (share := load(those, room, hour)) > CROWDED:
+            yield hour, round(100 * share)
+
+
+def place_warning(runs: Iterable[PlannedRun], name: str, room: int, missions: Collection[str]) -> Conflict | None:
+    """The worst hour of a place, entered but perhaps not saved; None: there is none in which it is wanted for most of the time."""
+    hours = list(_crowded_hours((_span(run) for run in runs if run.mission.name in missions), room))
+    if not hours:
+        return None
+    hour, percent = max(hours, key=lambda one: (one[1], -one[0].timestamp()))
+    return Conflict(ConflictCode.PLACE_CROWDED, hour, {"place": name, "percent": percent, "until": hour + HOUR})
 
 
 def _behind(runs: Sequence[PlannedRun], shared: Shared) -> Iterator[Conflict]:
