@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import Group, Mission, Overlap, Schedule
+from app.domain.models import Group, Mission, Overlap, Place, Schedule
 from app.services.files.plan_export import PlanFiles
 from tests.support.site import Site
 
@@ -69,6 +69,14 @@ def test_fixed_starts_keep_their_robot_and_groups_go_around_them(site, hall):
     runs = planned(site)
     assert [(run.schedule.id == fixed.id, run.robot.name, run.group is None, run.is_approximate) for run in runs] == [
         (True, "R1", True, False), (False, "R2", False, True)]
+
+
+def test_a_start_waits_for_a_place_that_a_fixed_one_on_another_robot_has(site, hall):
+    site.container.catalogue.save_place(Place("Dock 2", 1, (1,)))
+    site.container.catalogue.save_schedule(Schedule("", 4, 1, datetime(2026, 11, 23, 7, 28), "UTC", "FREQ=DAILY",
+                                                    respect_working_days=False))
+    kits(site, hall, "07:30")
+    assert [(run.robot.name, f"{run.begins:%H:%M}") for run in planned(site)] == [("R4", "07:28"), ("R1", "07:38")]
 
 
 def test_robots_that_are_off_held_or_lack_the_mission_are_not_expected_to_come(site, hall):

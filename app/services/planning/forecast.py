@@ -21,7 +21,7 @@ MOST_LAID = 20_000           # starts laid on robots for groups that share robot
 
 
 class Wanted(NamedTuple):
-    """A start to come. ``fixed``: on its only member, at its instant, as schedules of one robot are."""
+    """A start to come. ``fixed``: on its only member, at its instant, as schedules of one robot are. ``places``: those that it uses."""
     at: float
     mission: str
     members: tuple[int, ...]
@@ -31,6 +31,7 @@ class Wanted(NamedTuple):
     finish: float | None = None          # by when it has to be done
     keep_free: int = 0
     at_once: bool = False
+    places: tuple[str, ...] = ()
 
 
 class Found(NamedTuple):
@@ -44,13 +45,16 @@ class Found(NamedTuple):
 @dataclass(frozen=True)
 class Site:
     """Robots by id: their names, when each is free, hours run on the day on which the forecast begins, and from when to when it is held.
-    ``days``: where the next days begin, in order."""
+    ``days``: where the next days begin, in order. ``room``: how many may be at each place; ``at_places``: until when those are that have
+    it now."""
     names: Mapping[int, str]
     takes: Takes
     free: Mapping[int, float] = field(default_factory=dict)
     hours: Mapping[int, float] = field(default_factory=dict)
     held: Mapping[int, Sequence[tuple[float, float]]] = field(default_factory=dict)
     days: Sequence[float] = ()
+    room: Mapping[str, int] = field(default_factory=dict)
+    at_places: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
 def forecast(wanted: Sequence[Wanted], site: Site) -> dict[int, Found]:
@@ -62,7 +66,7 @@ def forecast(wanted: Sequence[Wanted], site: Site) -> dict[int, Found]:
 
 
 def _apart(wanted: Sequence[Wanted]) -> Iterator[tuple[list[int], tuple[int, ...]]]:
-    """Starts, by their places, and robots that have to be looked at together: those of groups that share robots."""
+    """Starts, by their numbers, and robots that have to be looked at together: those of groups that share robots, or places with others."""
     leader: dict[int, int] = {}
 
     def led_by(robot_id: int) -> int:
@@ -70,8 +74,11 @@ def _apart(wanted: Sequence[Wanted]) -> Iterator[tuple[list[int], tuple[int, ...
             robot_id = above
         return robot_id
 
-    of_groups = {each.members for each in wanted if not each.fixed and each.members}
-    for members in of_groups:
+    of_groups = {(each.members, each.places) for each in wanted if not each.fixed and each.members}
+    together = [members for members, _ in of_groups]
+    for name in {name for _, used in of_groups for name in used}:
+        together.append(tuple({robot_id for each in wanted if name in each.places for robot_id in each.members}))
+    for members in together:
         for robot_id in members:
             leader[led_by(robot_id)] = led_by(members[0])
     places = defaultdict[int, list[int]](list)
@@ -95,6 +102,9 @@ class _Course:
         self._found: dict[int, Found] = {}
         self._coming: dict[tuple[str, tuple[int, ...]], float] = {}
         self._laid = 0
+        self._leave = defaultdict[str, list[float]](list)                # until when who is at a place is there
+        for name, ends in site.at_places.items():
+            self._leave[name] += ends
 
     def run(self) -> dict[int, Found]:
         now = -inf
@@ -117,6 +127,7 @@ class _Course:
         robots = {robot_id for place in self._waiting for robot_id in self._wanted[place].members}
         ends = [self._free[robot_id] for robot_id in robots]
         ends += [until for robot_id in robots for _, until in self._site.held.get(robot_id, ())]
+        ends += [until for place in self._waiting for name in self._wanted[place].places for until in self._leave[name]]
         calls = [self._wanted[place].closes - LAST_CALL for place in self._waiting]
         return min(due, min((instant for instant in ends + calls if instant > now), default=inf))
 
@@ -138,6 +149,8 @@ class _Course:
         self._free[robot_id] = begins + lasts
         self._hours[robot_id] += lasts / HOUR
         self._found[place] = Found(robot_id, begins, begins + lasts, in_time)
+        for name in self._wanted[place].places:
+            self._leave[name].append(begins + lasts)
 
     # ------------------------------------------------------------------ decisions
     def _decide(self, now: float) -> None:
@@ -163,12 +176,20 @@ class _Course:
         members = {robot_id: Member(robot_id, self._site.names[robot_id], self._free[robot_id] <= now,
                                     max(0.0, self._free[robot_id] - now), hours=self._hours[robot_id], out=self._out(robot_id, now))
                    for robot_id in robots}
-        return Situation(members, starts, self._site.takes, list(self._protected(now, robots, min(start.priority for start in starts))))
+        coming = list(self._protected(now, robots, min(start.priority for start in starts)))
+        room = self._room_left(now, {name for start in starts for name in start.places})
+        return Situation(members, starts, self._site.takes, coming, room)
+
+    def _room_left(self, now: float, places: Iterable[str]) -> dict[str, int]:
+        for name in places:
+            self._leave[name] = [until for until in self._leave[name] if until > now]
+        return {name: self._site.room[name] - len(self._leave[name]) for name in places}
 
     def _start(self, place: int, now: float, is_last_call: bool) -> Start:
         each = self._wanted[place]
         return Start(place, each.mission, each.members, each.priority, each.at - now, LAST_CALL if is_last_call else each.closes - now,
-                     None if each.finish is None else each.finish - now, keep_free=each.keep_free, at_once=each.at_once)
+                     None if each.finish is None else each.finish - now, keep_free=each.keep_free, at_once=each.at_once,
+                     places=each.places)
 
     def _out(self, robot_id: int, now: float) -> Out | None:
         return Out.HELD if any(since <= now < until for since, until in self._site.held.get(robot_id, ())) else None

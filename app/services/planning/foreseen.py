@@ -10,6 +10,8 @@ from math import inf
 from zoneinfo import ZoneInfo
 
 from app.database.executions import ExecutionRepository
+from app.database.group_starts import GroupStartRepository
+from app.database.groups import PlaceRepository
 from app.database.holds import HoldRepository
 from app.database.usage import UsageRepository
 from app.domain import rules
@@ -35,10 +37,15 @@ class Foreseen:
         self.members = {group.id: tuple(robot_id for robot_id in group.members
                                          if robot_id in robots and not robots[robot_id].needs_password) for group in groups.values()}
         self.shared = frozenset(robot_id for members in self.members.values() for robot_id in members)
+        places = PlaceRepository().all(c)
+        self._room = {place.name: place.most for place in places}
+        self._places = {name: tuple(place.name for place in places if name in {known.missions[one].name for one in place.missions})
+                        for name in {known.missions[one].name for place in places for one in place.missions}}
 
     def concerns(self, schedule: Schedule) -> bool:
-        """Whether its starts use robots of a group."""
-        return schedule.group_id is not None or schedule.robot_id in self.shared
+        """Whether its starts use robots of a group, or a place."""
+        return schedule.group_id is not None or schedule.robot_id in self.shared or (
+            bool(self._places) and self._known.missions[schedule.mission_id].name in self._places)
 
     def of(self, runs: Sequence[PlannedRun], until: datetime) -> list[PlannedRun]:
         """The same runs, in order of time; those of groups before ``until`` with the robots that they will probably get."""
@@ -74,19 +81,19 @@ class Foreseen:
     def _wanted(self, run: PlannedRun) -> Wanted:
         schedule, at = run.schedule, self._seconds(run.at)
         if run.group is None:
-            return Wanted(at, run.mission.name, (run.robot.id,), True, schedule.priority)
+            return Wanted(at, run.mission.name, (run.robot.id,), True, schedule.priority, places=self._places.get(run.mission.name, ()))
         closes = self._seconds(rules.closes_at(run.at, schedule.start_window_minutes, self._settings))
         finish = None if schedule.finish_by_minutes is None else at + schedule.finish_by_minutes * 60
         return Wanted(at, run.mission.name, self.members[run.group.id], False, schedule.priority, closes, finish, run.group.keep_free,
-                      run.group.hand_over is HandOver.AT_ONCE)
+                      run.group.hand_over is HandOver.AT_ONCE, self._places.get(run.mission.name, ()))
 
     def _waiting(self) -> Iterator[Wanted]:
         """What waits for a robot already."""
-        for row in ExecutionRepository().unbound(self._c):
+        for row in GroupStartRepository().unbound(self._c):
             if (group := self._groups.get(row.group_id or 0)) is not None and not row.held and row.closes_at > self._now:
                 yield Wanted(self._seconds(row.planned_at), row.mission, self.members[group.id], False, row.priority,
                              self._seconds(row.closes_at), None if row.finish_by is None else self._seconds(row.finish_by), group.keep_free,
-                             group.hand_over is HandOver.AT_ONCE)
+                             group.hand_over is HandOver.AT_ONCE, self._places.get(row.mission, ()))
 
     def _site(self, last: datetime) -> Site:
         day, days = self.origin.astimezone(self._zone).date() + DAY, list[float]()
@@ -94,16 +101,19 @@ class Foreseen:
             days.append(self._seconds(begins))
             day += DAY
         is_now = self.origin == self._now
-        return Site({robot_id: self._robots[robot_id].name for robot_id in self.shared}, self._known.takes,
-                    self._busy() if is_now else {}, self._hours() if is_now else {}, self._held(), days)
+        busy, at_places = self._busy() if is_now else ({}, {})
+        return Site({robot_id: self._robots[robot_id].name for robot_id in self.shared}, self._known.takes, busy,
+                    self._hours() if is_now else {}, self._held(), days, self._room, at_places)
 
-    def _busy(self) -> dict[int, float]:
-        """Until when each robot has to do with what it has of ours."""
-        left: dict[int, float] = {}
+    def _busy(self) -> tuple[Mapping[int, float], Mapping[str, Sequence[float]]]:
+        """Until when each robot has to do with what it has of ours, and until when that needs the places that it uses."""
+        left, at_places = dict[int, float](), defaultdict[str, list[float]](list)
         for row in ExecutionRepository().open_all(self._c):
-            if row.robot_id in self.shared and row.robot_id is not None:
+            if row.robot_id is not None:
                 left[row.robot_id] = left.get(row.robot_id, 0.0) + self._left(row, row.robot_id)
-        return left
+                for place in self._places.get(row.mission, ()):
+                    at_places[place].append(left[row.robot_id])
+        return left, at_places
 
     def _left(self, row: Execution, robot_id: int) -> float:
         usual = self._known.usual(robot_id, Mission(row.mission, row.mission_guid))

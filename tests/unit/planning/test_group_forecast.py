@@ -85,8 +85,24 @@ def test_what_is_handed_over_at_once_waits_in_the_queue_of_the_robot_that_is_don
     assert sorted((whose(found, n), found[n].begins) for n in range(3)) == [("Aino", 0.0), ("Sisu", 0.0), ("Sisu", 200.0)]
 
 
+def test_a_full_place_keeps_a_start_waiting_but_no_robot_from_another_one():
+    wanted = [kits(0.0, places=("Dock",)), kits(0.0, places=("Dock",)), kits(0.0, places=("Dock",)), kits(0.0)]
+    found = forecast(wanted, site(room={"Dock": 2}))
+    assert [found[number].begins for number in range(4)] == [0.0, 0.0, 300.0, 0.0]
+    assert forecast(wanted, site(room={"Dock": 2}, at_places={"Dock": [100.0, 200.0]}))[0].begins == 100.0
+
+
+def test_whoever_uses_a_place_uses_it_also_robots_of_other_groups_and_of_none():
+    wanted = [fixed(0.0, 4, places=("Dock",)), kits(10.0, members=(1, 2), places=("Dock",)), kits(10.0, members=(3,), places=("Dock",))]
+    found = forecast(wanted, site(room={"Dock": 1}))
+    assert [found[number].begins for number in range(3)] == [0.0, 300.0, 600.0]
+    short = [each._replace(closes=200.0) for each in wanted]
+    assert sorted(forecast(short, site(room={"Dock": 1}))) == [0]          # never in a queue, as the place is full
+
+
 # ---------------------------------------------------------------------- whatever the plan
 LASTS = st.integers(20, 1500)
+ROOM = {"Dock": 2, "Gate": 1}
 
 
 @st.composite
@@ -99,12 +115,13 @@ def plans(draw):
         members = draw(st.sampled_from(((1, 2, 3), (3, 4), (1,), (2,), (4,))))
         is_fixed = len(members) == 1 and draw(st.booleans())
         finish = None if is_fixed or draw(st.booleans()) else at + float(draw(LASTS))
-        wanted.append(Wanted(float(at), mission, members, is_fixed, priority, at + 60.0 * draw(st.integers(1, 30)), finish))
+        places = draw(st.sampled_from(((), (), ("Dock",), ("Dock", "Gate"))))
+        wanted.append(Wanted(float(at), mission, members, is_fixed, priority, at + 60.0 * draw(st.integers(1, 30)), finish, places=places))
     return wanted, lasts
 
 
 def of(lasts):
-    return site(lambda robot_id, mission, *, slow=False: lasts[robot_id, mission] * (1.3 if slow else 1.0))
+    return site(lambda robot_id, mission, *, slow=False: lasts[robot_id, mission] * (1.3 if slow else 1.0), room=ROOM)
 
 
 @examples(150)
@@ -126,12 +143,24 @@ def test_nobody_does_two_things_at_once_nor_before_their_time_nor_what_is_not_th
 
 @examples(150)
 @given(plans())
-def test_only_what_cannot_be_done_in_time_gets_nobody(plan):
+def test_only_what_cannot_be_done_in_time_or_waits_for_a_place_gets_nobody(plan):
     wanted, lasts = plan
     found = forecast(wanted, of(lasts))
     in_groups = {robot_id for each in wanted if not each.fixed for robot_id in each.members}
     lost = [each for number, each in enumerate(wanted) if number not in found and not in_groups.isdisjoint(each.members)]
-    assert all(each.finish is not None and not each.fixed for each in lost)
+    assert all((each.finish is not None or each.places) and not each.fixed for each in lost)
+
+
+@examples(150)
+@given(plans())
+def test_a_start_of_a_group_begins_only_where_there_is_room_at_its_places(plan):
+    wanted, lasts = plan
+    found = forecast(wanted, of(lasts))
+    for number, one in found.items():
+        for name in wanted[number].places if one.in_time and not wanted[number].fixed else ():
+            there = sum(name in wanted[other].places and each.ends > one.begins
+                        and (wanted[other].at if wanted[other].fixed else each.begins) <= one.begins for other, each in found.items())
+            assert there <= ROOM[name]
 
 
 @examples(150)
@@ -139,7 +168,8 @@ def test_only_what_cannot_be_done_in_time_gets_nobody(plan):
 def test_each_choice_is_the_one_of_the_decision_code_at_that_moment(plan, last):
     """The newest start of a plan, where nothing else waits: the robots as the starts before it leave them."""
     wanted, lasts = plan
-    wanted = [*wanted[:last], wanted[last % len(wanted)]._replace(at=9000.0, closes=9900.0, finish=None, fixed=False, members=(1, 2, 3))]
+    wanted = [*wanted[:last], wanted[last % len(wanted)]._replace(at=9000.0, closes=9900.0, finish=None, fixed=False, members=(1, 2, 3),
+                                                                      places=())]
     found = forecast(wanted, of(lasts))
     earlier = [found[number] for number in range(len(wanted) - 1) if number in found]
     if any(one.begins >= 9000.0 for one in earlier):
