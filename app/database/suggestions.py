@@ -26,6 +26,9 @@ class PastRun(NamedTuple):
     ended: float | None
 
 
+_PLANNED = PastRun._fields.index("planned")          # None where a database from elsewhere has no instant there
+
+
 class PastActivity(NamedTuple):
     robot: int
     activity: str
@@ -51,26 +54,26 @@ class SuggestionRepository:
         """What was planned since then and has ended, in order of time."""
         rows = c.execute(f"""{_RUNS} INDEXED BY executions_planned WHERE planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at""",
                          (to_text(since),))
-        return [PastRun(*row) for row in rows]
+        return [PastRun(*row) for row in rows if row[_PLANNED] is not None]
 
     def runs_of(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> list[PastRun]:
         """The same of one schedule."""
         rows = c.execute(f"{_RUNS} WHERE schedule_id = ? AND planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at",
                          (schedule_id, to_text(since)))
-        return [PastRun(*row) for row in rows]
+        return [PastRun(*row) for row in rows if row[_PLANNED] is not None]
 
     def activities(self, c: sqlite3.Connection, since: datetime) -> list[PastActivity]:
         """When robots were seen not to be free, each in order of time."""
         rows = c.execute(f"""SELECT robot_id, activity, {_seconds('started_at')}, {_seconds('ended_at')} FROM activity_spans
                             WHERE started_at >= ? AND activity IN ('executing', 'paused', 'error', 'offline')
                             ORDER BY robot_id, started_at""", (to_text(since),))
-        return [PastActivity(*row) for row in rows]
+        return [PastActivity(*row) for row in rows if None not in (row[2], row[3])]
 
     # ------------------------------------------------------------------ answers
     def answers(self, c: sqlite3.Connection) -> list[Answer]:
-        """Oldest first."""
+        """Oldest first. One that can't be read, in a database from elsewhere, is left out: it is no more than a wish for silence."""
         rows = c.execute("SELECT schedule_id, answer, answered_at, late, starts, option, id FROM suggestion_answers ORDER BY id")
-        return [Answer(row[0], row[1], to_instant(row[2]), row[3], row[4], from_json(row[5]), row[6]) for row in rows]
+        return [answer for row in rows if (answer := _answer(row)) is not None]
 
     def answer(self, c: sqlite3.Connection, given: Answer) -> Answer:
         """Returns it with its id. Those that nobody needs any more are deleted."""
@@ -82,6 +85,15 @@ class SuggestionRepository:
 
     def take_back(self, c: sqlite3.Connection, answer_id: int) -> None:
         c.execute("DELETE FROM suggestion_answers WHERE id = ?", (answer_id,))
+
+
+def _answer(row: sqlite3.Row) -> Answer | None:
+    try:
+        at, option = to_instant(row[2]), from_json(row[5])
+    except (ValueError, RecursionError):
+        return None
+    is_sound = at.tzinfo is not None and row[4] > 0 and isinstance(option, dict) and type(option.get("late", 0)) is int
+    return Answer(row[0], row[1], at, row[3], row[4], option, row[6]) if is_sound else None
 
 
 def _seconds(column: str) -> str:

@@ -208,6 +208,25 @@ def test_after_one_was_accepted_only_what_comes_then_counts_and_after_two_weeks_
     assert container.suggestions.compute().results == ()
 
 
+@pytest.mark.parametrize("wrong", ["starts = 0", "answered_at = 'soon'", "answered_at = '2026-11-20'", "option = '['", "option = '[]'",
+                                   """option = '{"late": "x"}'"""])
+def test_an_answer_that_cannot_be_read_keeps_nothing_silent_and_ends_nothing(container, wrong):
+    usually_late(container)
+    [suggestion] = container.suggestions.compute().suggestions
+    container.suggestions.dismiss(suggestion)
+    container.db.write(lambda c: c.execute(f"UPDATE suggestion_answers SET {wrong}"))
+    assert len(container.suggestions.compute().suggestions) == 1
+
+
+def test_rows_without_a_readable_instant_are_left_out(container):
+    usually_late(container)
+    container.db.write(lambda c: ActivityRepository().save(c, 1, [ActivitySpan("error", at(mornings()[0], 1), at(mornings()[0], 2))]))
+    container.db.write(lambda c: c.execute("UPDATE activity_spans SET ended_at = 'soon'"))
+    container.db.write(lambda c: c.execute("UPDATE executions SET planned_at = '2026-11-19 soon' WHERE id IN (1, 2)"))
+    [suggestion] = container.suggestions.compute().suggestions
+    assert suggestion.finding.starts == 19
+
+
 def test_answers_of_long_ago_are_not_kept(container, clock):
     usually_late(container)
     [suggestion] = container.suggestions.compute().suggestions

@@ -90,7 +90,7 @@ class Suggestions:
                 continue
             runs = [run for run in self._repository.runs_of(c, answer.schedule_id, answer.at) if counts(run)]
             if runs:
-                replayed = int(answer.option.get("late", 0))
+                replayed = answer.option.get("late", 0)
                 yield Result(schedule, sum(is_late(run) for run in runs), len(runs), answer.late, answer.starts, replayed, answer.id)
 
 
