@@ -6,7 +6,7 @@ others late (``tests/benchmarks/bench_suggestions.py`` tries them out in the wee
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import sqrt
@@ -92,13 +92,13 @@ def is_usual(late: int, starts: int) -> bool:
     return low / (1 + z2 / starts) >= USUALLY
 
 
-def findings(past: Past, rules: Sequence[Rule]) -> list[Finding]:
-    """Those for which something would have helped, the worst first."""
+def findings(past: Past, rules: Sequence[Rule], pause: Callable[[], object] = lambda: None) -> list[Finding]:
+    """Those for which something would have helped, the worst first. ``pause`` is called every few milliseconds."""
     found = []
     for rule in rules:
         starts = past.of_schedule.get(rule.id, [])
         late = [start for start in starts if start.is_late]
-        if is_usual(len(late), len(starts)) and (options := _options(past, rule, starts, len(late))):
+        if is_usual(len(late), len(starts)) and (options := _options(past, rule, starts, len(late), pause)):
             found.append(_finding(past, rule, starts, late, options))
     return sorted(found, key=lambda one: (-one.share, -one.late, one.schedule))
 
@@ -114,7 +114,7 @@ def _finding(past: Past, rule: Rule, starts: Sequence[Start], late: Sequence[Sta
                    rule.robots[0] if len(rule.robots) == 1 else 0, options)
 
 
-def _options(past: Past, rule: Rule, starts: Sequence[Start], late: int) -> list[Option]:
+def _options(past: Past, rule: Rule, starts: Sequence[Start], late: int, pause: Callable[[], object]) -> list[Option]:
     """At most one of each kind, the one with the fewest late starts first."""
     lasted = [start.ended - start.started for start in starts if start.started is not None and start.ended is not None]
     lasts = median(lasted) if lasted else LASTS_S
@@ -125,6 +125,7 @@ def _options(past: Past, rule: Rule, starts: Sequence[Start], late: int) -> list
     most = [(1 - LEAST_GAIN) * number for number in past.late_in_halves(rule.id)]
     best: dict[Kind, list[tuple[float, Option]]] = {}
     for kind, value, shift, robots in changes:
+        pause()
         after = past.replay(rule.id, shift, robots, lasts, (most[0], most[1]))
         if after is None or before is None or (cost := _cost(before, after, late)) is None:
             continue

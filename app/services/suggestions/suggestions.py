@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import sqlite3
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
@@ -55,7 +56,7 @@ class Suggestions:
         since = {schedule.id: max(filter(None, (schedule.changed_at, accepted.get(schedule.id), now - LOOKS_BACK))).timestamp()
                  for schedule in site.schedules.values() if schedule.enabled and schedule.next_at is not None}
         past = past_of(self._repository.runs(c, now - LOOKS_BACK), self._repository.activities(c, now - LOOKS_BACK), since)
-        found = findings(past, [site.rule(site.schedules[key]) for key in since])
+        found = findings(past, [site.rule(site.schedules[key]) for key in since], _let_others_go_on)
         told = [one for one in found if not _is_silent(one, answers, now)][:MOST]
         advice = Advice(tuple(site.suggestion(one) for one in told), tuple(self._results(c, site, answers, now)))
         self.latest = advice
@@ -92,6 +93,11 @@ class Suggestions:
             if runs:
                 replayed = answer.option.get("late", 0)
                 yield Result(schedule, sum(is_late(run) for run in runs), len(runs), answer.late, answer.starts, replayed, answer.id)
+
+
+def _let_others_go_on() -> None:
+    """Give the interpreter away for a moment, so that a window is drawn in time meanwhile."""
+    time.sleep(0)
 
 
 def _is_silent(finding: Finding, answers: Sequence[Answer], now: datetime) -> bool:

@@ -50,6 +50,12 @@ def test_few_starts_small_delays_and_rare_ones_are_no_finding(past):
     assert findings(past, [KITS]) == []
 
 
+def test_others_may_go_on_between_two_replays():
+    paused = []
+    findings(weeks(), [KITS, replace(KITS, id=2)], lambda: paused.append(1))
+    assert len(paused) == len(KITS.shifts) + 2                     # of the one that was late
+
+
 def test_where_nothing_would_have_helped_nothing_is_said():
     assert findings(weeks(), [replace(KITS, shifts=(), others=(), groups=())]) == []
 
