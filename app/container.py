@@ -18,7 +18,7 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock, SystemClock, local_timezone_name
-from app.domain.models import Robot, Settings
+from app.domain.models import Connection, Robot, Settings
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
@@ -29,6 +29,7 @@ from app.services.catalogue.stored import problem_in
 from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.clock_guard import ClockGuard
 from app.services.dispatch.engine import Engine
+from app.services.dispatch.freedom import can_work
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
 from app.services.dispatch.runner import Runner
@@ -111,7 +112,7 @@ class Container:
         self.kpis = Kpis(db, clock)
         self.group_figures, self.promises = GroupFigures(db), PromiseFigures(db)
         self.plan = Plan(db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
-                         executions=repositories.executions, settings=repositories.settings, clock=clock)
+                         executions=repositories.executions, settings=repositories.settings, clock=clock, is_out=self._is_out)
         planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
                           missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
                           alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
@@ -159,6 +160,13 @@ class Container:
         container = cls(db, clock, make_client=make_client, with_window=with_window, machine=machine_id())
         container.first_start()
         return container
+
+    def _is_out(self, robot_id: int) -> bool:
+        """Whether a robot is known to be silent or stopped."""
+        seen = self.snapshots.get(robot_id)
+        if seen.connection not in (Connection.UNKNOWN, Connection.CONNECTED, Connection.SLOW):
+            return True
+        return seen.status is not None and not can_work(seen.status)
 
     def _may_have(self, robot_id: int, guid: str) -> bool:
         """Whether a robot has a mission, as far as its list is known."""

@@ -90,6 +90,18 @@ def test_robots_that_are_off_held_or_lack_the_mission_are_not_expected_to_come(s
     assert planned(site) == ()
 
 
+def test_a_robot_that_is_silent_now_is_not_expected_to_come_within_minutes(site, hall):
+    kits(site, hall, "06:12")
+    kits(site, hall, "06:30")
+    assert [run.robot.name for run in planned(site, site.clock.now(), 1.0)] == ["R1", "R2"]
+    site.network.down.add("R1")
+    site.run(240)
+    assert [run.robot.name for run in planned(site, site.clock.now(), 1.0)] == ["R2", "R1"]
+    site.network.down.clear()
+    site.run(60)
+    assert [run.robot.name for run in planned(site, site.clock.now(), 1.0)] == ["R1", "R2"]
+
+
 def test_a_mission_of_another_robot_means_what_that_robot_has_of_its_name(site, hall):
     site.container.catalogue.save_mission(Mission("Deliver", "e0cb8c3c-1bbb-11f0-9ba0-000e8e9884ec", robot_id=1, usual_minutes=3))
     kits(site, hall, "07:30")

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from math import inf
@@ -18,6 +18,7 @@ from app.domain import rules
 from app.domain.clock import midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State
 from app.services.allocation import estimates
+from app.services.allocation.decide import AHEAD
 from app.services.planning.forecast import HOUR, Found, Site, Wanted, forecast
 from app.services.planning.known import Known, quick
 from app.services.planning.planned import PlannedRun
@@ -26,13 +27,14 @@ DAY = timedelta(days=1)
 
 
 class Foreseen:
-    """``robots``: those that are switched on, by id. ``origin``: when the forecast begins, now or the midnight before what is looked at, so
-    that a start gets the same robot however much is looked at."""
+    """``robots``: those that are switched on, by id. ``is_out``: whether one is silent or stopped at present: it is then believed to be so
+    for some minutes. ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
+    robot however much is looked at."""
 
     def __init__(self, c: sqlite3.Connection, known: Known, groups: Mapping[int, Group], robots: Mapping[int, Robot], settings: Settings,
-                 now: datetime, start: datetime) -> None:
+                 now: datetime, start: datetime, is_out: Callable[[int], bool]) -> None:
         self._c, self._known, self._groups, self._robots, self._settings, self._now = c, known, groups, robots, settings, now
-        self._zone = ZoneInfo(settings.timezone)
+        self._zone, self._is_out = ZoneInfo(settings.timezone), is_out
         self.origin = max(now, midnight(start.astimezone(self._zone).date(), self._zone))
         self.members = {group.id: tuple(robot_id for robot_id in group.members
                                          if robot_id in robots and not robots[robot_id].needs_password) for group in groups.values()}
@@ -127,6 +129,8 @@ class Foreseen:
 
     def _held(self) -> Mapping[int, Sequence[tuple[float, float]]]:
         held = defaultdict[int, list[tuple[float, float]]](list)
+        for robot_id in filter(self._is_out, self.shared):
+            held[robot_id].append((-inf, self._seconds(self._now) + AHEAD))
         for hold in HoldRepository().all(self._c):
             until = inf if hold.until is None else self._seconds(hold.until)
             for robot_id in self._of(hold.robot_id):

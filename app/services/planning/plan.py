@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timedelta
 from itertools import chain, islice, takewhile
 
@@ -33,9 +33,11 @@ LONGEST_RUN = timedelta(hours=12)        # of a run that is still under way when
 
 class Plan:
     def __init__(self, db: Database, *, schedules: ScheduleRepository, robots: RobotRepository, missions: MissionRepository,
-                 executions: ExecutionRepository, settings: SettingsRepository, clock: Clock) -> None:
+                 executions: ExecutionRepository, settings: SettingsRepository, clock: Clock,
+                 is_out: Callable[[int], bool] = lambda _robot_id: False) -> None:
+        """``is_out``: whether a robot is silent or stopped at present, by its id."""
         self._db, self._schedules, self._robots, self._missions = db, schedules, robots, missions
-        self._executions, self._settings, self._clock = executions, settings, clock
+        self._executions, self._settings, self._clock, self._is_out = executions, settings, clock, is_out
 
     def between(self, start: datetime, end: datetime, most: int = MOST) -> Planned:
         """Occurrences of enabled schedules in [start, end), and before it those whose runs will still be under way then; nothing before
@@ -111,7 +113,8 @@ class _Reading:
         self._groups = {group.id: group for group in GroupRepository().all(c) if group.id in used} if used else {}
         self._known = Known(c, self._groups.values())
         self._skips = plan._schedules.skips_from(c, now)
-        self.foreseen = Foreseen(c, self._known, self._groups, self._robots, settings, now, start) if self._groups else None
+        self.foreseen = Foreseen(c, self._known, self._groups, self._robots, settings, now, start,
+                                 plan._is_out) if self._groups else None
 
     def streams(self, start: datetime | None = None, earliest: datetime | None = None) -> list[Iterator[PlannedRun]]:
         """Of each enabled schedule, in order of time: from ``start`` on (where robots of groups are concerned, from where the forecast
