@@ -5,28 +5,31 @@ from __future__ import annotations
 import pytest
 
 from tests.simulation.__main__ import simulate
+from tests.simulation.group_mutants import GROUP_MUTANTS
 from tests.simulation.mutants import MUTANTS, planted
 
+ALL = (*MUTANTS, *GROUP_MUTANTS)
 QUICK = (
     "whatever failed is sent again",
     "all rows missed",
     "everything fails without a request",
     "the engine oversleeps",
+    "given to another robot though the outcome at the first is unknown",
 )
 
 
 def test_each_of_them_has_a_name_of_its_own():
-    assert len({mutant.name for mutant in MUTANTS}) == len(MUTANTS) >= 40
+    assert len({mutant.name for mutant in ALL}) == len(ALL) >= 46
 
 
 def test_each_of_them_can_be_planted():
-    for mutant in MUTANTS:
+    for mutant in ALL:
         with planted(mutant):
             pass
 
 
 @pytest.mark.parametrize(
-    "mutant", [pytest.param(mutant, id=mutant.name, marks=() if mutant.name in QUICK else pytest.mark.long) for mutant in MUTANTS]
+    "mutant", [pytest.param(mutant, id=mutant.name, marks=() if mutant.name in QUICK else pytest.mark.long) for mutant in ALL]
 )
 def test_a_planted_bug_is_found(mutant):
     with planted(mutant):

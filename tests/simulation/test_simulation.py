@@ -20,6 +20,14 @@ def test_whatever_happens_nothing_is_doubled_or_lost_and_rows_tell_the_truth(see
     assert sum(found.faults.values()) >= 5 * hours
 
 
+@pytest.mark.parametrize("seed", [12, *(pytest.param(seed, marks=pytest.mark.long) for seed in (11, 13, 20))])
+def test_nor_where_any_of_several_robots_may_take_a_start(seed):
+    """The same with ``--groups``."""
+    found = simulate(seed, 0.4, Profile().with_groups())
+    assert found.violations == [], found.line(seed)
+    assert found.submissions > 50
+
+
 def test_in_calm_weather_every_start_is_on_time():
     found = simulate(
         1, 0.5, Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0, site={"robots": 2, "every_minutes": 3})

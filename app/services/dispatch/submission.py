@@ -20,15 +20,14 @@ from app.database.executions import Unsent
 from app.database.values import to_text
 from app.domain import rules
 from app.domain.message import Message, message
-from app.domain.models import Execution, HandOver, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, Rejected, RobotError, Unauthorized
 from app.services.allocation.belief import Out
-from app.services.allocation.decide import LAST_CALL
 from app.services.dispatch.attempt import Attempt, Attempts, Phase
 from app.services.dispatch.copies import Copies
-from app.services.dispatch.freedom import can_work, is_free
+from app.services.dispatch.freedom import can_work
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
@@ -164,7 +163,7 @@ class Submission:
                 self._later(waiting, 0.0)
 
     def _unbind(self, row: Execution) -> None:
-        """One of a group, with nothing sent, that can't go to this robot now, though nothing went wrong here."""
+        """One of a group, with nothing sent, that can't go here now, though nothing went wrong."""
         self._ledger.make([self._ledger.unbound_again(row)], quietly=True)
         self.attempts.pop(row.id, None)
 
@@ -202,21 +201,18 @@ class Submission:
         """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
         try:
             status, minimum = self._seen.recent_status(), row.minimum_battery_percent
-            battery = status.battery_percentage
             if row.group_id is not None and not can_work(status):
                 self._unbind(row)
                 return False
-            if not rules.battery_allows(battery, minimum):
+            if not rules.battery_allows(battery := status.battery_percentage, minimum):
                 if row.group_id is not None:
                     self._give_back([row], Out.LOW_BATTERY)
                     return False
                 self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
                 self._later(row, RECHECK)
                 return False
-            if self._waits_for_its_turn(row, before):
+            if self._waiting.is_in_line(row, self._seen.robot, status, before):
                 self.seeks = True
-                self._ledger.waits(row, Wait.ROBOT, robot=row.robot)
-                self._later(row, RECHECK)
                 return False
             if row.trigger is Trigger.IDLE and row.attempts:
                 self._start(before)
@@ -236,15 +232,6 @@ class Submission:
                 self._found(intent, already_there)
         return not already_there
 
-    def _waits_for_its_turn(self, row: Execution, before: Sequence[Execution]) -> bool:
-        """Of a robot that gets one start at a time, when it is free, so that the order is ours as long as can be; at the last call it goes
-        into the robot's queue."""
-        left = (row.closes_at - self._clock.now()).total_seconds() - LAST_CALL
-        if self._seen.robot.hand_over is HandOver.AT_ONCE or row.group_id is not None or row.trigger is Trigger.IDLE or left <= 0:
-            return False
-        under_way = [each for each in self._ledger.open_for(self._robot_id) if each.state is not State.WAITING or each.group_id is not None]
-        return bool(before) or not is_free(self._seen.fresh_status, self._s.snapshots.get(self._robot_id).queue, under_way)
-
     def _start(self, rows: list[Execution]) -> None:
         """Their intents with one write, then each like those the planner has written. Empties ``rows``."""
         if rows and (trouble := self._seen.trouble()):       # what was asked for them may have taken longer than the status holds
@@ -259,7 +246,6 @@ class Submission:
         rows.clear()
 
     def _begin(self, rows: list[Execution]) -> list[Execution]:
-        """What has moved on meanwhile, or has no room any more at a place that it uses, is left out."""
         robot, floor = self._seen.robot, self._seen.highest
         return self._ledger.make([self._ledger.begun(row, robot, floor) for row in rows], quietly=True)
 
@@ -278,9 +264,6 @@ class Submission:
     def _refused(self, rows: Sequence[Execution], reason: Reason) -> None:
         """For good by this robot: the end of a start, but one of a group goes to another robot."""
         self._give_back([row for row in rows if row.group_id is not None], reason=reason)
-        for row in rows:
-            if row.group_id is not None:
-                self._ledger.alarm_of_refusal(row, self._seen.robot, reason)
         self._ledger.make([self._ledger.ended(row, reason, (row.state,)) for row in rows if row.group_id is None])
         for row in rows:
             self.attempts.pop(row.id, None)
@@ -304,6 +287,8 @@ class Submission:
             moves.append(self._ledger.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED,
                                                  watch_for=timedelta(seconds=WATCHED_FOR) if may_come else None))
             self.attempts.pop(row.id, None)
+            if reason:
+                self._ledger.alarm_of_refusal(row, self._seen.robot, reason)
         self._ledger.make(moves)
 
     def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:

@@ -1,11 +1,14 @@
 """What a start that waits waits for, or why it ends: asked of every one before anything is sent, whoever is to send it."""
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from datetime import datetime
 
 from app.domain import rules
-from app.domain.models import Execution, Reason, ReasonCode, Trigger, Wait
+from app.domain.models import Execution, HandOver, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.domain.robot import RobotStatus
+from app.services.allocation.decide import LAST_CALL
+from app.services.dispatch.freedom import is_free
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import EARLY_RECHECK, INTENT_LEAD, RECHECK
 from app.services.live.tablet import old_token
@@ -33,7 +36,7 @@ class Waiting:
             self._waits(row, Wait.HOLD)
         elif hold := self._s.holds.active(self._robot_id):
             self._waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
-        elif (early := self._seconds_early(row)) > (0 if row.group_id is None else INTENT_LEAD):     # its intent may be written ahead
+        elif (early := self._seconds_early(row)) > (0 if row.group_id is None else INTENT_LEAD):       # its intent may be ahead
             self._later(row, min(early, EARLY_RECHECK))
         else:
             return not self._is_listed_first(row) and not self._may_have_run(row)
@@ -45,6 +48,18 @@ class Waiting:
             return True
         self._waits(row, Wait.PLACE, place=full.name, robot=full.robot)
         return False
+
+    def is_in_line(self, row: Execution, robot: Robot, status: RobotStatus, before: Sequence[Execution]) -> bool:
+        """Of a robot that gets one start at a time, when it is free, so that the order is ours as long as can be: whether it waits for that.
+        ``before``: what goes before it now. At the last call it goes into the robot's queue."""
+        left = (row.closes_at - self._clock.now()).total_seconds() - LAST_CALL
+        if robot.hand_over is HandOver.AT_ONCE or row.group_id is not None or row.trigger is Trigger.IDLE or left <= 0:
+            return False
+        under_way = [each for each in self._ledger.open_for(robot.id) if each.state is not State.WAITING or each.group_id is not None]
+        if not before and is_free(status, self._s.snapshots.get(robot.id).queue, under_way):
+            return False
+        self._waits(row, Wait.ROBOT, robot=row.robot)
+        return True
 
     def _waits(self, row: Execution, wait: Wait, **details: object) -> None:
         self._ledger.waits(row, wait, **details)
