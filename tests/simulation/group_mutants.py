@@ -58,6 +58,7 @@ GROUP_MUTANTS = (
         "self._failed([row], 'x') if row.group_id else self._doubt(row, ANSWERS_WITHIN)",
         "before the first was read",
         CRASHES,
+        seed=2,
         hours=0.5,
     ),
     Mutant(
@@ -76,6 +77,7 @@ GROUP_MUTANTS = (
         "start.priority",
         "of higher priority waited",
         CALM,
+        seed=2,
         hours=0.5,
     ),
     Mutant(
@@ -85,6 +87,7 @@ GROUP_MUTANTS = (
         "free = robot.id % 2 == 0 and out is None and",
         "is free and",
         CALM,
+        seed=3,
         hours=1.0,
     ),
     Mutant(
@@ -94,6 +97,7 @@ GROUP_MUTANTS = (
         "return None",
         "is free and",
         CALM,
+        seed=3,
         hours=1.0,
     ),
 )

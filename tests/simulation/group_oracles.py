@@ -58,7 +58,7 @@ class GroupJudge:
 
     def _is_judged(self, token: str) -> bool:
         """Nobody made it uncertain, and no request of it arrives later than promised."""
-        late = any(post.lands_at is not None and post.lands_at - post.at > self.world.nature.quiet_s for post in self._posts[token])
+        late = any(post.lands_at is not None and post.lands_at - post.at > self.world.nature.quiet_s for post in self._posts.get(token, ()))
         return not late and token not in self.diary.excused and token not in self.diary.uncertain and token not in self.diary.now.cancelled
 
     def _open_items(self, robot: str) -> list[QueueItem]:
@@ -205,7 +205,7 @@ class GroupJudge:
     def _is_kept(self, robot: str, plan: Schedule, now: float) -> bool:
         """For a start that is planned soon: a fixed one, or one that matters more."""
         wall, limit = self.world.site.clock.now(), self.world.nature.history_limit
-        is_known = now > 2400.0 and limit is None and self.world.keeps_history and not self.diary.restores
+        is_known = now > 900.0 and limit is None and self.world.keeps_history and not self.diary.restores
         ahead = timedelta(seconds=PROTECTED if is_known else UNKNOWN)
         for other in self.diary.now.plans.values():
             matters = other.group_id is None or other.priority > plan.priority

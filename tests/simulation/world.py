@@ -172,7 +172,7 @@ class World:
         deliver, other, _home = self.missions
         catalogue.edit(lambda edit: edit.save_place(Place("Dock", PLACE_FOR, (other,))))
         local = START.astimezone(ZoneInfo(nature.zone)).replace(tzinfo=None)
-        minutes = self.rng.choice((2, 3, 5))
+        minutes, are_equal = self.rng.choice((2, 3, 5)), self.rng.random() < 0.5
         kinds = (*("burst",) * (len(ids) + 3), "dock", "dock", "dock", "one by one", "one by one")
         for number, kind in enumerate(kinds):
             self.plan(
@@ -185,7 +185,7 @@ class World:
                     f"FREQ=MINUTELY;INTERVAL={minutes}",
                     group_id=group.id,
                     overlap=Overlap.PARALLEL if kind == "burst" else self.rng.choice(OVERLAPS),
-                    priority=self.rng.choice((-1, 0, 0, 1, 2)),
+                    priority=2 if are_equal or kind == "dock" else self.rng.choice((-1, 0, 0, 1, 2)),
                     start_window_minutes=self.rng.choice((2, 8, 15, 60)),
                 )
             )

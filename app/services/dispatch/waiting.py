@@ -50,7 +50,7 @@ class Waiting:
         return False
 
     def is_in_line(self, row: Execution, robot: Robot, status: RobotStatus, before: Sequence[Execution]) -> bool:
-        """Of a robot that gets one start at a time, when it is free, so that the order is ours as long as can be: whether it waits for that.
+        """Of a robot that gets one start at a time, when it is free, so that the order is ours as long as can be: whether it waits so.
         ``before``: what goes before it now. At the last call it goes into the robot's queue."""
         left = (row.closes_at - self._clock.now()).total_seconds() - LAST_CALL
         if robot.hand_over is HandOver.AT_ONCE or row.group_id is not None or row.trigger is Trigger.IDLE or left <= 0:
