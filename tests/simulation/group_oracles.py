@@ -24,6 +24,7 @@ COEXIST = 3  # samples after the first in which a robot is free and a start wait
 LAST_CALL = 5.0 + 1.5  # s before its window closes a start goes into a queue
 PROTECTED = 150.0  # s before a planned start that its robot may be kept for it: longer than any mission takes by the robots' clocks
 UNKNOWN = 340.0  # the same while the duration is not known, and taken for five minutes
+GIVEN_WITH = 0.5  # s after another one a start may be sent that was given to its own robot in the same moment
 BINDING = 4.0  # s that a start may have waited unseen when another one was bound
 KNOWN = (Fate.FINE, Fate.SLOW, Fate.REFUSED, Fate.NOT_FOUND)
 WORKS = (StateId.READY, StateId.EXECUTING, StateId.ABORTED, StateId.COMPLETED, StateId.DOCKED, StateId.DOCKING)
@@ -36,6 +37,7 @@ class GroupJudge:
         self._stopped_since: dict[str, float] = {}  # robots by when they were first seen unable to work
         self._stopped_at: dict[str, list[float]] = defaultdict(list)
         self._together: Counter[tuple[Key, str]] = Counter()
+        self._passed_by: list[tuple[float, str, str]] = []  # at what time, the token of the one that waited, what to say
 
     # ------------------------------------------------------------------ what is what
     def goes_at_once(self, plan: Schedule, start: float, end: float) -> bool:
@@ -126,7 +128,7 @@ class GroupJudge:
             return
         for other, key in self._waiting(group_id, post.at - BINDING):
             if other.priority > plan.priority and other.minimum_battery_percent is None:
-                self.judge.object(f"safety: {key[0]} of higher priority waited when {name} was sent")
+                self._passed_by.append((post.at, self.diary.token(key), f"safety: {key[0]} of higher priority waited when {name} was sent"))
 
     def _was_edited(self, plan: Schedule, at: float) -> bool:
         return any(each.plans.get(plan.id) != plan or each.groups != self.diary.now.groups for each in self.diary.between(at - 20.0, at))
@@ -175,6 +177,10 @@ class GroupJudge:
             else:
                 self._stopped_since.setdefault(robot, now)
                 self._stopped_at[robot].append(now)
+        for at, token, what in [each for each in self._passed_by if now - each[0] >= GIVEN_WITH]:
+            self._passed_by.remove((at, token, what))
+            if not any(post.at <= at + GIVEN_WITH for post in self._posts.get(token, ())):
+                self.judge.object(what)
         together = {(key, robot) for key, robot in self._free_and_waiting(now)} if self.world.is_on else set()
         self._together = Counter({pair: self._together[pair] + 1 for pair in together})
         for (key, robot), times in self._together.items():
