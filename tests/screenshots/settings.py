@@ -12,7 +12,7 @@ from kivy.factory import Factory
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
-from app.domain.models import Connection, Mission, Robot, Schedule
+from app.domain.models import Connection, Group, HandOver, Mission, Place, Robot, Schedule
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.mir.errors import AnotherRobot, Unauthorized, Unreachable
@@ -123,6 +123,60 @@ def section(name: str) -> None:
 
 for _name in ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"):
     section(_name)
+
+
+def with_groups(plant: Plant) -> Plant:
+    """Two groups, the second of which lacks a mission on one robot, and a place."""
+    catalogue = plant.container.catalogue
+    robots = {robot.name: robot.id for robot in catalogue.robots()}
+    missions = {mission.name: mission.id for mission in catalogue.missions()}
+    hall = catalogue.save_group(Group("Hall 1", tuple(robots.values())))
+    catalogue.save_group(Group("Small ones", (robots["Aino"], robots["Veikko"]), HandOver.AT_ONCE))
+    for name, at in (("Shift bus", 6), ("Kits in the afternoon", 14)):
+        catalogue.save_schedule(Schedule(name, None, missions["Deliver kits to line 2"], datetime(2026, 11, 23, at, 30), "Europe/Helsinki",
+                                         "FREQ=DAILY", group_id=hall.id))
+    catalogue.save_place(Place("Dock 2", 3, (missions["Bring pallet to dock"], missions["Collect empties"])))
+    return plant
+
+
+@picture("settings-groups", sizes=EVERY_SIZE)
+def groups(studio):
+    screen = with_groups(Plant(studio)).screen(studio)
+    screen.turn_to("groups")
+    studio.driver.advance(.2)
+    return screen
+
+
+@picture("settings-places", sizes=EVERY_SIZE)
+def shared_places(studio):
+    screen = with_groups(Plant(studio)).screen(studio, "missions")
+    screen.turn_to("places")
+    studio.driver.advance(.2)
+    return screen
+
+
+def _group_dialog(name: str, show):
+    @picture(f"settings-{name}", sizes=EVERY_SIZE)
+    def build(studio):
+        plant = with_groups(Plant(studio))
+        screen = plant.screen(studio)
+        screen.turn_to("groups")
+        show(plant, screen)
+        studio.driver.advance(.2)
+        return screen
+
+
+_group_dialog("group-dialog", lambda plant, screen: screen.page.act(("group", plant.container.catalogue.groups()[0].id), "edit"))
+_group_dialog("group-missions", lambda plant, screen: screen.page.act(("group", plant.container.catalogue.groups()[0].id), "missions"))
+
+
+@picture("settings-place-dialog", sizes=EVERY_SIZE)
+def place_dialog(studio):
+    screen = with_groups(Plant(studio)).screen(studio, "missions")
+    screen.turn_to("places")
+    screen.page.places.act(screen.page.context.facts.places[0].id, "edit")
+    studio.driver.advance(.2)
+    return screen
 
 
 @picture("settings-list", sizes=(PORTRAIT,))

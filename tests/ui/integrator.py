@@ -76,6 +76,10 @@ def _forget_catalogue(site: Plant) -> None:
     catalogue, first, now = site.container.catalogue, site.first_settings, settings(site)
     for schedule in schedules(site):
         catalogue.remove_schedule(schedule.id)
+    for group in catalogue.groups():
+        catalogue.remove_group(group.id)
+    for place in catalogue.places():
+        catalogue.remove_place(place.id)
     for robot in robots(site):
         catalogue.remove_robot(robot.id)
     for mission in missions(site):

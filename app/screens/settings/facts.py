@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from app.domain.clock import Clock
-from app.domain.models import DayException, Mission, Robot, RobotSnapshot, Schedule, Settings
+from app.domain.models import DayException, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
 from app.services.catalogue.catalogue import Catalogue
 from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import Backup, DataFiles
@@ -38,6 +38,8 @@ class SettingsFacts:
     robots: tuple[Robot, ...] = ()
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
+    groups: tuple[Group, ...] = ()
+    places: tuple[Place, ...] = ()
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot id
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot id -> guid -> name; absent: not read from the robot yet
     backups: tuple[Backup, ...] = ()                                         # newest first
@@ -55,6 +57,16 @@ class SettingsFacts:
 
     def mission(self, mission_id: int | None) -> Mission | None:
         return next((mission for mission in self.missions if mission.id == mission_id), None)
+
+    def group(self, group_id: int | None) -> Group | None:
+        return next((group for group in self.groups if group.id == group_id), None)
+
+    def place(self, place_id: int | None) -> Place | None:
+        return next((place for place in self.places if place.id == place_id), None)
+
+    def members(self, group: Group) -> tuple[Robot, ...]:
+        """In order of name."""
+        return tuple(robot for robot in self.robots if robot.id in group.members)
 
     def snapshot(self, robot_id: int) -> RobotSnapshot:
         return self.snapshots.get(robot_id) or RobotSnapshot(robot_id)
@@ -97,6 +109,7 @@ def read(services: SettingsServices) -> SettingsFacts:
     regions = public_holidays.subdivisions(country) if country else {}
     facts = SettingsFacts(
         settings=settings, robots=robots, missions=tuple(catalogue.missions()), schedules=tuple(catalogue.schedules()),
+        groups=tuple(catalogue.groups()), places=tuple(catalogue.places()),
         snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
         names={robot_id: known for robot_id, known in names.items() if known},
         backups=tuple(services.files.backups()), exceptions=tuple(catalogue.day_exceptions()), has_regions=bool(regions),

@@ -6,13 +6,14 @@ from dataclasses import replace
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 
 from app.domain.models import InvalidInput, Mission, Robot
 from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
+from app.screens.settings.groups_view import place_views
 from app.screens.settings.missions_view import (
     Offer,
     fetched_sentence,
@@ -23,6 +24,7 @@ from app.screens.settings.missions_view import (
     typed_minutes,
 )
 from app.screens.settings.page import PageContext, SettingsPage
+from app.screens.settings.places import PlacesBox, PlacesPart
 from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.catalogue.catalogue import Edit
 from app.widgets.dialogs import FormDialog
@@ -48,6 +50,8 @@ class MissionsModel(EventDispatcher):
     can_fetch = BooleanProperty(False)
     fetching = BooleanProperty(False)
     outcome = ObjectProperty(NoticeView())
+    part = OptionProperty("missions", options=("missions", "places"))
+    places = ListProperty()
 
 
 class MissionsPage(SettingsPage):
@@ -56,17 +60,44 @@ class MissionsPage(SettingsPage):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._list, self._empty = self.ids.mission_list.__self__, self.ids.no_missions.__self__
+        self._head = [self.ids.mission_tools.__self__, self.ids.mission_outcome.__self__]
+        self._places_box: PlacesBox | None = None
+        self.places = PlacesPart(context)
+
+    @property
+    def parts(self) -> list[tuple[str, str]]:
+        """One robot alone shares no place."""
+        facts = self.context.facts
+        has_places = facts.places or (len(facts.robots) > 1 and facts.missions)
+        return [("missions", _("Missions")), ("places", _("Places"))] if has_places else []
 
     def show(self) -> None:
         vm, facts = self.vm, self.context.facts
+        vm.places = place_views(facts)
         vm.searchable = len(facts.missions) >= SEARCH_FROM
         vm.can_fetch = any(robot.enabled for robot in facts.robots)
         vm.rows = mission_views(facts, vm.query if vm.searchable else "")
         vm.has_missions = bool(facts.missions)
-        self.show_one(self._list if vm.has_missions else self._empty, (self._list, self._empty))
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """The missions with their tools, or in their stead the places."""
+        shows_places = bool(self.parts) and self.vm.part == "places"
+        if shows_places and self._places_box is None:
+            self._places_box = PlacesBox(page=self)
+        if not shows_places:
+            self.vm.part = "missions"
+        wanted = [self._places_box] if shows_places else [*self._head, self._list if self.vm.has_missions else self._empty]
+        here = self.children[::-1]
+        if here != wanted:
+            self.clear_widgets()
+            for widget in wanted:
+                self.add_widget(widget)
 
     def reached(self, **intent: Any) -> None:
         self.vm.outcome = NoticeView()
+        if intent:
+            self.turn_to("places" if intent.get("places") else "missions")
         if intent.get("add"):
             self.add()
 

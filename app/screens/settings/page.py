@@ -105,6 +105,16 @@ class SettingsPage(BoxLayout):
         """Show the facts of the context; called once a second and after every change."""
         raise NotImplementedError
 
+    @property
+    def parts(self) -> Sequence[tuple[str, str]]:
+        """Keys and words of the parts that it can show in place of each other; ``vm.part`` is the one that it shows."""
+        return ()
+
+    def turn_to(self, part: str) -> None:
+        """Show another of its parts."""
+        self.vm.part = part
+        self.show()
+
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
 

@@ -9,6 +9,8 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, Optio
 
 from app.domain.models import Robot
 from app.i18n import _
+from app.screens.settings.groups import GroupsPart
+from app.screens.settings.groups_view import group_panels
 from app.screens.settings.missions_view import robot_removal_question, robot_removal_sentence
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robot_dialog import RobotDialog
@@ -51,6 +53,7 @@ class AddPanelView:
 
 class RobotsModel(EventDispatcher):
     panels = ListProperty()
+    part = OptionProperty("robots", options=("robots", "groups"))
 
 
 class RobotsPage(SettingsPage):
@@ -60,15 +63,28 @@ class RobotsPage(SettingsPage):
         super().__init__(context)
         self._results: dict[int, tuple[Robot, NoticeView]] = {}      # of tests on this visit, with what was tested
         self._asked: set[int] = set()
+        self._groups = GroupsPart(context)
+
+    @property
+    def parts(self) -> list[tuple[str, str]]:
+        """One robot alone has no groups."""
+        facts = self.context.facts
+        return [("robots", _("Robots")), ("groups", _("Groups"))] if len(facts.robots) > 1 or facts.groups else []
 
     def show(self) -> None:
         facts = self.context.facts
+        if self.parts and self.vm.part == "groups":
+            self.vm.panels = group_panels(facts)
+            return
+        self.vm.part = "robots"
         panels = [replace(panel, testing=panel.key in self._asked, result=self._result(facts.robot(panel.key)))
                   for panel in robot_panels(facts, self.context.now())]
         self.vm.panels = [*panels, AddPanelView(first=not panels)]
 
     def reached(self, **intent: Any) -> None:
         self._results.clear()
+        if intent:
+            self.turn_to("groups" if intent.get("groups") else "robots")
         if intent.get("add"):
             self._open(None)
         elif robot := self.context.facts.robot(intent.get("robot_id")):
@@ -76,6 +92,9 @@ class RobotsPage(SettingsPage):
 
     # ------------------------------------------------------------------ what is pressed
     def act(self, key: Any, action: str) -> None:
+        if self.vm.part == "groups":
+            self._groups.act(key, action)
+            return
         robot = self.context.facts.robot(key)
         if action == "test" and robot is not None:
             self._test(robot)

@@ -35,7 +35,7 @@ PAGES: dict[str, type[SettingsPage]] = {
 FIRST = "robots"
 SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS, Topic.CALENDAR)       # snapshots are read once a second
 KV = ("widgets/flow", "widgets/slots", "widgets/month", "settings/screen", *(f"settings/{name}" for name in PAGES), "settings/robot",
-      "settings/mission", "settings/days", "settings/calendar")
+      "settings/groups", "settings/places", "settings/mission", "settings/days", "settings/calendar")
 
 
 class SettingsViewModel(ViewModel):
@@ -44,6 +44,8 @@ class SettingsViewModel(ViewModel):
     current = StringProperty(FIRST)
     title = StringProperty()
     note = StringProperty()
+    parts = ListProperty()                       # of the open section: keys and words
+    part = StringProperty()                      # the one that is shown
     is_narrow = BooleanProperty(False)           # portrait: either the list or the section
     is_narrow_open = BooleanProperty(False)      # portrait: the section is shown
 
@@ -176,6 +178,7 @@ class SettingsScreen(ScreenBase):
         self.vm.show()
         Clock.schedule_once(lambda _dt: self._list.reveal(section), 0)       # after the rows have been laid out
         self.page.reached(**intent)
+        self._show_page()
 
     def close(self) -> None:
         """Where it is narrow: back to the list."""
@@ -189,12 +192,19 @@ class SettingsScreen(ScreenBase):
             self._pages[section] = PAGES[section](self.vm.context)
         return self._pages[section]
 
+    def turn_to(self, part: str) -> None:
+        """Another part of the open section."""
+        self.page.turn_to(part)
+        self._show_page()
+
     def _show_page(self, *_args: Any) -> None:
         place, page = self._content.ids.place.__self__, self.page
         if page.parent is not place:
             place.clear_widgets()
             place.add_widget(page)
         page.show()
+        self.vm.parts = list(page.parts)
+        self.vm.part = page.vm.part if page.parts else ""
 
     def _is_narrow(self) -> bool:
         """Whether words of the list would be broken beside a section."""

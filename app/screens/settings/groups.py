@@ -1,0 +1,197 @@
+"""Settings, Robots, Groups: robots of which any may take a start, and which of them have which missions."""
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.domain.models import Group, HandOver, InvalidInput
+from app.i18n import _
+from app.screens.common.problems import sentence_of
+from app.screens.settings import groups_view as view
+from app.screens.settings.page import PageContext
+from app.screens.settings.view import NoticeView, went_wrong
+from app.widgets.dialogs import Dialog, FormDialog
+from app.widgets.display import SectionCard
+from app.widgets.lists import RecycledRow
+from app.widgets.surfaces import Surface, Toned
+from app.widgets.text import Ico, Note
+from app.widgets.tokens import TONES
+
+FIELDS = ("name", "members", "keep_free")
+
+
+class GroupPanel(RecycledRow, SectionCard):
+    """A group's data sheet. Actions: "missions", "edit"."""
+    name = StringProperty()
+    note = StringProperty()
+    robots = StringProperty()
+    hand_over = StringProperty()
+    keep_free = StringProperty()
+    missions = StringProperty("–")
+    missions_tone = OptionProperty("neutral", options=TONES)
+    missions_icon = StringProperty()
+
+
+class AddGroupPanel(RecycledRow, Surface):
+    """The button that adds a group, after the panels. Action: "add"."""
+    first = BooleanProperty(False)
+
+
+class GroupsPart:
+    """What is pressed among the groups."""
+
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+
+    def act(self, key: Any, action: str) -> None:
+        group = self._context.facts.group(key[1]) if isinstance(key, tuple) else None
+        if action == "missions" and group is not None:
+            self._context.shell.dialogs.open(GroupMissions(self._context, group))
+        elif action == "add" or group is not None:
+            self._open(group)
+
+    def _open(self, group: Group | None) -> None:
+        dialog = GroupDialog(self._context, group)
+        dialog.bind(on_remove=lambda _dialog, group: self._remove(group))
+        self._context.shell.dialogs.open(dialog)
+
+    def _remove(self, group: Group) -> None:
+        """Ask first: its schedules go with it. Undo brings it all back."""
+        context = self._context
+        context.shell.dialogs.confirm(
+            _("Delete {group}?").format(group=group.name), view.removal_question(context.facts, group), _("Delete group"),
+            lambda: context.remove(lambda: context.services.catalogue.remove_group(group.id),
+                                   view.removal_sentence(context.facts, group), stays=True), danger=True)
+
+
+class GroupForm(EventDispatcher):
+    """What is entered, with one problem per field."""
+    title = StringProperty()
+    name = StringProperty()
+    members = ListProperty()
+    robots = StringProperty()
+    hand_over = StringProperty(HandOver.WHEN_FREE)
+    hand_overs = ListProperty()
+    hand_over_note = StringProperty()
+    keep_free = NumericProperty(0)
+    most_kept_free = NumericProperty(0)
+    keep_free_note = StringProperty()
+    name_problem = StringProperty()
+    members_problem = StringProperty()
+    keep_free_problem = StringProperty()
+    outcome = ObjectProperty(NoticeView())
+    saving = BooleanProperty(False)
+    can_remove = BooleanProperty(False)
+
+
+class GroupDialog(FormDialog):
+    """Adds or edits a group. ``on_remove(group)`` fires when Delete was pressed; the dialog is closed then."""
+    vm = ObjectProperty(None, rebind=True, allownone=True)
+
+    __events__ = ("on_remove",)
+
+    def __init__(self, context: PageContext, group: Group | None = None, **kwargs: Any) -> None:
+        self._context, self._group = context, group
+        stored = group or Group("")
+        form = GroupForm(title=_("Edit {group}").format(group=group.name) if group else _("Add group"), name=stored.name,
+                         members=list(stored.members), hand_over=stored.hand_over, keep_free=stored.keep_free, can_remove=group is not None,
+                         hand_overs=[(str(key), word) for key, word in view.hand_over_names().items()])
+        super().__init__(vm=form, **kwargs)
+        form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
+        for name in ("members", "hand_over", "keep_free"):
+            form.fbind(name, self._chosen)
+        self._chosen()
+
+    def on_remove(self, group: Group) -> None:
+        """Delete was pressed."""
+
+    def _chosen(self, *_args: Any) -> None:
+        form = self.vm
+        form.members_problem = form.keep_free_problem = ""
+        form.robots = view.robots_phrase(self._context.facts, form.members)
+        form.hand_over_note = view.hand_over_meaning(HandOver(form.hand_over))
+        form.most_kept_free = view.most_kept_free(len(form.members))
+        form.keep_free = min(form.keep_free, form.most_kept_free)
+        form.keep_free_note = view.keep_free_meaning(int(form.keep_free), len(form.members))
+
+    def pick_robots(self) -> None:
+        self._context.shell.dialogs.choose_many(
+            _("Robots of the group"), view.robot_options(self._context.facts), _("Set"),
+            lambda keys: setattr(self.vm, "members", keys), selected=self.vm.members, can_all=True)
+
+    def remove(self) -> None:
+        if self._group is not None:
+            self.dismiss()
+            self.dispatch("on_remove", self._group)
+
+    # ------------------------------------------------------------------ save
+    def save(self) -> None:
+        form = self.vm
+        if form.saving:
+            return
+        form.saving = True
+        group = replace(self._group or Group(""), name=form.name.strip(), members=tuple(form.members),
+                        hand_over=HandOver(form.hand_over), keep_free=int(form.keep_free))
+        self._context.run(lambda: self._context.services.catalogue.save_group(group), self._saved, self._refused)
+
+    def _saved(self, group: Group) -> None:
+        self.dismiss()
+        self._context.refresh()
+        self._context.say((_("{group} saved") if self._group else _("{group} added")).format(group=group.name))
+
+    def _refused(self, problem: BaseException) -> None:
+        form = self.vm
+        form.saving = False
+        field = problem.field if isinstance(problem, InvalidInput) else ""
+        if field in FIELDS:
+            setattr(form, f"{field}_problem", sentence_of(problem))
+        else:
+            form.outcome = went_wrong(problem)
+
+
+# ---------------------------------------------------------------------- the table
+class MissionCells(BoxLayout):
+    """One icon, or name, per robot, in columns of one width."""
+    cells = ListProperty()
+    names = ListProperty()
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        for name in ("cells", "names"):
+            self.fbind(name, self._build)
+
+    def _build(self, *_args: Any) -> None:
+        self.clear_widgets()
+        for name in self.names:
+            self.add_widget(Note(text=name, halign="center"))
+        for icon in self.cells:
+            self.add_widget(CellIcon(icon=icon))
+
+
+class CellIcon(Ico):
+    """Has it, lacks it, not known."""
+
+
+class MissionTableRow(RecycledRow, Toned, BoxLayout):
+    """A mission, in words where it is missing, and a cell per robot where there is room for them."""
+    name = StringProperty()
+    note = StringProperty()
+    cells = ListProperty()
+
+
+class GroupMissions(Dialog):
+    """Which robot of the group has which mission, gaps first."""
+    names = ListProperty()
+    lines = ListProperty()
+
+    def __init__(self, context: PageContext, group: Group, **kwargs: Any) -> None:
+        facts = context.facts
+        members, lines = facts.members(group), view.mission_lines(facts, group)
+        names = [robot.name for robot in members]
+        if len(members) > view.MOST_COLUMNS:
+            names, lines = [], [replace(line, cells=()) for line in lines]
+        super().__init__(title=_("Missions of {group}").format(group=group.name), names=names, lines=lines, **kwargs)

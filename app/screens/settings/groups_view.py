@@ -1,0 +1,179 @@
+"""Texts and values that Settings shows of groups of robots and of the places that they share. Pure functions."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from app.domain.models import Group, HandOver, Place, Robot
+from app.i18n import _, ngettext
+from app.screens.common.options import Option
+from app.screens.settings.facts import SettingsFacts
+from app.services.catalogue.validation import FEWEST_TO_KEEP_FREE
+
+MOST_NAMED = 6               # schedules that a question names
+MOST_COLUMNS = 8             # robots that fit beside the names of the missions
+
+HAS, LACKS, UNKNOWN = "check", "close-thick", "help"         # icons of a cell of the table
+
+
+@dataclass(frozen=True)
+class GroupPanelView:
+    """Values of GroupPanel."""
+    key: tuple[str, int]
+    name: str
+    note: str
+    robots: str
+    hand_over: str
+    keep_free: str
+    missions: str
+    missions_tone: str
+    missions_icon: str
+    panelclass: ClassVar[str] = "GroupPanel"
+
+
+@dataclass(frozen=True)
+class AddGroupPanelView:
+    """Values of AddGroupPanel; ``first``: there is no group yet."""
+    first: bool
+    key: str = "add group"
+    panelclass: ClassVar[str] = "AddGroupPanel"
+
+
+@dataclass(frozen=True)
+class MissionLine:
+    """A line of the table of missions and members: ``cells`` are icons in the order of the members."""
+    key: str
+    name: str
+    note: str
+    tone: str
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PlaceView:
+    """Values of PlaceRow."""
+    key: int
+    name: str
+    note: str
+
+
+# ---------------------------------------------------------------------- groups
+def group_panels(facts: SettingsFacts) -> list[GroupPanelView | AddGroupPanelView]:
+    return [*(_panel(facts, group) for group in facts.groups), AddGroupPanelView(first=not facts.groups)]
+
+
+def _panel(facts: SettingsFacts, group: Group) -> GroupPanelView:
+    lines = mission_lines(facts, group)
+    gaps = sum(LACKS in line.cells for line in lines)
+    schedules = sum(schedule.group_id == group.id for schedule in facts.schedules)
+    note = ngettext("{n} schedule", "{n} schedules", schedules).format(n=schedules) if schedules else _("no schedule uses it")
+    missions = ngettext("{n} not on every robot", "{n} not on every robot", gaps).format(n=gaps) if gaps else \
+        _("on all its robots") if lines and all(cell == HAS for line in lines for cell in line.cells) else "–"
+    return GroupPanelView(
+        ("group", group.id), group.name, note, robots=robots_phrase(facts, group.members), hand_over=hand_over_names()[group.hand_over],
+        keep_free=ngettext("{n} robot", "{n} robots", group.keep_free).format(n=group.keep_free) if group.keep_free else _("none"),
+        missions=missions, missions_tone="attention" if gaps else "neutral", missions_icon="alert" if gaps else "")
+
+
+def robots_phrase(facts: SettingsFacts, members: Sequence[int]) -> str:
+    return ", ".join(robot.name for robot in facts.robots if robot.id in members) or _("none yet")
+
+
+def robot_options(facts: SettingsFacts) -> list[Option]:
+    return [Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in facts.robots]
+
+
+def hand_over_names() -> dict[HandOver, str]:
+    return {HandOver.WHEN_FREE: _("When a robot is free"), HandOver.AT_ONCE: _("At once")}
+
+
+def hand_over_meaning(hand_over: HandOver) -> str:
+    if hand_over is HandOver.AT_ONCE:
+        return _("Each start goes into the queue of the robot that will be done first, at its time, and stays there. The robots go on "
+                 "while the tablet is off or the radio fails; an urgent start does not overtake what is in a queue.")
+    return _("Starts wait in the app, the urgent ones first, until a robot is free. While the tablet is off the robots get nothing new.")
+
+
+def keep_free_meaning(keep_free: int, members: int) -> str:
+    """What it costs, as it was measured (tests/benchmarks/bench_allocation.py)."""
+    if members < FEWEST_TO_KEEP_FREE:
+        return _("Needs a group of {n} robots or more: with fewer, everything else would wait too long.").format(n=FEWEST_TO_KEEP_FREE)
+    if not keep_free:
+        return _("Urgent starts go first, but wait until a robot is free: half a minute on a usual day.")
+    return _("Left to starts of High and Critical priority, which then wait only seconds. All others wait longer: half as long again on a "
+             "usual day, and on a busy one every fifth does not run at all.")
+
+
+def most_kept_free(members: int) -> int:
+    return members - 1 if members >= FEWEST_TO_KEEP_FREE else 0
+
+
+def removal_question(facts: SettingsFacts, group: Group) -> str:
+    """Which schedules go with it, by name, and what stays."""
+    names = [schedule.name for schedule in facts.schedules if schedule.group_id == group.id]
+    stays = _("Its robots stay, and what runs goes on.")
+    if not names:
+        return stays
+    shown = names[:MOST_NAMED]
+    if more := len(names) - len(shown):
+        shown.append(ngettext("and {n} more", "and {n} more", more).format(n=more))
+    lead = ngettext("This schedule goes with it:", "These {n} schedules go with it:", len(names)).format(n=len(names))
+    return "\n".join([lead, *shown, "", stays])
+
+
+def removal_sentence(facts: SettingsFacts, group: Group) -> str:
+    """For the snackbar with Undo."""
+    schedules = sum(schedule.group_id == group.id for schedule in facts.schedules)
+    if not schedules:
+        return _("{group} deleted").format(group=group.name)
+    return ngettext("{group} and its schedule deleted", "{group} and its {n} schedules deleted", schedules).format(
+        group=group.name, n=schedules)
+
+
+# ---------------------------------------------------------------------- which robot of a group has which mission
+def mission_lines(facts: SettingsFacts, group: Group) -> list[MissionLine]:
+    """Of each mission that one of the members may be given, those with gaps first."""
+    members = facts.members(group)
+    names = sorted({mission.name for mission in facts.missions if mission.robot_id is None or mission.robot_id in group.members},
+                   key=str.casefold)
+    lines = [_line(facts, name, members) for name in names]
+    return sorted(lines, key=lambda line: (LACKS not in line.cells, UNKNOWN not in line.cells))
+
+
+def _line(facts: SettingsFacts, name: str, members: Sequence[Robot]) -> MissionLine:
+    cells = tuple(_cell(facts, name, robot) for robot in members)
+    lacking = [robot.name for robot, cell in zip(members, cells, strict=True) if cell == LACKS]
+    unknown = [robot.name for robot, cell in zip(members, cells, strict=True) if cell == UNKNOWN]
+    if lacking:
+        note = _("Not on {robots}").format(robots=", ".join(lacking))
+    elif unknown:
+        note = _("Not known yet of {robots}").format(robots=", ".join(unknown))
+    else:
+        note = _("On all of them")
+    return MissionLine(name, name, note, "attention" if lacking else "neutral", cells)
+
+
+def _cell(facts: SettingsFacts, name: str, robot: Robot) -> str:
+    """A robot's own mission of that name takes the place of the one for all robots."""
+    meant = [mission for mission in facts.missions if mission.name == name and mission.robot_id in (None, robot.id)]
+    if not meant:
+        return LACKS
+    there = facts.names.get(robot.id)
+    if not there:
+        return UNKNOWN
+    return HAS if max(meant, key=lambda mission: mission.robot_id or 0).guid in there else LACKS
+
+
+# ---------------------------------------------------------------------- places
+def place_views(facts: SettingsFacts) -> list[PlaceView]:
+    return [PlaceView(place.id, place.name, _place_note(facts, place)) for place in facts.places]
+
+
+def _place_note(facts: SettingsFacts, place: Place) -> str:
+    most = ngettext("At most {n} mission at a time", "At most {n} missions at a time", place.most).format(n=place.most)
+    return f"{most} · {missions_phrase(facts, place.missions)}"
+
+
+def missions_phrase(facts: SettingsFacts, missions: Sequence[int]) -> str:
+    return ", ".join(mission.name for mission in facts.missions if mission.id in missions) or _("no mission uses it")

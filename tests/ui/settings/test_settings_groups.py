@@ -1,0 +1,182 @@
+"""Settings, Robots, Groups and Missions, Places, as an integrator uses them: taps and typing."""
+from __future__ import annotations
+
+from datetime import datetime
+
+import pytest
+
+from app.domain.models import Group, HandOver, Mission, Robot, Schedule
+from app.screens.settings.groups import GroupDialog, GroupMissions, GroupPanel, MissionTableRow
+from app.screens.settings.places import PlaceDialog, PlaceRow
+from app.screens.settings.robots import RobotPanel
+from app.widgets.buttons import IconButton, Segment
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.fields import PickField, RepeatButton
+from app.widgets.rows import OptionRow
+from app.widgets.snackbar import Snackbar
+from app.widgets.surfaces import Tap
+from tests.ui.integrator import enter, go, page, press, reveal, robots, schedules, undo
+
+
+def groups(site):
+    return site.container.catalogue.groups()
+
+
+def turn_to(ui, word):
+    ui.wait(lambda: ui.find_all(Segment, text=word))
+    ui.tap(ui.find(Segment, text=word))
+    ui.advance(.3)
+
+
+def save_group(site, **values):
+    return site.container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots(site)), **values))
+
+
+def tick(ui, *words):
+    """In the list that is open, then confirm."""
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    for word in words:
+        ui.tap(ui.find(OptionRow, text=word))
+    press(ui, "Set", ui.find(ChoiceDialog))
+    ui.advance(.3)
+
+
+def test_one_robot_alone_has_neither_groups_nor_places(site, app, ui):
+    site.add_missions("Deliver")
+    site.container.catalogue.remove_robot(site.add_robots()[1].id)
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    assert not ui.find_all(Segment)
+    go(ui, "missions")
+    ui.advance(.3)
+    assert not ui.find_all(Segment)
+
+
+def test_a_group_is_made_of_ticked_robots(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    press(ui, "Add group")
+    dialog = ui.find(GroupDialog)
+    press(ui, "Save group", dialog)
+    ui.wait(lambda: dialog.vm.members_problem)
+    assert (dialog.vm.members_problem, groups(site)) == ("Choose the robots of the group", [])
+    ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
+    tick(ui, "Aino", "Veikko")
+    assert (dialog.vm.robots, dialog.vm.members_problem) == ("Aino, Veikko", "")
+    press(ui, "Save group", dialog)
+    ui.wait(lambda: dialog.vm.name_problem)
+    enter(ui, dialog.ids.name_field, "Aino")
+    press(ui, "Save group", dialog)
+    ui.wait(lambda: dialog.vm.name_problem == "There is a robot Aino already")
+    enter(ui, dialog.ids.name_field, "Hall 1")
+    at_once = ui.find(Segment, dialog, text="At once")
+    reveal(ui, at_once)
+    ui.tap(at_once)
+    assert "The robots go on while the tablet is off" in dialog.vm.hand_over_note
+    press(ui, "Save group", dialog)
+    ui.wait(lambda: ui.find_all(GroupPanel))
+    panel = ui.find(GroupPanel)
+    assert (panel.name, panel.robots, panel.hand_over, panel.keep_free) == ("Hall 1", "Aino, Veikko", "At once", "none")
+    assert groups(site) == [Group("Hall 1", tuple(robot.id for robot in robots(site)), HandOver.AT_ONCE, 0, groups(site)[0].id)]
+
+
+def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
+    site.add_robots()
+    save_group(site)
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    press(ui, "Edit", ui.find(GroupPanel))
+    dialog = ui.find(GroupDialog)
+    assert "Needs a group of 4 robots or more" in dialog.vm.keep_free_note
+    assert dialog.ids.keep_free.disabled
+    for n in (3, 4):
+        site.container.catalogue.save_robot(Robot(f"R{n}", f"127.0.0.2:{n}", "user", enabled=False))
+    dialog.vm.members = [robot.id for robot in robots(site)]
+    field = dialog.ids.keep_free
+    reveal(ui, field)
+    assert not field.disabled
+    ui.tap(ui.find(RepeatButton, field, icon="plus"))
+    assert "every fifth does not run" in dialog.vm.keep_free_note
+    press(ui, "Save group", dialog)
+    ui.wait(lambda: groups(site)[0].keep_free == 1)
+
+
+def test_a_renamed_group_keeps_its_schedules(site, app, ui):
+    site.add_robots()
+    group, mission = save_group(site), site.add_missions("Deliver")[0]
+    site.container.catalogue.save_schedule(Schedule("", None, mission.id, datetime(2030, 1, 7, 6), "UTC", group_id=group.id))
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    assert ui.find(GroupPanel).note == "1 schedule"
+    press(ui, "Edit", ui.find(GroupPanel))
+    enter(ui, ui.find(GroupDialog).ids.name_field, "Hall 2")
+    press(ui, "Save group")
+    ui.wait(lambda: ui.find_all(GroupPanel, name="Hall 2"))
+    assert [(schedule.name, schedule.group_id) for schedule in schedules(site)] == [("Deliver on Hall 2", group.id)]
+
+
+def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
+    site.add_robots()
+    group, mission = save_group(site), site.add_missions("Deliver")[0]
+    for name in ("Morning", "Evening"):
+        site.container.catalogue.save_schedule(Schedule(name, None, mission.id, datetime(2030, 1, 7, 6), "UTC", group_id=group.id))
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    press(ui, "Edit", ui.find(GroupPanel))
+    press(ui, "Delete group", ui.find(GroupDialog))
+    question = ui.find(ConfirmDialog)
+    assert question.title == "Delete Hall 1?"
+    assert question.text.startswith("These 2 schedules go with it:\nEvening\nMorning\n")
+    press(ui, "Delete group", question)
+    ui.wait(lambda: not groups(site) and not ui.find_all(GroupPanel))
+    assert (schedules(site), len(robots(site))) == ([], 2)
+    undo(ui)
+    ui.wait(lambda: ui.find_all(GroupPanel, name="Hall 1"))
+    assert [schedule.name for schedule in schedules(site)] == ["Evening", "Morning"]
+
+
+@pytest.mark.parametrize(("known", "panel", "lines"), [
+    ("both", "on all its robots", [("Deliver", "On all of them", ["check", "check"])]),
+    ("one lacks it", "1 not on every robot", [("Away", "Not on Veikko", ["check", "close-thick"]),
+                                              ("Deliver", "On all of them", ["check", "check"])]),
+])
+def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, panel, lines):
+    aino, _veikko = site.add_robots()
+    deliver = site.add_missions("Deliver")[0]
+    if known == "one lacks it":
+        site.container.catalogue.save_mission(Mission("Away", deliver.guid, robot_id=aino.id))
+    save_group(site)
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    ui.wait(lambda: ui.find(GroupPanel).missions == panel)
+    press(ui, "Missions", ui.find(GroupPanel))
+    rows = ui.find_all(MissionTableRow, ui.find(GroupMissions))
+    assert [(row.name, row.note, list(row.cells)) for row in sorted(rows, key=lambda row: -row.y)] == lines
+
+
+def test_a_place_and_the_missions_that_use_it(site, app, ui):
+    site.add_robots()
+    site.add_missions("Deliver", "Home")
+    go(ui, "missions")
+    turn_to(ui, "Places")
+    press(ui, "Add place")
+    dialog = ui.find(PlaceDialog)
+    press(ui, "Save place", dialog)
+    ui.wait(lambda: dialog.vm.name_problem == "Enter a name")
+    enter(ui, dialog.ids.name_field, "Dock 2")
+    ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
+    tick(ui, "Deliver", "Home")
+    ui.tap(ui.find(RepeatButton, dialog.ids.most_field, icon="minus"))
+    press(ui, "Save place", dialog)
+    ui.wait(lambda: ui.find_all(PlaceRow))
+    row = ui.find(PlaceRow)
+    assert (row.name, row.note) == ("Dock 2", "At most 2 missions at a time · Deliver, Home")
+    ui.tap(ui.find(IconButton, row, icon="delete-outline"))
+    ui.wait(lambda: ui.find_all(Snackbar, text="Dock 2 deleted"))
+    assert not ui.find_all(PlaceRow)
+    ui.tap(ui.find(Tap, ui.find(Snackbar, text="Dock 2 deleted")))
+    ui.wait(lambda: ui.find_all(PlaceRow))
+    turn_to(ui, "Missions")
+    assert page(app).vm.part == "missions"
+    assert not ui.find_all(PlaceRow)
