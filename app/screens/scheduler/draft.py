@@ -16,6 +16,7 @@ from app.domain.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 
+Target = int | tuple[str, int]           # a robot's id, or ("group", id)
 LAST = -1                                # day of month or number of a weekday: the last one
 MOST_MINUTES, MOST_HOURS = 720, 24       # "every …": what the form offers
 SOON = 60                                # days in which a working day is looked for
@@ -45,6 +46,7 @@ class Draft:
     timezone: str
     mission_id: int | None = None
     robot_id: int | None = None
+    group_id: int | None = None              # in place of the robot: any of this group
     kind: Kind = Kind.ONCE
     more_hours: tuple[int, ...] = ()         # daily, weekly, monthly: also at the same minute of these hours
     weekdays: tuple[str, ...] = WEEKDAYS     # of weekly and every
@@ -60,6 +62,7 @@ class Draft:
     other_rule: str = ""
     minimum_battery_percent: float | None = None
     start_window_minutes: int | None = None
+    finish_by_minutes: int | None = None     # of a group: it has to be done by then, after its instant
     overlap: Overlap = Overlap.SKIP
     priority: int = 0
     respect_working_days: bool = True
@@ -72,6 +75,18 @@ class Draft:
     @property
     def is_new(self) -> bool:
         return self.base is None
+
+    @property
+    def target(self) -> Target | None:
+        """The robot, by its id, or the group, ("group", id)."""
+        return self.robot_id if self.group_id is None else ("group", self.group_id)
+
+    def aimed_at(self, target: Target) -> Draft:
+        """At another robot or group; what only a group can do is dropped for a robot."""
+        if isinstance(target, tuple):
+            return replace(self, robot_id=None, group_id=target[1])
+        return replace(self, robot_id=target, group_id=None, finish_by_minutes=None,
+                       overlap=Overlap.SKIP if self.overlap is Overlap.PARALLEL else self.overlap)
 
     @property
     def is_stored(self) -> bool:
@@ -116,13 +131,14 @@ class Draft:
         """The schedule that this makes. Raises InvalidInput whose ``field`` is the form's (mission, robot, weekdays, every …)."""
         if self.mission_id is None:
             raise InvalidInput("mission", "Choose a mission")
-        if self.robot_id is None:
+        if self.target is None:
             raise InvalidInput("robot", "Choose a robot")
         base = self.base or Schedule(self.name, self.robot_id, self.mission_id, self.start, self.timezone)
         origin = self.origin
         # a rule that makes the same times keeps the form in which it was stored
         times = origin if origin is not None and self._times() == Draft.of(origin)._times() else self
-        return replace(base, name=self.name.strip(), robot_id=self.robot_id, mission_id=self.mission_id,
+        return replace(base, name=self.name.strip(), robot_id=self.robot_id, group_id=self.group_id, mission_id=self.mission_id,
+                       finish_by_minutes=self.finish_by_minutes,
                        minimum_battery_percent=self.minimum_battery_percent, start_window_minutes=self.start_window_minutes,
                        overlap=self.overlap, priority=self.priority, respect_working_days=self.respect_working_days,
                        parameters=self.parameters, start=times.start, timezone=times.timezone, recurrence=times.recurrence,
@@ -182,7 +198,8 @@ class Draft:
         """The form for a stored schedule."""
         draft = cls(
             day=schedule.start.date(), at=schedule.start.time(), timezone=schedule.timezone, mission_id=schedule.mission_id,
-            robot_id=schedule.robot_id, minimum_battery_percent=schedule.minimum_battery_percent,
+            robot_id=schedule.robot_id, group_id=schedule.group_id, finish_by_minutes=schedule.finish_by_minutes,
+            minimum_battery_percent=schedule.minimum_battery_percent,
             start_window_minutes=schedule.start_window_minutes, overlap=schedule.overlap, priority=schedule.priority,
             respect_working_days=schedule.respect_working_days, parameters=schedule.parameters, name=schedule.name, base=schedule,
             origin=schedule, **cls.derived(schedule.start.date()))

@@ -9,7 +9,7 @@ from zoneinfo import ZoneInfo
 from app.database.executions import ExecutionFilter
 from app.domain import names
 from app.domain.clock import Clock
-from app.domain.models import Execution, Mission, Robot, Schedule, Settings
+from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common.holding import hold_at
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
@@ -83,6 +83,7 @@ class SchedulerFacts:
     settings: Settings = field(default_factory=Settings)
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     robots: tuple[Robot, ...] = ()
+    groups: tuple[Group, ...] = ()
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
     last: Mapping[int, Execution] = field(default_factory=dict)      # by schedule: its newest execution
@@ -106,6 +107,18 @@ class SchedulerFacts:
     def robot(self, robot_id: int | None) -> Robot | None:
         return next((robot for robot in self.robots if robot.id == robot_id), None)
 
+    def group(self, group_id: int | None) -> Group | None:
+        return next((group for group in self.groups if group.id == group_id), None)
+
+    def target(self, schedule: Schedule) -> Robot | Group | None:
+        """Whom it names: a robot or a group."""
+        return self.robot(schedule.robot_id) if schedule.group_id is None else self.group(schedule.group_id)
+
+    def members(self, group_id: int | None) -> tuple[Robot, ...]:
+        """In order of name."""
+        group = self.group(group_id)
+        return tuple(robot for robot in self.robots if group is not None and robot.id in group.members)
+
     def mission(self, mission_id: int | None) -> Mission | None:
         return next((mission for mission in self.missions if mission.id == mission_id), None)
 
@@ -120,8 +133,8 @@ class SchedulerFacts:
         """The name that a person has given it; empty where it is made of mission and robot."""
         if schedule is None:
             return ""
-        robot, mission = self.robot(schedule.robot_id), self.mission(schedule.mission_id)
-        return "" if robot and mission and names.is_of_schedule(schedule.name, mission.name, robot.name) else schedule.name
+        target, mission = self.target(schedule), self.mission(schedule.mission_id)
+        return "" if target and mission and names.is_of_schedule(schedule.name, mission.name, target.name) else schedule.name
 
 
 def full_hour(instant: datetime, zone: ZoneInfo) -> datetime:
@@ -147,7 +160,8 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         calendar.day_status(now.date().replace(year=year, day=1))
     robots, planned = tuple(catalogue.robots()), services.plan.between(start, end)
     return SchedulerFacts(
-        settings=settings, calendar=calendar, robots=robots, missions=tuple(catalogue.missions()), schedules=schedules,
+        settings=settings, calendar=calendar, robots=robots, groups=tuple(catalogue.groups()), missions=tuple(catalogue.missions()),
+        schedules=schedules,
         last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
         planned=planned.runs, more=planned.more, past=past, holds=tuple(services.holds.current()),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},

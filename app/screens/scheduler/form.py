@@ -16,7 +16,7 @@ from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.parameters_view import Problems, fields_of, problems_of, values_of
 from app.screens.common.shell import Shell
-from app.screens.scheduler import form_view
+from app.screens.scheduler import form_view, of_groups
 from app.screens.scheduler.draft import Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_view import FormView, Preview
@@ -94,7 +94,7 @@ class FormModel(EventDispatcher):
     def begin_at(self, robot_id: int, at: datetime) -> None:
         """A new schedule of that robot at that time (local); what was entered for another new one stays."""
         draft = self._draft if self._draft.is_new else self._fresh()
-        self.begin(replace(draft.with_day(at.date()), robot_id=robot_id, at=at.time()))
+        self.begin(replace(draft.with_day(at.date()).aimed_at(robot_id), at=at.time()))
 
     def set(self, **values: Any) -> None:
         """Change fields of the draft."""
@@ -113,7 +113,7 @@ class FormModel(EventDispatcher):
 
     # ------------------------------------------------------------------ its fields
     def choose_mission(self) -> None:
-        if not form_view.mission_options(self._facts, self._draft.robot_id):
+        if not form_view.mission_options(self._facts, self._draft.target):
             self._shell.dialogs.confirm(_("No missions yet"), _("Missions are made on the robot; in Settings they are fetched from it."),
                                         _("Open Settings"), lambda: self._shell.go("settings", section="missions"))
             return
@@ -175,13 +175,14 @@ class FormModel(EventDispatcher):
         draft, facts = self._draft, self._facts
         selected = getattr(draft, field)
         title, options = {
-            "mission_id": (_("Mission"), form_view.mission_options(facts, draft.robot_id)),
-            "robot_id": (_("Robot"), form_view.robot_options(facts)),
+            "mission_id": (_("Mission"), form_view.mission_options(facts, draft.target)),
+            "target": (_("Robot"), of_groups.target_options(facts)),
             "nth": (_("Which one of the month"), form_view.nth_options()),
             "month_weekday": (_("Weekday"), form_view.weekday_options()),
-            "overlap": (_("When the previous run is still open"), form_view.overlap_options()),
+            "overlap": (_("When the previous run is still open"), form_view.overlap_options(draft)),
         }[field]
-        self._shell.dialogs.choose(title, options, lambda key: self.set(**{field: key}), selected=selected)
+        self._shell.dialogs.choose(title, options, lambda key: self._change(
+            self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key})), selected=selected)
 
     # ------------------------------------------------------------------ saving
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:
@@ -279,7 +280,7 @@ class FormModel(EventDispatcher):
     # ------------------------------------------------------------------ parameters
     def _ask_parameters(self) -> None:
         """Ask the robot once which parameters the chosen mission has; without an answer those of the schedule are shown."""
-        wanted = (self._draft.robot_id, self._draft.mission_id)
+        wanted = (self._asked_robot(), self._draft.mission_id)
         if wanted == self._asked_of:
             return
         self._asked_of = wanted
@@ -292,6 +293,13 @@ class FormModel(EventDispatcher):
         self._shell.background.run(
             lambda: self._ask_robot(robot_id, mission.guid), self._robot_answered, lambda _problem: self._parameters_are_known(()),
             key=("scheduler", "parameters"), apart="parameters")
+
+    def _asked_robot(self) -> int | None:
+        """Of a group, the first that is switched on: what a mission asks for is the same on all of them."""
+        draft = self._draft
+        if draft.group_id is None:
+            return draft.robot_id
+        return next((robot.id for robot in self._facts.members(draft.group_id) if robot.enabled), None)
 
     def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
         self._services.robot_missions.learn_names(robot_id)
@@ -331,4 +339,5 @@ def _parameters_of(draft: Draft) -> tuple[MissionParameter, ...]:
 
 def _uses_more(draft: Draft) -> bool:
     """Whether one of the less common fields is not at its default."""
-    return bool(draft.last_day or draft.more_hours or draft.priority or draft.overlap is Overlap.QUEUE or not draft.respect_working_days)
+    return bool(draft.last_day or draft.more_hours or (draft.priority and draft.group_id is None) or draft.overlap is not Overlap.SKIP
+                or not draft.respect_working_days)

@@ -7,14 +7,15 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import WEEKDAYS, InvalidInput, Mission, Overlap, Robot, Schedule
+from app.domain.models import WEEKDAYS, Group, InvalidInput, Mission, Overlap, Robot, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.holding import HAND, held_word
 from app.screens.common.options import Option
+from app.screens.common.priorities import level
 from app.screens.common.problems import sentence_of
-from app.screens.common.robot_appearance import off_word
-from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Unit
+from app.screens.scheduler import of_groups
+from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Target, Unit
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_warnings import WarningRow, dated, warnings
 from app.screens.scheduler.view import rule_sentence
@@ -24,10 +25,11 @@ from app.services.planning.overlaps import ASSUMED_S
 # field of a service's InvalidInput -> the form's field that shows it
 FIELDS = {
     "start": "day", "recurrence": "kind", "between": "until_time", "minimum_battery_percent": "battery", "start_window_minutes": "window",
-    "until": "last_day", "respect_working_days": "day", "overlap": "overlap",
+    "until": "last_day", "respect_working_days": "day", "overlap": "overlap", "finish_by_minutes": "finish_by", "group": "robot",
 }
 UNDER_MORE = ("last_day", "name")
-SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "battery", "window", "overlap", *UNDER_MORE)
+SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "battery", "window", "overlap", "finish_by",
+                *UNDER_MORE)
 SOON = timedelta(days=28)    # in which a weekday and its number say which day is meant
 WINDOWS = (5, 15, 30, 60, 120)           # min
 BATTERIES = (10, 20, 30, 50)             # %
@@ -96,7 +98,10 @@ class FormView:
     window: str = ""
     overlap: str = ""
     respect_working_days: bool = True
-    priority: int = 0
+    priority: int = 0                    # the level of those that are offered
+    priorities: tuple[tuple[int, str], ...] = ()
+    of_group: bool = False
+    finish_by: str = ""
     name: str = ""
     name_hint: str = ""
     sentence: str = ""
@@ -123,14 +128,15 @@ class FormView:
 
 def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> FormView:
     """``preview`` is that of this draft, or empty."""
-    mission, robot = facts.mission(draft.mission_id), facts.robot(draft.robot_id)
+    mission = facts.mission(draft.mission_id)
+    target = facts.robot(draft.robot_id) if draft.group_id is None else facts.group(draft.group_id)
     field_name, problem = _problem(facts, draft, preview, now)
     forecast = None if problem else preview.forecast
-    waits = draft.mission_id is None or draft.robot_id is None       # not begun rather than wrong
+    waits = draft.mission_id is None or draft.target is None       # not begun rather than wrong
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
     return FormView(
         title=_("New schedule") if draft.is_new else _("Edit schedule"), is_new=draft.is_new,
-        mission=mission.name if mission else _("Choose a mission"), robot=robot.name if robot else _("Choose a robot"),
+        mission=mission.name if mission else _("Choose a mission"), robot=of_groups.target_text(target),
         day_label=_("First day") if draft.kind is not Kind.ONCE else _("Day"), day=formats.wall_day(draft.day, year=True),
         time_label=_("From") if draft.kind is Kind.EVERY and not draft.all_day else _("Time"), time=formats.wall_time(draft.at),
         until=formats.wall_time(draft.until_time), kind=draft.kind, kinds=kinds(draft), day_chips=_day_chips(draft),
@@ -142,16 +148,17 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         battery=battery_text(rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)),
         window=window_text(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
         overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
-        priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
+        priority=level(draft.priority), priorities=tuple(of_groups.priority_words()), of_group=draft.group_id is not None,
+        finish_by=of_groups.finish_by_text(draft.finish_by_minutes), name=draft.name, name_hint=_name_hint(mission, target),
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
         starts=_starts(facts, forecast, draft, now), can_skip=bool(forecast and forecast.starts and draft.is_stored),
-        lasts=_lasts(forecast, robot), warnings=warnings(facts, draft, forecast, now),
+        lasts=_lasts(forecast, target), warnings=warnings(facts, draft, forecast, now),
         free=_free(forecast),
         save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,
         wrong_field="" if waits else field_name)
 
 
-def _name_hint(mission: Mission | None, robot: Robot | None) -> str:
+def _name_hint(mission: Mission | None, robot: Robot | Group | None) -> str:
     """What it is called when no name is given."""
     return _("{mission} on {robot}").format(mission=mission.name, robot=robot.name) if mission and robot else ""
 
@@ -232,13 +239,16 @@ def window_text(minutes: int) -> str:
 
 
 def overlap_text(overlap: Overlap) -> str:
-    return {Overlap.SKIP: _("Skip"), Overlap.QUEUE: _("Queue")}[overlap]
+    return {Overlap.SKIP: _("Skip"), Overlap.QUEUE: _("Queue"), Overlap.PARALLEL: _("Beside it")}[overlap]
 
 
 # ---------------------------------------------------------------------- the options of its pickers
-def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Option]:
+def mission_options(facts: SchedulerFacts, target: Target | None) -> list[Option]:
     """Those that can be started on the robot, favourites first; without a robot all of them. What a robot has is known once its list has
     been read."""
+    if isinstance(target, tuple):
+        return of_groups.mission_options(facts, target[1])
+    robot_id = target
     fitting = [mission for mission in facts.missions if robot_id is None or mission.robot_id in (None, robot_id)]
     if there := facts.names.get(robot_id or 0):
         fitting = [mission for mission in fitting if mission.guid in there]
@@ -253,11 +263,6 @@ def mission_options(facts: SchedulerFacts, robot_id: int | None) -> list[Option]
     return options
 
 
-def robot_options(facts: SchedulerFacts) -> list[Option]:
-    notes = (" · ".join(filter(None, (robot.model, "" if robot.enabled else off_word(robot)))) for robot in facts.robots)
-    return [Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True)]
-
-
 def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
     """How a number of the draft is asked for, by its field."""
     if name == "minimum_battery_percent":
@@ -270,13 +275,20 @@ def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
         return Steps(_("How late it may start"), _("0 to 1440 min; 0 means one minute at most"), 0, 1440, 5, _("min"), (
             (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), (0, _("Not at all")),
             *((value, window_text(value)) for value in WINDOWS)), {None: minutes})
+    if name == "finish_by_minutes":
+        return Steps(_("When it has to be done"), _("1 to 1440 min after its start; one that can't be done by then is left out"), 0, 1440,
+                     5, _("min"), ((None, of_groups.finish_by_text(None)),
+                                *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY)))
     return Steps(_("Day of the month"), _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (
         (1, "1"), (15, "15"), (LAST, month_day_text(LAST))), {LAST: 31})
 
 
-def overlap_options() -> list[Option]:
-    return [Option(Overlap.SKIP, _("Skip the new start"), note=_("while the previous run of this schedule is open")),
-            Option(Overlap.QUEUE, _("Queue it"), note=_("it runs when the previous one has ended"))]
+def overlap_options(draft: Draft) -> list[Option]:
+    options = [Option(Overlap.SKIP, _("Skip the new start"), note=_("while the previous run of this schedule is open")),
+               Option(Overlap.QUEUE, _("Queue it"), note=_("it runs when the previous one has ended"))]
+    if draft.group_id is not None:
+        options.append(Option(Overlap.PARALLEL, _("Run it beside the previous one"), note=_("on another robot of the group")))
+    return options
 
 
 def nth_options() -> list[Option]:
@@ -311,7 +323,7 @@ def _day_and_time(at: datetime, draft: Draft, now: datetime) -> str:
     return f"{formats.near_day(local.date()) if near else dated(local.date(), today.date())} · {formats.wall_time(local)}"
 
 
-def _lasts(forecast: Forecast | None, robot: Robot | None) -> str:
+def _lasts(forecast: Forecast | None, robot: Robot | Group | None) -> str:
     """How long it takes, and how that is known."""
     if forecast is None or robot is None:
         return ""

@@ -39,14 +39,14 @@ class ScheduleList(EventDispatcher):
         self.has_tools = len(facts.schedules) >= TOOLS_FROM
         listing = self.listing if self.has_tools else view.Listing()
         self.rows = view.schedule_rows(facts, self._now(), editing, listing)
-        self.note, self.empty = view.schedules_note(facts, listing.robot_id), view.schedules_empty(facts)
+        self.note, self.empty = view.schedules_note(facts, listing.target), view.schedules_empty(facts)
 
     def set(self, **values: Any) -> None:
         self.listing = replace(self.listing, **values)
 
     def choose_robot(self) -> None:
-        self._shell.dialogs.choose(_("Schedules of"), view.robot_options(self._facts), lambda robot_id: self.set(robot_id=robot_id or None),
-                                   selected=self.listing.robot_id or 0)
+        self._shell.dialogs.choose(_("Schedules of"), view.robot_options(self._facts), lambda target: self.set(target=target or None),
+                                   selected=self.listing.target or 0)
 
     def choose_order(self, anchor: Widget) -> None:
         items = [MenuItem(False, _("By next start"), "sort-clock-ascending-outline"),

@@ -13,6 +13,8 @@ from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import held_note
 from app.screens.common.options import MenuItem, Option
+from app.screens.scheduler import of_groups
+from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
 from app.services.files.plan_export import PlanExport
 from app.services.planning import sentences
@@ -41,9 +43,9 @@ class DayRow:
 
 @dataclass(frozen=True)
 class Listing:
-    """Which schedules are listed, and how: words that are searched for, one robot or all (None), by name or by next start."""
+    """Which schedules are listed, and how: words that are searched for, one robot or group or all (None), by name or by next start."""
     query: str = ""
-    robot_id: int | None = None
+    target: Target | None = None
     by_name: bool = False
 
 
@@ -165,7 +167,7 @@ def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = N
         next_at = max(schedule.next_at, schedule.paused_until or schedule.next_at) if schedule.next_at else never
         over = _is_over(facts, schedule, now)
         return over, *(() if listing.by_name else (not (schedule.enabled or over), next_at)), schedule.name.casefold()
-    listed = (schedule for schedule in facts.schedules if listing.robot_id in (None, schedule.robot_id))
+    listed = (schedule for schedule in facts.schedules if of_groups.is_listed(facts, schedule, listing.target))
     rows = (_schedule_row(facts, schedule, now, schedule.id == selected) for schedule in sorted(listed, key=place))
     names = {schedule.id: schedule.name for schedule in facts.schedules} if words else {}
     return [row for row in rows if all(word in f"{names[row.key]} {row.mission} {row.rule} {row.next}".casefold() for word in words)]
@@ -173,16 +175,17 @@ def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = N
 
 def robot_options(facts: SchedulerFacts) -> list[Option]:
     """Whose schedules are listed; 0: all."""
-    return [Option(0, _("All robots"), "robot-outline"), *(Option(robot.id, robot.name, "robot-outline") for robot in facts.robots)]
+    return [Option(0, _("All robots"), "robot-outline"), *of_groups.target_options(facts)]
 
 
 def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> ScheduleItem:
     robot, mission, last = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.last.get(schedule.id)
+    whose = of_groups.whose(facts, schedule, last)
     row = ScheduleItem(schedule.id, schedule.enabled, mission.name if mission else schedule.name, rule_line(schedule),
-                       " · ".join(filter(None, (robot.name if robot else "", _next(facts, schedule, robot, now)))), selected,
+                       " · ".join(filter(None, (whose, _next(facts, schedule, robot, now)))), selected,
                        name=facts.name(schedule) if mission else "")
     if _is_over(facts, schedule, now):
-        row = replace(row, rule=" · ".join(filter(None, (robot.name if robot else "", row.rule))), next=_became(facts, schedule, last),
+        row = replace(row, rule=" · ".join(filter(None, (whose, row.rule))), next=_became(facts, schedule, last),
                       over=True)
     if last is None:
         return row
@@ -225,6 +228,8 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
         return _("no start left")
     if robot is not None and not robot.enabled:
         return _("the robot needs its password") if robot.needs_password else _("the robot is switched off")
+    if of_groups.nobody_is_on(facts, schedule):
+        return _("no robot of the group is switched on")
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now))
     return _held(facts, schedule, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)
@@ -278,9 +283,10 @@ def schedules_empty(facts: SchedulerFacts) -> str:
         "No schedule yet. Fill in the form and save it: it appears here with its next start and how it last went.")
 
 
-def schedules_note(facts: SchedulerFacts, robot_id: int | None = None) -> str:
-    """How many are on, of all or of one robot."""
-    listed, robot = [schedule for schedule in facts.schedules if robot_id in (None, schedule.robot_id)], facts.robot(robot_id)
+def schedules_note(facts: SchedulerFacts, target: Target | None = None) -> str:
+    """How many are on, of all or of one robot or group."""
+    listed = [schedule for schedule in facts.schedules if of_groups.is_listed(facts, schedule, target)]
+    robot = facts.group(target[1]) if isinstance(target, tuple) else facts.robot(target)
     if not facts.schedules:
         return ""
     note = _("{on} of {all} on").format(on=sum(schedule.enabled and _has_starts(facts, schedule) for schedule in listed), all=len(listed))

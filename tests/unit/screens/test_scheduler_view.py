@@ -360,7 +360,7 @@ def test_schedules_are_listed_by_words_robot_and_name():
     def listed(**listing):
         return [row.key for row in view.schedule_rows(given, NOW, listing=view.Listing(**listing))]
     assert (listed(), listed(by_name=True)) == ([7, 8], [8, 7])
-    assert (listed(robot_id=2), listed(robot_id=1)) == ([8], [7])
+    assert (listed(target=2), listed(target=1)) == ([8], [7])
     assert (listed(query="LATER veikko"), listed(query="kits aino"), listed(query="nothing")) == ([8], [7], [])
     assert view.schedules_note(given, 2) == "Veikko · 1 of 1 on"
 

@@ -1,0 +1,84 @@
+"""What the Scheduler says of groups of robots, and of what matters more: whom a schedule names, priorities in words. Pure."""
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from app.domain.models import Execution, Group, Mission, Robot, Schedule
+from app.i18n import _
+from app.screens.common import formats
+from app.screens.common.options import Option
+from app.screens.common.priorities import word
+from app.screens.common.robot_appearance import off_word
+from app.screens.scheduler.draft import Target
+from app.screens.scheduler.facts import SchedulerFacts
+
+FINISH_BY = (15, 30, 60, 120, 240)       # min
+
+
+def target_options(facts: SchedulerFacts) -> list[Option]:
+    """Groups first, then robots."""
+    groups = [Option(("group", group.id), _("Any of {group}").format(group=group.name), "select-group",
+                     ", ".join(robot.name for robot in facts.members(group.id))) for group in facts.groups]
+    notes = (" · ".join(filter(None, (robot.model, "" if robot.enabled else off_word(robot)))) for robot in facts.robots)
+    return [*groups, *(Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True))]
+
+
+def target_text(target: Robot | Group | None) -> str:
+    if target is None:
+        return _("Choose a robot")
+    return _("Any of {group}").format(group=target.name) if isinstance(target, Group) else target.name
+
+
+def whose(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -> str:
+    """The robot of a schedule; of a group's, which of them it was last."""
+    target = facts.target(schedule)
+    if target is None:
+        return ""
+    if isinstance(target, Robot):
+        return target.name
+    if last is not None and last.robot:
+        return _("any of {group} (last: {robot})").format(group=target.name, robot=last.robot)
+    return _("any of {group}").format(group=target.name)
+
+
+def nobody_is_on(facts: SchedulerFacts, schedule: Schedule) -> bool:
+    """Whether it names a group of which no robot is switched on."""
+    return schedule.group_id is not None and not any(robot.enabled for robot in facts.members(schedule.group_id))
+
+
+def is_listed(facts: SchedulerFacts, schedule: Schedule, target: Target | None) -> bool:
+    """Whether it may run on that robot, or names that group; None: any."""
+    if target is None:
+        return True
+    if isinstance(target, tuple):
+        return schedule.group_id == target[1]
+    return schedule.robot_id == target or any(robot.id == target for robot in facts.members(schedule.group_id))
+
+
+def mission_options(facts: SchedulerFacts, group_id: int) -> list[Option]:
+    """Missions for all robots that at least one of the group has, as far as is known, favourites first; with the robots that lack it."""
+    members, options = facts.members(group_id), []
+    for mission in sorted(facts.missions, key=lambda m: (not m.favourite, m.name.casefold())):
+        if mission.robot_id is not None:
+            continue
+        lacking = [robot.name for robot in members if _lacks(facts, mission, robot)]
+        if len(lacking) < len(members) or not members:
+            options.append(Option(mission.id, mission.name, "star" if mission.favourite else "star-outline",
+                                  _("not on {robots}").format(robots=", ".join(lacking)) if lacking else ""))
+    return options
+
+
+def _lacks(facts: SchedulerFacts, mission: Mission, robot: Robot) -> bool:
+    """A robot's own mission of that name takes the place of the one for all."""
+    own: Sequence[Mission] = [each for each in facts.missions if each.name == mission.name and each.robot_id == robot.id]
+    there: Collection[str] = facts.names.get(robot.id) or ()
+    return bool(there) and (own[0] if own else mission).guid not in there
+
+
+def finish_by_text(minutes: int | None) -> str:
+    return _("Whenever") if minutes is None else _("{time} after its start").format(time=formats.duration(minutes * 60))
+
+
+def priority_words() -> list[tuple[int, str]]:
+    """The four that are offered, by their numbers."""
+    return [(number, word(number)) for number in (-1, 0, 1, 2)]

@@ -1,0 +1,88 @@
+"""From the form to the log with a group: two simulated robots, one breaks, the other comes, and nothing runs twice."""
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+import mir_sim
+from app.container import Container
+from app.domain.models import Group, Mission, Overlap, Robot, State
+from app.widgets.buttons import CommandButton, Segment
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import PickField
+from app.widgets.plan_rows import ScheduleLine
+from app.widgets.rows import OptionRow
+from tests.ui.test_plan_to_log import ShiftedClock, go
+from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
+
+
+@pytest.fixture
+def fleet():
+    with mir_sim.serve(robots=2, time_scale=20.0, battery=90.0) as fleet:
+        yield fleet
+
+
+@pytest.fixture
+def site(tmp_path: Path, fleet):
+    container = Container.open(tmp_path, ShiftedClock(datetime(2026, 11, 23, 6, 29, 1, tzinfo=UTC)), with_window=True)
+    container.catalogue.change_settings(timezone="UTC", poll_interval_seconds=1)
+    robots = [container.catalogue.save_robot(Robot(robot.name, robot.url, USER), password=PASSWORD) for robot in fleet.robots]
+    container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
+    container.catalogue.save_mission(Mission("Home", GUIDS["Home"]))
+    yield container
+    container.close()
+
+
+def pick(ui, label: str, option: str) -> None:
+    ui.tap(ui.find(PickField, label=label))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    ui.tap(ui.find(OptionRow, text=option))
+    ui.advance(.3)
+
+
+def queued(fleet) -> dict[str, int]:
+    """Items that each robot has ever had."""
+    return {robot.name: len(robot.state()["queue"]) for robot in fleet.robots}
+
+
+def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui):
+    with shown(site, ui) as app:
+        go(ui, "scheduler")
+        ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
+        ui.tap(ui.find(PickField, label="Robot"))
+        ui.wait(lambda: ui.find_all(ChoiceDialog))
+        ui.advance(.3)
+        assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == ["Any of Hall 1", "Aino", "Veikko"]
+        ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
+        ui.advance(.3)
+        pick(ui, "Mission", "Home")
+        pick(ui, "If running", "Run it beside the previous one")
+        ui.tap(ui.find(PickField, label="Time"))
+        for digit in "0630":
+            ui.key(ord(digit), digit)
+        ui.tap(ui.find(CommandButton, text="Set"))
+        assert [segment.text for segment in ui.find_all(Segment) if segment.text in ("Low", "Normal", "High", "Critical")] == [
+            "Low", "Normal", "High", "Critical"]
+        ui.tap(ui.find(Segment, text="High"))
+        ui.wait(lambda: not ui.find(CommandButton, text="Save schedule").disabled)
+        ui.tap(ui.find(CommandButton, text="Save schedule"))
+        ui.wait(lambda: site.catalogue.schedules())
+        schedule, = site.catalogue.schedules()
+        group, = site.catalogue.groups()
+        assert (schedule.name, schedule.robot_id, schedule.group_id, schedule.priority, schedule.overlap) == (
+            "Home on Hall 1", None, group.id, 1, Overlap.PARALLEL)
+        ui.wait(lambda: ui.find_all(ScheduleLine))
+        assert ui.find(ScheduleLine).next.startswith("any of Hall 1 · ")
+
+        fleet.robots[0].control({"reboot_seconds": 3600})
+        site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
+        site.holds.confirm_clock()               # the robots live in another year
+        site.runner.start()
+        ui.wait(lambda: site.history.last_finished(1), seconds=60)
+        run, = site.history.last_finished(1)
+        assert (run.state, run.mission, run.robot, run.robot_group) == (State.COMPLETED, "Home", "Veikko", "Hall 1")
+        ui.wait(lambda: ui.find(ScheduleLine).rule.startswith("any of Hall 1 (last: Veikko) · "))
+        assert queued(fleet) == {"Aino": 0, "Veikko": 1}
