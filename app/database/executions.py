@@ -40,6 +40,7 @@ class ExecutionFilter:
     start: datetime | None = None        # of the planned instant, included
     end: datetime | None = None          # not included
     text: str = ""                       # somewhere in the names of mission, schedule or robot, or in the robot's message, in whatever case
+    group: str | None = None             # its name then, of those that any robot of a group could take
     reasons: Sequence[ReasonCode] = ()   # or that ended for one of these, where a text is wanted
 
 
@@ -341,6 +342,8 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
 
     if wanted.robot_ids is not None:
         demand(f"robot_id IN ({placeholders(wanted.robot_ids)})", *wanted.robot_ids)
+    if wanted.group is not None:
+        demand("robot_group = ?", wanted.group)
     if wanted.mission is not None:
         demand("mission = ?", wanted.mission)
     if wanted.states is not None:

@@ -108,6 +108,21 @@ def said(studio: Any) -> None:
     bars.undo("Schedule deleted: Waste to compactor", "Undo", lambda: None)
 
 
+@picture("home-waiting", sizes=EVERY_SIZE)
+def waiting_for_a_robot(studio: Any) -> None:
+    """Of a group, and a mission that would be started on any of it."""
+    screen = home(studio, sample.WITH_WAITING)
+    screen.vm.choose_target(("group", sample.HALL_1.id))
+    studio.driver.advance(.2)
+
+
+@picture("home-waiting-all", sizes=(*BOTH, SMALL, SMALL_LARGE_TEXT))
+def all_that_wait(studio: Any) -> None:
+    screen = home(studio, sample.WITH_WAITING)
+    screen.vm.waiting.show_all()
+    studio.driver.advance(.2)
+
+
 @picture("home-estop", sizes=(*BOTH, SMALL, SMALL_LARGE_TEXT))
 def emergency_stop(studio: Any) -> None:
     home(studio, stopped(), issues=OpenIssues(ALARMS))

@@ -10,6 +10,7 @@ from app.domain.models import (
     Connection,
     DurationEstimate,
     Execution,
+    Group,
     Mission,
     Reason,
     ReasonCode,
@@ -124,3 +125,25 @@ FACTS = HomeFacts(
 def with_aino(status: RobotStatus | None, queue: tuple[QueueItem, ...] = QUEUE, **values: Any) -> HomeFacts:
     """The same afternoon with Aino in another state."""
     return replace(FACTS, snapshots={**FACTS.snapshots, 1: snapshot(1, status, queue, **values)})
+
+
+HALL_1 = Group("Hall 1", (1, 2, 3), id=5)
+
+
+def waits(number: int, mission: str, priority: int, **details: Any) -> Execution:
+    """A start of Hall 1 that has no robot yet."""
+    row = execution(number, AINO, mission, State.WAITING, planned=ago(minutes=number % 7))
+    return replace(row, robot_id=None, robot="", group_id=HALL_1.id, robot_group=HALL_1.name, priority=priority, wait=Wait.ROBOT,
+                   wait_details={"group": HALL_1.name, **details})
+
+
+_BUSY = {"robot": "Aino", "until": (NOW + timedelta(minutes=14)).isoformat()}
+_LOW = {"robot": "Sisu", "out": "low_battery", "battery": 19.0}
+_HELD = {"robot": "Veikko", "out": "held"}
+
+# Four starts that no robot of the group can take now.
+WITH_WAITING = replace(FACTS, groups=(HALL_1,), open=(
+    *FACTS.open, waits(31, "Bring pallet to dock", 2, robots=[_BUSY, _HELD, _LOW]),
+    waits(32, "Collect empties", 0, robots=[_BUSY, _HELD, _LOW]),
+    waits(33, "Waste to compactor", -1, robots=[_BUSY, _HELD, _LOW], kept_for="Deliver kits to line 2"),
+    waits(34, "Night stock count", -1, robots=[_BUSY, _HELD, _LOW])))

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from kivy.clock import Clock, ClockEvent
 
+from app.domain import choice
 from app.domain.models import Execution, State, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _
@@ -22,12 +23,16 @@ Words = tuple[str, str, float]           # text, icon, and for how many seconds 
 
 def outcome(execution: Execution) -> Words | None:
     """None while it is under way, or when it was cancelled, which is said where that is done."""
-    names = {"mission": execution.mission, "robot": execution.robot}
+    names = {"mission": execution.mission, "robot": execution.robot or execution.robot_group}
     if execution.state is State.WAITING and execution.wait is not Wait.DUE:
         words = waiting_sentence(execution, None, _)
+        if execution.robot_id is None:
+            return _("{mission} is not sent yet. {why}").format(mission=execution.mission, why=words), "timer-sand", PROBLEM_SECONDS
         return _("{mission} is not sent to {robot} yet. {why}").format(**names, why=words), \
             HAND if execution.wait is Wait.HOLD else "timer-sand", PROBLEM_SECONDS
     if execution.queue_id is not None or execution.state in (State.QUEUED, State.EXECUTING, State.COMPLETED):
+        if why := choice.chosen(execution.choice, execution.timezone, _):
+            return _("{mission} is sent to {robot}. {why}").format(**names, why=why), "check", PROBLEM_SECONDS
         return _("{mission} is sent to {robot}").format(**names), "check", SECONDS
     if execution.reason is not None and execution.state is not State.CANCELLED:
         why = sentence(execution.reason, execution.timezone, _)
@@ -38,7 +43,7 @@ def outcome(execution: Execution) -> Words | None:
 def unanswered(execution: Execution) -> Words:
     """Nothing is known yet."""
     text = _("{mission} waits for an answer of {robot}, until {time} at most")
-    return text.format(mission=execution.mission, robot=execution.robot,
+    return text.format(mission=execution.mission, robot=execution.robot or execution.robot_group,
                        time=formats.clock_time(execution.closes_at, execution.timezone)), "timer-sand", PROBLEM_SECONDS
 
 

@@ -15,8 +15,9 @@ from kivy.uix.widget import Widget
 
 from app.screens.home.fleet_model import FleetState
 from app.screens.home.view import HomeView
+from app.screens.home.waiting_model import NO_WAITING
 from app.services.robots.map_picture import MapPicture
-from app.widgets import flow  # noqa: F401  (registers kivy classess classes)
+from app.widgets import flow
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard, Tile
 from app.widgets.pages import LowPage
@@ -48,6 +49,8 @@ class HomeState(EventDispatcher):
     finished = ListProperty()
     run = ObjectProperty(NOTHING.run, rebind=True)
     busy = ListProperty()
+    waiting = ObjectProperty(NO_WAITING, rebind=True)        # for a robot
+    goes_first = BooleanProperty(False)  # Run now on a group: before everything else
     asks = BooleanProperty(False)        # the chosen mission has parameters: a dialog comes before it runs
 
 
@@ -297,3 +300,8 @@ class FinishedCard(Card):
 
 class RunNowCard(Card):
     """Start one mission now."""
+
+    @staticmethod
+    def first_chips(can_be: bool, chosen: bool, words: str) -> list[flow.Chip]:
+        """That a start on a group goes before everything else, may be chosen."""
+        return [flow.Chip("first", words, "chevron-double-up", chosen)] if can_be else []

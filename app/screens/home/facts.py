@@ -7,7 +7,7 @@ from datetime import datetime
 from functools import cached_property
 
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Execution, Mission, Robot, RobotSnapshot, Settings
+from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState
 from app.screens.common.holding import hold_at
 from app.services.catalogue.catalogue import Catalogue
@@ -47,6 +47,7 @@ class HomeServices:
 class HomeFacts:
     settings: Settings = field(default_factory=Settings)
     robots: tuple[Robot, ...] = ()
+    groups: tuple[Group, ...] = ()
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot
     entered: tuple[Mission, ...] = ()                   # for the selected robot, favourites first
     missions: tuple[Mission, ...] = ()                  # those of them that it can be asked for
@@ -164,7 +165,7 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
 def _read_plan(services: HomeServices) -> HomeFacts:
     facts = HomeFacts(
         alarms=len(services.alarms.open()), settings=services.settings(), calendar=services.calendar(),
-        robots=tuple(services.catalogue.robots()), open=tuple(services.history.open()),
+        robots=tuple(services.catalogue.robots()), groups=tuple(services.catalogue.groups()), open=tuple(services.history.open()),
         planned=tuple(services.plan.next(NEXT_PLANNED)), finished=tuple(services.history.last_finished(LAST_FINISHED)))
     if facts.robot is None:
         return facts

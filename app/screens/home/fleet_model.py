@@ -31,6 +31,7 @@ from app.screens.home.fleet import (
     robot_tile,
     work,
 )
+from app.screens.home.waiting_model import NO_WAITING
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.dialogs import ESCAPE
@@ -52,6 +53,7 @@ class FleetState(EventDispatcher):
     needy_first = BooleanProperty(False)
     only = ObjectProperty(None, allownone=True)              # the group that is shown; None: all
     empty = StringProperty()
+    waiting = ObjectProperty(NO_WAITING, rebind=True)        # for a robot
     way_back = StringProperty()          # from one robot to all
 
 

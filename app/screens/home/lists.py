@@ -4,6 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from datetime import datetime
 
+from app.domain import choice
 from app.domain.models import Execution, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
@@ -134,8 +135,9 @@ def _running(facts: HomeFacts, item: QueueItem, ours: Execution | None, held: bo
     since = facts.running_since(item)
     started = formats.clock_time(since, facts.settings.timezone) if since else "–"
     words = _("{source} · held, started {time}") if held else _("{source} · started {time}")
+    origin = _with_choice(words.format(source=source_of(item, ours), time=started), facts, ours)
     stopped = status is not None and status.state in STOPPED
-    return QueueEntry(_key(item, ours), facts.name_of(item), words.format(source=source_of(item, ours), time=started),
+    return QueueEntry(_key(item, ours), facts.name_of(item), origin,
                       icon="pause" if held else "play", tone="offline" if old else "fault" if stopped else "accent",
                       loud=not held and not old, runs=True)
 
@@ -152,7 +154,13 @@ def _pending_origin(facts: HomeFacts, item: QueueItem, ours: Execution | None) -
 
 def _since(facts: HomeFacts, execution: Execution) -> str:
     since = formats.clock_time(execution.submitted_at or max(execution.created_at, execution.planned_at), facts.settings.timezone)
-    return _("{source} · since {time}").format(source=trigger_words(execution), time=since)
+    return _with_choice(_("{source} · since {time}").format(source=trigger_words(execution), time=since), facts, execution)
+
+
+def _with_choice(words: str, facts: HomeFacts, ours: Execution | None) -> str:
+    """Why a start of a group came to this robot."""
+    why = choice.chosen(ours.choice, facts.settings.timezone, _) if ours is not None else ""
+    return f"{words} · {why}" if why else words
 
 
 def source_of(item: QueueItem, ours: Execution | None) -> str:
@@ -171,7 +179,7 @@ def trigger_words(execution: Execution) -> str:
 
 _WAIT_ICONS = {Wait.DUE: "timer-sand", Wait.RETRY: "refresh", Wait.BATTERY: "battery-alert-variant-outline",
                Wait.HOLD: HAND, Wait.LATE_START: "timer-alert-outline", Wait.CLOCK: "clock-alert-outline",
-               Wait.ELSEWHERE: "magnify"}
+               Wait.ELSEWHERE: "magnify", Wait.ROBOT: "robot-outline", Wait.PLACE: "map-marker-outline"}
 
 
 def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntry:
@@ -202,7 +210,8 @@ def blocked(facts: HomeFacts) -> Blocked:
     if not rows:
         return NOT_BLOCKED
     words = {Wait.RETRY: _("no answer"), Wait.BATTERY: _("battery"), Wait.HOLD: _("held"), Wait.LATE_START: _("late start"),
-             Wait.CLOCK: _("the tablet's clock"), Wait.ELSEWHERE: _("may have run already")}
+             Wait.CLOCK: _("the tablet's clock"), Wait.ELSEWHERE: _("may have run already"),
+             Wait.ROBOT: _("the robot is busy"), Wait.PLACE: _("a place is full")}
     why = ", ".join(dict.fromkeys(words[e.wait] for e in rows))
     return Blocked(ngettext("{n} blocked: {why}", "{n} blocked: {why}", len(rows)).format(n=len(rows), why=why), ("execution", rows[0].id))
 

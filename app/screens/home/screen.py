@@ -23,12 +23,15 @@ from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, H
 from app.screens.home.facts import HomeFacts, HomeServices, read
 from app.screens.home.fleet_model import FleetViewModel
 from app.screens.home.fleet_page import FleetPage
+from app.screens.home.learning import Learning
 from app.screens.home.map import robots_on_map
 from app.screens.home.map_dialog import MapDialog
 from app.screens.home.pages import ALL_ROBOTS, NO_ROBOT, Pages
 from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
+from app.screens.home.run_now import Target, aimed, start
 from app.screens.home.view import present
+from app.screens.home.waiting_model import WaitingModel
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.tokens import tk
@@ -58,7 +61,9 @@ class HomeViewModel(HomeState, ViewModel):
         self._cancelling: set[int] = set()
         self._reset = ResetReport(self._say)
         self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
-        self._is_learning_map = False
+        self._learning = Learning(services, shell, self._reader.request)
+        self._target = Target()                               # of Run now
+        self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request)
         self._is_plan_old = True                              # more than what the robots do has changed
 
     # ------------------------------------------------------------------ reading
@@ -90,6 +95,9 @@ class HomeViewModel(HomeState, ViewModel):
         others = {other.id: self._services.snapshots.get(other.id) for other in self.facts.robots if other is not robot}
         self.facts = replace(self.facts, snapshots={**self.facts.snapshots, **others})
         self._reset.look(self.facts)
+        if self.waiting.is_old():
+            self._is_plan_old = True
+            self._reader.request()
         self._show()
 
     def retranslated(self) -> None:
@@ -106,8 +114,8 @@ class HomeViewModel(HomeState, ViewModel):
             facts = replace(facts, settings=replace(facts.settings, selected_robot_id=self.facts.settings.selected_robot_id))
         self.facts = facts
         self._note_running()
-        self._learn_names()
-        self._learn_map()
+        self._learning.look(facts)
+        self.waiting.take(facts)
         self._reset.look(facts)
         self.fleet.take(facts)
         self.loaded = True
@@ -124,29 +132,10 @@ class HomeViewModel(HomeState, ViewModel):
         self._cancelling &= {item.id for item in self.facts.snapshot.queue}
         self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling))
 
-    def _learn_names(self) -> None:
-        """Others run missions that nobody entered here; the robot knows their names."""
-        robot, facts = self.facts.robot, self.facts
-        if robot is not None and any(facts.needs_name(item) for item in facts.queue):
-            self._shell.background.run(lambda: self._services.robot_missions.learn_names(robot.id),
-                                       lambda is_new: self._reader.request() if is_new else None, lambda _problem: None,
-                                       key=("home", "names"), apart="names")
-
-    def _learn_map(self) -> None:
-        """One at a time; first the one that is kept in a file, then what the robot answers."""
-        robot, map_id, maps = self.facts.robot, self.facts.map_id, self._services.maps
-        if robot is None or map_id is None or self._is_learning_map or not maps.is_due(robot.id, map_id):
-            return
-        self._is_learning_map = True
-
-        def ended(_outcome: object) -> None:
-            self._is_learning_map = False
-            self._reader.request()
-
-        self._shell.background.run(lambda: maps.learn(robot.id, map_id), ended, ended, apart="maps")
-
     def _show(self) -> None:
-        view = present(self.facts, self._services.clock.now(), self._chosen)
+        now = self._services.clock.now()
+        view = present(self.facts, now, self._chosen)
+        view = replace(view, run=aimed(view.run, self.facts, self._target, now))
         if self.controls.pauses and not view.controls.pauses:
             self._rest("pause")                               # a finger on its way to Pause must not resume
         for field in fields(view):
@@ -161,7 +150,7 @@ class HomeViewModel(HomeState, ViewModel):
             return
         settings = replace(self.facts.settings, selected_robot_id=robot_id)
         self.facts = replace(self.facts, settings=settings, missions=(), expected={}, names={}, map=None)
-        self._chosen = None
+        self._chosen, self._target = None, Target()
         self._show()
         self._act("robot", lambda: self._services.catalogue.change_settings(selected_robot_id=robot_id))
 
@@ -185,6 +174,17 @@ class HomeViewModel(HomeState, ViewModel):
 
     def choose_mission(self, mission_id: int) -> None:
         self._chosen = mission_id
+        self._show()
+
+    def choose_target(self, target: tuple[str, int]) -> None:
+        """Of Run now: ("group", id), or ("robot", id of the selected one)."""
+        self._target = Target(target[1]) if target[0] == "group" else Target()
+        self._show()
+
+    def go_first(self, wanted: bool) -> None:
+        """Of Run now on a group: before everything else."""
+        self._target = replace(self._target, first=wanted)
+        self.goes_first = wanted
         self._show()
 
     def _ask_parameters(self) -> None:
@@ -240,11 +240,12 @@ class HomeViewModel(HomeState, ViewModel):
         robot, run = self.facts.robot, self.run
         if robot is None or run.off or run.mission_id is None:
             return
-        token, mission_id = str(uuid.uuid4()), run.mission_id
+        token, mission_id, target = str(uuid.uuid4()), run.mission_id, self._target
 
         def submit() -> None:
-            self._act("run", lambda: self._services.operator.run_now(robot.id, mission_id, parameters, token), lambda execution: (
-                self._started.follow(execution, is_silent=self.card.old and self.facts.hold(robot.id, self._services.clock.now()) is None)))
+            self._act("run", lambda: start(self._services.operator, target, robot.id, mission_id, parameters, token), lambda execution: (
+                self._started.follow(execution, is_silent=execution.robot_id is not None and self.card.old
+                                     and self.facts.hold(robot.id, self._services.clock.now()) is None)))
 
         if run.low_battery:
             self._shell.dialogs.confirm(_("Run {mission} anyway?").format(mission=run.mission), run.low_battery, _("Run"), submit)
@@ -365,7 +366,7 @@ class HomeScreen(Pages):
     Services = HomeServices
 
     def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "widgets/slots", "home/cards", "home/screen", "home/fleet")
+        load_kv("widgets/flow", "widgets/slots", "home/cards", "home/waiting", "home/screen", "home/fleet")
         super().__init__(vm=HomeViewModel(services, shell), **kwargs)
         for name in ("loaded", "has_robots"):
             self.vm.fbind(name, self._choose_layout)

@@ -11,8 +11,6 @@ from app.domain.problems import in_words
 from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.holding import HAND
-from app.screens.common.options import Option
 from app.screens.common.problems import words_of
 from app.screens.common.robot_appearance import (
     NO_BATTERY,
@@ -43,10 +41,10 @@ from app.screens.home.lists import (
     robot_summaries,
 )
 from app.screens.home.map import NO_MAP, MapView, map_view
+from app.screens.home.run_now import RunView, run_now
+from app.screens.home.waiting import kept_for
 from app.services.dispatch import idle
-from app.services.live.holds import Hold
 
-CHIPS = 4                                # missions offered by one tap where none is marked as a favourite
 LONGEST_QUESTION = 240                   # characters of a robot's question, so that the answers are in sight
 LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is marked
 
@@ -117,19 +115,6 @@ class PromptView:
     guid: str = ""
     question: str = ""
     options: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class RunView:
-    """Run now. ``off`` when it can't be pressed; the button then says why."""
-    note: str = ""
-    mission_id: int | None = None
-    mission: str = ""
-    chips: tuple[Option, ...] = ()
-    text: str = ""
-    icon: str = "play"
-    off: bool = True
-    low_battery: str = ""                # asked before it runs
 
 
 @dataclass(frozen=True)
@@ -237,9 +222,10 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     """What the idle robot will do next, as far as it is among the next planned."""
     run = next((run for run in facts.planned if run.robot.id == robot.id), None)
     if run is None:
-        return _idle_obstacle(facts, robot, None, now) or ("" if facts.planned else _("nothing is planned"))
+        return kept_for(facts, robot, now) or _idle_obstacle(facts, robot, None, now) or (
+            "" if facts.planned else _("nothing is planned"))
     when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
-    planned = _("next: {mission}, {when}").format(mission=run.mission.name, when=when)
+    planned = kept_for(facts, robot, now) or _("next: {mission}, {when}").format(mission=run.mission.name, when=when)
     return " · ".join(filter(None, (planned, _idle_obstacle(facts, robot, run.at, now))))
 
 
@@ -344,55 +330,3 @@ def controls(facts: HomeFacts, robot: Robot, old: bool) -> ControlsView:
         pauses=not resumes, pause=_("Resume") if resumes else _("Pause"), pause_icon="play" if resumes else "pause",
         pause_style="filled" if next_step == "resume" else "outlined" if state in STOPPED else "tonal", pause_off=off or state in STOPPED,
         reset_off=not robot.enabled or not can_reset(status), clear_count=count if robot.enabled else 0)
-
-
-# ---------------------------------------------------------------------- run now
-def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -> RunView:
-    missions = facts.missions
-    mission = next((m for m in missions if m.id == chosen), missions[0] if len(missions) == 1 else None)
-    shown = [m for m in missions if m.favourite] or missions[:CHIPS]
-    chips = tuple(Option(m.id, m.name, "star" if m.favourite else "", selected=m is mission) for m in shown)
-    status = facts.snapshot.status
-    hold, off = facts.hold(robot.id, now), False
-    text, icon, note = _what_run_does(facts, robot, hold, now)
-    if not missions:
-        text, off = _("No missions yet"), True
-    elif not robot.enabled:
-        word = _("{robot} needs its password") if robot.needs_password else _("{robot} is switched off")
-        text, off = word.format(robot=robot.name), True
-    elif hold is not None and hold.is_copy:
-        text, off = _("Nothing is sent from this tablet"), True
-    elif status is not None and status.state in STOPPED:
-        text, off = _("{robot} is stopped").format(robot=robot.name), True
-    elif mission is None:
-        text, off = _("Choose a mission"), True
-    return RunView(note=note, mission_id=mission.id if mission else None,
-                   mission=mission.name if mission else _("Choose a mission"), chips=chips, text=text, off=off,
-                   icon="play" if off else icon, low_battery=_low_battery(facts, robot, now))
-
-
-def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datetime) -> tuple[str, str, str]:
-    """Text and icon of the button, and the note beside the heading: where it runs, or until when it waits at most."""
-    zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
-    at_most = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
-    if hold is not None:
-        until = formats.day_or_time(hold.until, zone, now) if hold.until else ""
-        text = _("Queue, held until {time}").format(time=until) if until else _("Queue, held")
-        return text, HAND, _("on {robot}").format(robot=robot.name) if hold.until and hold.until < closes_at else at_most
-    if is_old(facts.snapshot, now, facts.settings):
-        return _("Send when {robot} answers").format(robot=robot.name), "timer-sand", at_most
-    return _("Run on {robot}").format(robot=robot.name), "play", _("on {robot}").format(robot=robot.name)
-
-
-def _low_battery(facts: HomeFacts, robot: Robot, now: datetime) -> str:
-    minimum = facts.settings.minimum_battery_percent
-    status = None if is_old(facts.snapshot, now, facts.settings) else facts.snapshot.status
-    if not minimum:
-        return ""
-    if status is None or status.battery_percentage is None:
-        return _("The battery of {robot} is not known; the minimum is {minimum} %.").format(
-            robot=robot.name, minimum=formats.plain(minimum))
-    if status.battery_percentage >= minimum:
-        return ""
-    return _("The battery of {robot} is at {battery} %, under the minimum of {minimum} %.").format(
-        robot=robot.name, battery=f"{status.battery_percentage:.0f}", minimum=formats.plain(minimum))

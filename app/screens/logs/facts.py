@@ -8,7 +8,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.executions import ExecutionFilter, PageKey
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Execution, Robot, Settings
+from app.domain.models import DurationEstimate, Execution, Group, Robot, Settings
 from app.domain.reasons import codes_with
 from app.i18n import _
 from app.screens.logs.view import Filters, Period, UsualSeconds, period_start
@@ -43,6 +43,7 @@ class LogsFacts:
     filters: Filters = field(default_factory=Filters)
     settings: Settings = field(default_factory=Settings)
     robots: tuple[Robot, ...] = ()
+    groups: tuple[Group, ...] = ()
     missions: tuple[str, ...] = ()
     rows: tuple[Execution, ...] = ()
     next: PageKey | None = None          # where the next page begins; None: there is none
@@ -63,7 +64,8 @@ class LogsFacts:
 def execution_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> ExecutionFilter:
     """The filters of the screen as those of the history."""
     return ExecutionFilter(
-        robot_ids=filters.robot_ids, mission=filters.mission, states=filters.states or None,
+        robot_ids=None if filters.group else filters.robot_ids, group=filters.group.name if filters.group else None,
+        mission=filters.mission, states=filters.states or None,
         triggers=filters.triggers or None, start=period_start(filters.period, now, zone), text=filters.text.strip(),
         reasons=codes_with(filters.text.strip(), _) if filters.text.strip() else ())
 
@@ -74,7 +76,7 @@ def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> Lo
     wanted = execution_filter(filters, services.clock.now(), ZoneInfo(settings.timezone))
     page = history.page(wanted, size=rows)
     return LogsFacts(
-        filters, settings, tuple(services.catalogue.robots()),
+        filters, settings, tuple(services.catalogue.robots()), tuple(services.catalogue.groups()),
         tuple(sorted({mission.name for mission in services.catalogue.missions()}, key=str.casefold)), tuple(page.rows), page.next,
         history.count(wanted), usual_durations(history, page.rows, {}),
         {row.id: found for row in page.rows if row.state.is_open and row.robot_id is not None

@@ -87,7 +87,7 @@ def _kpi_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> KpiFilter:
 def _utilisation_by_day(services: LogsServices, filters: Filters, dates: Sequence[date], zone: ZoneInfo) -> list[float | None]:
     """Mission seconds ÷ observed seconds of the robots together; None for a day on which none was observed."""
     seen = services.kpis.observed_seconds(dates[0], dates[-1], zone)
-    robots = tuple(robot for robot in seen if filters.robot_id in (None, robot))
+    robots = tuple(robot for robot in seen if filters.robot_ids is None or robot in filters.robot_ids)
     mission_s = {day.day: day.mission_s for day in services.kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=robots))}
     observed_s = {day: sum(seen[robot].get(day, 0.0) for robot in robots) for day in dates}
     return [min(1.0, mission_s.get(day, 0.0) / observed_s[day]) if observed_s[day] else None for day in dates]

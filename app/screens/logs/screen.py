@@ -13,10 +13,11 @@ from app.domain.models import Execution, Trigger
 from app.i18n import _, ngettext
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
-from app.screens.logs import cards, kpi_view, more_view, report_page, robot_states, view  # noqa: F401  (kv's Factory learns the cards)
+from app.screens.logs import cards, kpi_view, more_view, of_groups, report_page, robot_states, view  # noqa: F401  (kv's Factory learns the cards)
 from app.screens.logs.facts import PAGE, LogsFacts, LogsServices, execution_filter, period_with, read_facts, read_next_page
 from app.screens.logs.figures import Figures, MoreFigures, read_figures, read_more_figures
 from app.screens.logs.kpi_view import Explanation
+from app.screens.logs.of_groups import OfGroup
 from app.screens.logs.robot_states import Mark, StatesFacts, Steps, read_states
 from app.screens.logs.view import Filters, Period
 from app.services.history.shift_report import ReportPeriod
@@ -164,7 +165,7 @@ class LogsViewModel(ViewModel):
     def _show(self) -> None:
         facts, filters = self._facts, self._filters
         self.periods, self.period, self.parts = view.periods(), filters.period, view.parts()
-        self.robot, self.all_robots = view.robot_chip(filters, facts.robots), filters.robot_id is None
+        self.robot, self.all_robots = view.robot_chip(filters, facts.robots), filters.robot_ids is None
         self.outcome_chip, self.trigger_chip = view.outcome_chip(filters), view.trigger_chip(filters)
         self.mission_chip, self.is_filtered = view.mission_chip(filters), filters.narrow_list
         self.count_text, self.export_text = view.count_text(facts.count, filters), view.export_text(facts.count)
@@ -249,8 +250,12 @@ class LogsViewModel(ViewModel):
             self._figures_refresher.read()
 
     def choose_robot(self) -> None:
-        self._shell.dialogs.choose(_("Robot"), view.robot_options(self._facts.robots), lambda key: self.set_filters(robot_id=key or None),
-                                   selected=self._filters.robot_id or 0)
+        self._shell.dialogs.choose(_("Robot"), of_groups.target_options(self._facts.groups, self._facts.robots), self._choose_whose,
+                                   selected=self._filters.group or self._filters.robot_id or 0)
+
+    def _choose_whose(self, key: OfGroup | int) -> None:
+        is_group = isinstance(key, OfGroup)
+        self.set_filters(group=key if is_group else None, robot_id=None if is_group else key or None)
 
     def choose_outcomes(self) -> None:
         self._shell.dialogs.choose_many(_("Outcome"), view.outcome_options(), _("Show"),
@@ -280,7 +285,7 @@ class LogsViewModel(ViewModel):
 
     def show_everything(self) -> None:
         """Clear the filters of the list; period and robot stay."""
-        self._show_runs(Filters(self._filters.period, self._filters.robot_id))
+        self._show_runs(Filters(self._filters.period, self._filters.robot_id, group=self._filters.group))
 
     # ------------------------------------------------------------------ files
     def export(self) -> None:
@@ -291,7 +296,8 @@ class LogsViewModel(ViewModel):
 
     def choose_report(self) -> None:
         """Ask for the period of a shift report, then write it as a page to print."""
-        robot, robot_id, services = view.robot_chip(self._filters, self._facts.robots), self._filters.robot_id, self._services
+        filters, services = replace(self._filters, group=None), self._services            # of one robot or of all
+        robot, robot_id = view.robot_chip(filters, self._facts.robots), filters.robot_id
 
         def write(key: str) -> None:
             self._write("reporting",

@@ -13,6 +13,8 @@ from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _, ngettext, translator
 from app.screens.common import execution_appearance, formats
 from app.screens.common.options import Option
+from app.screens.logs import of_groups
+from app.screens.logs.of_groups import OfGroup
 from app.services.history.shift_report import ReportPeriod
 
 UsualSeconds = Mapping[tuple[int | None, str], float]       # usual seconds by robot and guid
@@ -44,6 +46,7 @@ class Filters:
     mission: str | None = None
     triggers: tuple[Trigger, ...] = ()
     text: str = ""
+    group: OfGroup | None = None         # in place of the robot
 
     @property
     def states(self) -> tuple[State, ...]:
@@ -52,6 +55,9 @@ class Filters:
 
     @property
     def robot_ids(self) -> tuple[int, ...] | None:
+        """Whose figures are shown."""
+        if self.group is not None:
+            return self.group.members
         return None if self.robot_id is None else (self.robot_id,)
 
     @property
@@ -85,11 +91,9 @@ def report_options() -> list[Option]:
 
 
 def robot_chip(filters: Filters, robots: Sequence[Robot]) -> str:
+    if filters.group is not None:
+        return _("Any of {group}").format(group=filters.group.name)
     return next((robot.name for robot in robots if robot.id == filters.robot_id), _("All robots"))
-
-
-def robot_options(robots: Sequence[Robot]) -> list[Option]:
-    return [Option(0, _("All robots")), *(Option(robot.id, robot.name, note=robot.model or "") for robot in robots)]
 
 
 def outcome_options() -> list[Option]:
@@ -137,7 +141,7 @@ def export_text(count: int) -> str:
 
 def empty_texts(filters: Filters) -> tuple[str, str]:
     """(title, text) of a list without rows."""
-    if not filters.narrow_list and filters.period is Period.ALL and filters.robot_id is None:
+    if not filters.narrow_list and filters.period is Period.ALL and filters.robot_ids is None:
         return _("Nothing has run yet"), \
             _("Every run of a schedule, of idle automation and of Run now appears here, with its outcome and the reason.")
     return _("Nothing found"), _("Choose a longer period, or fewer filters.")
@@ -179,7 +183,7 @@ def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds
     icon, tone = execution_appearance.LOOKS[execution.state]
     return RunRow(
         execution.id, icon, tone, execution_appearance.word(execution.state), execution.mission, reason_line(execution, zone, usual),
-        execution.robot, execution_appearance.trigger_word(execution.trigger),
+        of_groups.whose(execution), execution_appearance.trigger_word(execution.trigger),
         when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened, narrow,
         story(execution, zone, usual, expected) if opened else (), message(execution) if opened else "")
 
@@ -261,6 +265,7 @@ def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: D
     """planned → submitted → started → ended, as far as it came."""
     attempts = ngettext("{n} attempt", "{n} attempts", execution.attempts).format(n=execution.attempts)
     steps = [(_("Planned"), _time(execution.planned_at, zone), _planned_note(execution))]
+    steps += of_groups.steps(execution, zone)
     if execution.submitted_at is not None:
         steps.append((_("Submitted"), _time(execution.submitted_at, zone), attempts))
     elif execution.attempts:

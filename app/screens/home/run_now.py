@@ -1,0 +1,150 @@
+"""Run now: what it would start, and on whom: a group, of which any robot comes, or the selected robot. Pure."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import Any
+
+from app.domain import rules
+from app.domain.models import Execution, Group, Robot
+from app.i18n import _
+from app.screens.common import formats
+from app.screens.common.holding import HAND
+from app.screens.common.options import Option
+from app.screens.common.robot_appearance import STOPPED, is_old
+from app.screens.home.facts import HomeFacts
+from app.services.allocation.belief import CRITICAL, HIGH
+from app.services.live.holds import Hold
+from app.services.robots.commands import Operator
+
+CHIPS = 4                                # missions offered by one tap where none is marked as a favourite
+
+
+@dataclass(frozen=True)
+class RunView:
+    """Run now. ``off`` when it can't be pressed; the button then says why."""
+    note: str = ""
+    mission_id: int | None = None
+    mission: str = ""
+    chips: tuple[Option, ...] = ()
+    text: str = ""
+    icon: str = "play"
+    off: bool = True
+    low_battery: str = ""                # asked before it runs
+    targets: tuple[Option, ...] = ()     # groups, then the selected robot; none where there is no group
+    can_be_first: bool = False
+
+
+def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -> RunView:
+    missions = facts.missions
+    mission = next((m for m in missions if m.id == chosen), missions[0] if len(missions) == 1 else None)
+    shown = [m for m in missions if m.favourite] or missions[:CHIPS]
+    chips = tuple(Option(m.id, m.name, "star" if m.favourite else "", selected=m is mission) for m in shown)
+    status = facts.snapshot.status
+    hold, off = facts.hold(robot.id, now), False
+    text, icon, note = _what_run_does(facts, robot, hold, now)
+    if not missions:
+        text, off = _("No missions yet"), True
+    elif not robot.enabled:
+        word = _("{robot} needs its password") if robot.needs_password else _("{robot} is switched off")
+        text, off = word.format(robot=robot.name), True
+    elif hold is not None and hold.is_copy:
+        text, off = _("Nothing is sent from this tablet"), True
+    elif status is not None and status.state in STOPPED:
+        text, off = _("{robot} is stopped").format(robot=robot.name), True
+    elif mission is None:
+        text, off = _("Choose a mission"), True
+    return RunView(note=note, mission_id=mission.id if mission else None,
+                   mission=mission.name if mission else _("Choose a mission"), chips=chips, text=text, off=off,
+                   icon="play" if off else icon, low_battery=_low_battery(facts, robot, now))
+
+
+def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datetime) -> tuple[str, str, str]:
+    """Text and icon of the button, and the note beside the heading: where it runs, or until when it waits at most."""
+    zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
+    at_most = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
+    if hold is not None:
+        until = formats.day_or_time(hold.until, zone, now) if hold.until else ""
+        text = _("Queue, held until {time}").format(time=until) if until else _("Queue, held")
+        return text, HAND, _("on {robot}").format(robot=robot.name) if hold.until and hold.until < closes_at else at_most
+    if is_old(facts.snapshot, now, facts.settings):
+        return _("Send when {robot} answers").format(robot=robot.name), "timer-sand", at_most
+    return _("Run on {robot}").format(robot=robot.name), "play", _("on {robot}").format(robot=robot.name)
+
+
+def _low_battery(facts: HomeFacts, robot: Robot, now: datetime) -> str:
+    minimum = facts.settings.minimum_battery_percent
+    status = None if is_old(facts.snapshot, now, facts.settings) else facts.snapshot.status
+    if not minimum:
+        return ""
+    if status is None or status.battery_percentage is None:
+        return _("The battery of {robot} is not known; the minimum is {minimum} %.").format(
+            robot=robot.name, minimum=formats.plain(minimum))
+    if status.battery_percentage >= minimum:
+        return ""
+    return _("The battery of {robot} is at {battery} %, under the minimum of {minimum} %.").format(
+        robot=robot.name, battery=f"{status.battery_percentage:.0f}", minimum=formats.plain(minimum))
+
+
+# ---------------------------------------------------------------------- on a group
+def start(operator: Operator, target: Target, robot_id: int, mission_id: int, parameters: Mapping[str, Any], token: str) -> Execution:
+    """``robot_id``: of the selected robot."""
+    if target.group_id is None:
+        return operator.run_now(robot_id, mission_id, parameters, token)
+    return operator.run_on_any(target.group_id, mission_id, parameters, token, priority=target.priority)
+
+
+@dataclass(frozen=True)
+class Target:
+    """``group_id`` None: the selected robot. ``first``: before everything else that waits, also on a robot that is kept."""
+    group_id: int | None = None
+    first: bool = False
+
+    @property
+    def priority(self) -> int:
+        return CRITICAL if self.first else HIGH
+
+
+def target_chips(facts: HomeFacts, target: Target) -> tuple[Option, ...]:
+    """Groups first, then the selected robot; none where there is no group."""
+    robot, group = facts.robot, chosen(facts, target)
+    if robot is None or not facts.groups:
+        return ()
+    return (*(Option(("group", each.id), _("Any of {group}").format(group=each.name), "select-group", selected=each is group)
+              for each in facts.groups),
+            Option(("robot", robot.id), robot.name, "robot-outline", selected=group is None))
+
+
+def chosen(facts: HomeFacts, target: Target) -> Group | None:
+    """The group, while there still is one."""
+    return next((group for group in facts.groups if group.id == target.group_id), None)
+
+
+def aimed(run: RunView, facts: HomeFacts, target: Target, now: datetime) -> RunView:
+    """Run now of the selected robot, as it would be for this target."""
+    group = chosen(facts, target)
+    if group is not None:
+        run = replace(on_group(run, facts, group, now), can_be_first=True)
+    return replace(run, targets=target_chips(facts, target))
+
+
+def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> RunView:
+    """Run now of the selected robot, as it would be on any of the group."""
+    members = [robot for robot in facts.robots if robot.id in group.members and robot.enabled]
+    mission = next((mission for mission in facts.missions if mission.id == run.mission_id), None)
+    holds = [hold for hold in facts.holds if hold.covers(None, now)]
+    zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
+    text, icon, off = _("Run on any of {group}").format(group=group.name), "play", False
+    if any(hold.is_copy for hold in holds):
+        text, off = _("Nothing is sent from this tablet"), True
+    elif not members:
+        text, off = _("No robot of {group} is switched on").format(group=group.name), True
+    elif mission is None:
+        text, off = _("Choose a mission") if facts.missions else _("No missions yet"), True
+    elif mission.robot_id is not None and not any(other.name == mission.name and other.robot_id is None for other in facts.entered):
+        text, off = _("This mission is for one robot only"), True
+    elif holds:
+        text, icon = _("Queue, held"), HAND
+    return replace(run, text=text, icon="play" if off else icon, off=off, low_battery="",
+                   note=_("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now)))

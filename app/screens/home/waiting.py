@@ -1,0 +1,85 @@
+"""Starts that wait for a robot of their group, and which robot is kept for what matters more. Pure."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from app.domain import choice
+from app.domain.models import Execution, Group, Robot, Settings, State, Wait
+from app.domain.reasons import waiting_sentence
+from app.i18n import _, ngettext
+from app.screens.common import formats
+from app.screens.common.options import Option
+from app.screens.common.priorities import word
+from app.screens.home.facts import HomeFacts
+from app.services.allocation.belief import HIGH
+from app.services.allocation.decide import AHEAD, LAST_CALL
+
+SHOWN = 2                                # on Home; all of them in a dialog
+
+
+@dataclass(frozen=True)
+class WaitingStart:
+    """``key``: id of the execution. ``urgent``: High or Critical."""
+    key: int
+    mission: str
+    note: str
+    priority: str = ""
+    urgent: bool = False
+    can_give: bool = True
+    cancelling: bool = False
+
+
+def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
+    """Those that have no robot yet, in the order in which they get one, as far as that is decided beforehand."""
+    found = [row for row in rows if row.state is State.WAITING and row.robot_id is None]
+    return sorted(found, key=lambda row: (-row.priority, row.planned_at, row.id))
+
+
+def waiting_starts(rows: Sequence[Execution], settings: Settings) -> list[WaitingStart]:
+    return [WaitingStart(row.id, row.mission, waits_for(row, settings), word(row.priority), row.priority >= HIGH,
+                         can_give=row.group_id is not None and not row.held, cancelling=row.cancel_code is not None) for row in rows]
+
+
+def waits_for(row: Execution, settings: Settings) -> str:
+    """What it waits for, what each robot is doing, and when it goes into a queue at the latest."""
+    zone = settings.timezone
+    parts = [waiting_sentence(row, zone, _)]
+    if row.wait is Wait.ROBOT and (told := choice.awaited(row.wait_details, zone, _)):
+        last_call = row.closes_at - timedelta(seconds=LAST_CALL)
+        parts = [_("{group}: {robots}").format(group=row.robot_group, robots=told),
+                 _("Goes into a queue at {time} at the latest").format(time=formats.clock_time(last_call, zone))]
+    if passed := choice.moved_on(row.tried, row.robot, _):
+        parts.insert(0, passed)
+    return ". ".join(parts)
+
+
+def waiting_title(count: int) -> str:
+    return ngettext("Waiting for a robot ({n})", "Waiting for a robot ({n})", count).format(n=count) if count else ""
+
+
+def more_words(count: int) -> str:
+    """The way to those that are not shown on Home."""
+    more = count - SHOWN
+    return ngettext("Show {n} more", "Show {n} more", more).format(n=more) if more > 0 else ""
+
+
+def robots_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group], settings: Settings) -> list[Option]:
+    """To whom a person can give it, with what each is doing."""
+    members = next((group.members for group in groups if group.id == row.group_id), ())
+    told = {each["robot"]: each for each in row.wait_details.get("robots", ()) if isinstance(each, dict) and "robot" in each}
+    return [Option(robot.id, robot.name, "robot-outline",
+                   choice.awaited({"robots": [told[robot.name]]}, settings.timezone, _) if robot.name in told else "")
+            for robot in robots if robot.id in members and robot.enabled]
+
+
+def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
+    """What the robot is left free for, though something waits."""
+    missions = {row.wait_details.get("kept_for") for row in facts.open if row.state is State.WAITING and row.robot_id is None}
+    run = next((run for run in facts.planned if run.mission.name in missions and run.robot.id == robot.id
+                and (run.at - now).total_seconds() <= AHEAD), None)
+    if run is None:
+        return ""
+    name = run.schedule.name if run.schedule.name and run.group is None else run.mission.name
+    return _("Kept for {name} at {time}").format(name=name, time=formats.clock_time(run.at, facts.settings.timezone))

@@ -1,0 +1,122 @@
+"""What waits for a robot, on Home and above all robots: giving it to one by hand, cancelling it, all of it in a dialog."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.domain.models import Execution
+from app.i18n import _
+from app.screens.common.shell import Shell
+from app.screens.home.facts import HomeFacts, HomeServices
+from app.screens.home.waiting import (
+    SHOWN,
+    more_words,
+    robots_for,
+    waiting_of,
+    waiting_starts,
+    waiting_title,
+)
+from app.widgets.dialogs import Dialog
+from app.widgets.display import SectionCard
+from app.widgets.lists import RecycledRow
+
+READ_EVERY = 5                           # s, while something waits
+
+
+class WaitingState(EventDispatcher):
+    """What kv reads: the first rows, all of them, and how many there are, in words."""
+    rows = ListProperty()
+    all_rows = ListProperty()
+    title = StringProperty()             # empty: nothing waits
+    more = StringProperty()
+
+    def act(self, _key: int, _action: str) -> None:
+        """A row was used."""
+
+    def show_all(self) -> None:
+        """All that waits, in a dialog."""
+
+
+class WaitingModel(WaitingState):
+    """``changed()`` is called when something has been done that can be read."""
+
+    def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object]) -> None:
+        super().__init__()
+        self._services, self._shell, self._changed = services, shell, changed
+        self._facts = HomeFacts()
+        self._waiting: dict[int, Execution] = {}
+        self._busy: set[int] = set()
+        self._seconds = 0
+
+    def take(self, facts: HomeFacts) -> None:
+        self._facts = facts
+        self._waiting = {row.id: row for row in waiting_of(facts.open)}
+        self.show()
+
+    def is_old(self) -> bool:
+        """Whether what is said about it has to be read again: what the robots do meanwhile changes it without a word."""
+        self._seconds = (self._seconds + 1) % READ_EVERY
+        return bool(self._waiting) and self._seconds == 0
+
+    def show(self) -> None:
+        self.all_rows = waiting_starts(list(self._waiting.values()), self._facts.settings)
+        self.rows = self.all_rows[:SHOWN]
+        self.title, self.more = waiting_title(len(self.all_rows)), more_words(len(self.all_rows))
+
+    def act(self, key: int, action: str) -> None:
+        row = self._waiting.get(key)
+        if row is None or key in self._busy:
+            return
+        if action == "give":
+            self._give(row)
+        elif action == "cancel":
+            self._do(row, lambda: self._services.operator.cancel_execution(row.id),
+                     _("{mission} is cancelled").format(mission=row.mission), "close")
+
+    def _give(self, row: Execution) -> None:
+        facts = self._facts
+        self._shell.dialogs.choose(
+            _("Give {mission} to").format(mission=row.mission), robots_for(row, facts.robots, facts.groups, facts.settings),
+            lambda robot_id: self._do(row, lambda: self._services.operator.give_to(row.id, robot_id), _("{mission} goes to {robot}").format(
+                mission=row.mission, robot=next(robot.name for robot in facts.robots if robot.id == robot_id)), "robot-outline"))
+
+    def _do(self, row: Execution, work: Callable[[], object], text: str, icon: str) -> None:
+        if row.id in self._busy:
+            return
+        self._busy.add(row.id)
+
+        def ended(call: Callable[[], object]) -> None:
+            self._busy.discard(row.id)
+            call()
+            self._changed()
+        self._shell.background.run(work, lambda _done: ended(lambda: self._shell.snackbars.show(text, icon=icon)),
+                                   lambda problem: ended(lambda: self._shell.say_problem(problem)))
+
+    def show_all(self) -> None:
+        self._shell.dialogs.open(WaitingDialog(state=self))
+
+
+NO_WAITING = WaitingState()
+
+
+class WaitingRow(RecycledRow, BoxLayout):
+    """A start without a robot. Actions: "give", "cancel"."""
+    mission = StringProperty()
+    note = StringProperty()
+    priority = StringProperty()
+    urgent = BooleanProperty(False)
+    can_give = BooleanProperty(True)
+    cancelling = BooleanProperty(False)
+
+
+class WaitingCard(SectionCard):
+    """The first of what waits; without any it takes no room."""
+    state = ObjectProperty(NO_WAITING, rebind=True)
+
+
+class WaitingDialog(Dialog):
+    """All of what waits."""
+    state = ObjectProperty(NO_WAITING, rebind=True)

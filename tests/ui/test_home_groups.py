@@ -1,0 +1,149 @@
+"""Home with a group of two simulated robots: Run now on any of them, what waits for a robot, giving it to one by hand."""
+from __future__ import annotations
+
+import pytest
+
+from app.domain.models import Group, State
+from app.screens.home.cards import RobotHead, RunNowCard
+from app.screens.home.waiting_model import WaitingCard, WaitingDialog, WaitingRow
+from app.widgets.buttons import ChoiceChip, CommandButton
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.rows import OptionRow, QueueRow
+from app.widgets.snackbar import Snackbar
+from tests.support.stored import Stored
+from tests.ui.whole_app import begin_anew, plant, shown
+
+
+@pytest.fixture(scope="module")
+def ui(shared_ui):
+    return shared_ui
+
+
+@pytest.fixture(scope="module")
+def app(tmp_path_factory, ui):
+    """Two robots and two missions, no group yet."""
+    with plant(tmp_path_factory.mktemp("plant"), robots=2) as site:
+        site.add_robots()
+        site.add_missions("Deliver", "Home")
+        with shown(site.container, ui) as app:
+            app.site, began = site, site.container.clock.now()
+            ui.wait(lambda: site.is_at_rest(began) and "Ready" in ui.texts(ui.find(RobotHead)))
+            app.stored, app.root_vm = Stored(site.container), app.shell.navigator.screen("home").vm
+            yield app
+
+
+@pytest.fixture
+def home(app, ui):
+    """At robots at rest, without a group."""
+    def put_back() -> None:
+        app.site.calm_down(ui)
+        app.stored.put_back()
+        for group in app.site.container.catalogue.groups():
+            app.site.container.catalogue.remove_group(group.id)
+
+    begin_anew(app, ui, put_back)
+    app.root_vm.choose_mission(None)
+    app.root_vm.choose_target(("robot", 0))
+    app.root_vm.go_first(False)
+    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)) and not ui.find_all(ChoiceChip, text="Any of Hall 1"))
+    return app
+
+
+@pytest.fixture
+def hall(home, ui):
+    """Both robots in one group."""
+    group = home.site.container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in home.site.container.catalogue.robots())))
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Hall 1"))
+    return group
+
+
+def press(ui, word: str, root=None) -> None:
+    ui.tap(ui.find(CommandButton, root, text=word))
+
+
+def choose(ui, word: str) -> None:
+    ui.tap(ui.find(ChoiceChip, text=word))
+
+
+def run_on_any(ui, mission: str) -> None:
+    choose(ui, "Any of Hall 1")
+    choose(ui, mission)
+    press(ui, "Run on any of Hall 1")
+
+
+def stop_both(home, ui) -> None:
+    """In Pause, so that neither is free."""
+    for robot in home.site.fleet.robots:
+        robot.control({"emergency_stop": True})
+        robot.control({"emergency_stop": False})
+    ui.wait(lambda: all(home.site.container.snapshots.get(robot.id).status.state_id == 4 for robot in home.site.container.catalogue.robots()))
+
+
+def waiting(ui) -> list[tuple[str, str]]:
+    return [(row.mission, row.priority) for row in ui.find_all(WaitingRow, ui.find(WaitingCard))]
+
+
+def test_without_a_group_there_is_nothing_of_groups(home, ui):
+    card = ui.find(RunNowCard)
+    assert [chip.text for chip in ui.find_all(ChoiceChip, card)] == ["Deliver", "Home"]
+    assert not ui.find_all(WaitingCard)
+    assert "Run on Aino" not in ui.texts(card)                # no mission is chosen
+    choose(ui, "Home")
+    assert ui.find(CommandButton, card, text="Run on Aino")
+
+
+def test_run_now_offers_groups_first_and_any_free_robot_comes(home, hall, ui):
+    card = ui.find(RunNowCard)
+    chips = sorted(ui.find_all(ChoiceChip, card), key=lambda chip: (-round(chip.y), chip.x))
+    assert [chip.text for chip in chips][:2] == ["Any of Hall 1", "Aino"]
+    assert ui.find(ChoiceChip, card, text="Aino").active      # as today, until a group is chosen
+    run_on_any(ui, "Home")
+    ui.wait(lambda: home.site.container.history.last_finished(1) or [row for row in home.site.container.history.open() if row.robot])
+    row = (home.site.container.history.open() or home.site.container.history.last_finished(1))[0]
+    assert (row.robot_group, row.priority, row.robot in ("Aino", "Veikko")) == ("Hall 1", 1, True)
+    ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(f"Home is sent to {row.robot}. {row.robot}: free now")])
+
+
+def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home, hall, ui):
+    stop_both(home, ui)
+    choose(ui, "Any of Hall 1")
+    choose(ui, "Before everything else")
+    choose(ui, "Home")
+    press(ui, "Run on any of Hall 1")
+    ui.wait(lambda: ui.find_all(WaitingCard))
+    card = ui.find(WaitingCard)
+    assert "Waiting for a robot (1)" in ui.texts(card)
+    assert waiting(ui) == [("Home", "Critical")]
+    ui.wait(lambda: "Aino stopped; Veikko stopped" in ui.find(WaitingRow).note)
+    assert "Goes into a queue at " in ui.find(WaitingRow).note
+    press(ui, "Give to …", ui.find(WaitingRow))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == ["Aino", "Veikko"]
+    ui.tap(ui.find(OptionRow, text="Aino"))
+    ui.wait(lambda: not ui.find_all(WaitingCard))
+    ui.wait(lambda: ui.find_all(QueueRow, mission="Home"))
+    assert "Aino: chosen by a person" in ui.find(QueueRow).origin
+    row, = home.site.container.history.open()
+    assert (row.robot, row.robot_group) == ("Aino", "Hall 1")
+
+
+def test_what_waits_is_cancelled(home, hall, ui):
+    stop_both(home, ui)
+    run_on_any(ui, "Deliver")
+    ui.wait(lambda: ui.find_all(WaitingRow))
+    press(ui, "Cancel", ui.find(WaitingRow))
+    ui.wait(lambda: not ui.find_all(WaitingCard))
+    assert home.site.container.history.last_finished(1)[0].state is State.CANCELLED
+
+
+def test_of_many_the_first_are_on_home_and_all_in_a_dialog(home, hall, ui):
+    stop_both(home, ui)
+    mission = home.site.container.catalogue.missions()[0]
+    for _n in range(5):
+        home.site.container.operator.run_on_any(hall.id, mission.id)
+    ui.wait(lambda: ui.find_all(WaitingCard) and "Waiting for a robot (5)" in ui.texts(ui.find(WaitingCard)))
+    assert len(waiting(ui)) == 2
+    ui.find(WaitingCard).state.show_all()
+    ui.wait(lambda: ui.find_all(WaitingDialog))
+    assert len(ui.find(WaitingDialog).state.all_rows) == 5

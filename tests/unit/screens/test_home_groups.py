@@ -1,0 +1,113 @@
+"""Home's words about groups: what waits for a robot, for what one is kept, whom Run now starts on."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.domain.models import Group, Mission, Schedule, State, Wait
+from app.screens.home import run_now, waiting
+from app.screens.home.lists import queue_entries
+from app.screens.home.run_now import Target
+from app.screens.home.view import present
+from app.services.live.holds import Hold
+from app.services.planning.plan import PlannedRun
+from tests.support.home_facts import AINO, FACTS, KITS, NOW, READY, RUNNING, SETTINGS, VEIKKO, execution, snapshot
+
+HALL = Group("Hall 1", (1, 2), id=5)
+BUSY = {"robot": "Aino", "until": (NOW + timedelta(minutes=14)).isoformat()}
+LOW = {"robot": "Veikko", "out": "low_battery", "battery": 18.2}
+
+
+def row(number: int = 50, **values):
+    return replace(execution(number, AINO, "Kits", State.WAITING), **({
+        "robot_id": None, "robot": "", "group_id": 5, "robot_group": "Hall 1", "wait": Wait.ROBOT,
+        "wait_details": {"group": "Hall 1", "robots": [BUSY, LOW]}, "closes_at": NOW + timedelta(minutes=22)} | values))
+
+
+def facts(*rows, **values):
+    return replace(FACTS, groups=(HALL,), open=rows, **values)
+
+
+def test_what_waits_says_what_each_robot_does_and_when_it_is_put_into_a_queue():
+    [start] = waiting.waiting_starts([row()], SETTINGS)
+    assert start.note == ("Hall 1: Aino busy until about 14:52; Veikko 18 % battery. Goes into a queue at 14:59 at the latest")
+
+
+@pytest.mark.parametrize(("values", "note"), [
+    ({"wait": Wait.PLACE, "wait_details": {"place": "Dock 2"}}, "Waits for Dock 2 until 15:00"),
+    ({"wait_details": {"group": "Hall 1"}}, "Waits for a robot of Hall 1 until 15:00"),
+    ({"wait_details": {"group": "Hall 1", "robots": [BUSY], "kept_for": "Shift bus"}},
+     "Hall 1: kept for Shift bus; Aino busy until about 14:52. Goes into a queue at 14:59 at the latest"),
+    ({"wait_details": {"group": "Hall 1"}, "tried": {"1": {"tries": 1, "robot": "Aino", "problem": ""}}},
+     "Aino refused it or did not answer. Waits for a robot of Hall 1 until 15:00")])
+def test_whatever_it_waits_for_has_its_sentence(values, note):
+    assert waiting.waits_for(row(**values), SETTINGS) == note
+
+
+def test_the_most_important_is_first_and_nothing_with_a_robot_is_among_them():
+    rows = [row(1), row(2, priority=2), row(3, priority=-1), row(4, robot_id=1, robot="Aino"), row(5, state=State.SUBMITTING)]
+    assert [(start.key, start.priority, start.urgent) for start in waiting.waiting_starts(waiting.waiting_of(rows), SETTINGS)] == [
+        (2, "Critical", True), (1, "Normal", False), (3, "Low", False)]
+
+
+@pytest.mark.parametrize(("count", "title", "more"), [
+    (0, "", ""), (1, "Waiting for a robot (1)", ""), (2, "Waiting for a robot (2)", ""), (5, "Waiting for a robot (5)", "Show 3 more")])
+def test_how_many_wait(count, title, more):
+    assert (waiting.waiting_title(count), waiting.more_words(count)) == (title, more)
+
+
+def test_it_can_be_given_to_members_that_are_on_with_what_each_does():
+    off = replace(VEIKKO, enabled=False)
+    assert [(option.key, option.note) for option in waiting.robots_for(row(), (AINO, off), (HALL,), SETTINGS)] == [
+        (1, "Aino busy until about 14:52")]
+
+
+def test_the_card_says_for_what_the_robot_is_kept():
+    bus = Schedule("Shift bus", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
+    coming = PlannedRun(NOW + timedelta(minutes=5), bus, AINO, KITS, 300.0)
+    held_back = row(wait_details={"group": "Hall 1", "robots": [], "kept_for": KITS.name})
+    given = facts(held_back, planned=(coming,), snapshots={1: snapshot(1, READY), 2: snapshot(2, READY)})
+    assert present(given, NOW).card.mission.note.startswith("Kept for ")
+    assert present(given, NOW).card.mission.note.endswith(" at 14:43")
+    assert waiting.kept_for(given, VEIKKO, NOW) == ""
+    assert waiting.kept_for(replace(given, open=()), AINO, NOW) == ""
+
+
+def test_a_run_of_a_group_says_why_it_came_here():
+    chosen = replace(RUNNING, choice={"robots": [{"robot": "Aino"}, LOW]})
+    [entry, *_rest] = queue_entries(replace(FACTS, open=(chosen,)), NOW)
+    assert entry.origin.endswith(" · Aino: free now; Veikko 18 % battery")
+
+
+# ---------------------------------------------------------------------- run now
+def aimed(given, target=Target(5), mission=KITS.id):
+    return run_now.aimed(present(given, NOW, mission).run, given, target, NOW)
+
+
+def test_groups_come_first_and_the_robot_is_chosen_as_long_as_nobody_chooses_a_group():
+    view = aimed(facts(), Target())
+    assert [(option.text, option.selected) for option in view.targets] == [("Any of Hall 1", False), ("Aino", True)]
+    assert (view.text, view.can_be_first) == ("Run on Aino", False)
+    view = aimed(facts())
+    assert [(option.text, option.selected) for option in view.targets] == [("Any of Hall 1", True), ("Aino", False)]
+    assert (view.text, view.off, view.can_be_first, view.note) == ("Run on any of Hall 1", False, True, "waits until 14:53 at most")
+
+
+def test_without_groups_run_now_is_as_ever():
+    assert run_now.aimed(present(FACTS, NOW, KITS.id).run, FACTS, Target(5), NOW) == present(FACTS, NOW, KITS.id).run
+
+
+@pytest.mark.parametrize(("change", "text", "off"), [
+    ({"robots": (replace(AINO, enabled=False), replace(VEIKKO, enabled=False))}, "No robot of Hall 1 is switched on", True),
+    ({"missions": (Mission("Own", "g", 77, robot_id=1),)}, "This mission is for one robot only", True),
+    ({"holds": (Hold("Audit"),)}, "Queue, held", False)])
+def test_what_stands_in_the_way_is_on_the_button(change, text, off):
+    given = replace(facts(), **change)
+    view = aimed(given, mission=77 if "missions" in change else KITS.id)
+    assert (view.text, view.off) == (text, off)
+
+
+def test_before_everything_else_is_critical():
+    assert (Target(5).priority, Target(5, first=True).priority) == (1, 2)
