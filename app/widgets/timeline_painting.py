@@ -23,6 +23,7 @@ OVERLAP = 6              # dp of the lower edge of bars that overlap
 LEGIBLE = 20             # dp of the height of a bar that has words
 MOMENT = 1 / 3600        # hours that bars may share without overlapping
 BEYOND = .5              # of what is seen, drawn on either side of it
+ABOUT_EDGE = .22         # of the height of a bar whose robot is a forecast, hatched above and below
 PIECES = 10_000          # bars of one mesh, whose indices have 16 bits
 
 Span = tuple[float, float]               # left and right end in px
@@ -37,11 +38,13 @@ class Colours(NamedTuple):
 
 TOKENS = {               # by the look of a bar: its state, or that its length is not known
     "planned": Colours("accent_bg", "accent_on", "accent"), "assumed": Colours("surface", "ink2", "accent"),
+    "about": Colours("accent_bg", "accent_on", "accent"),
     "running": Colours("accent", "accent_ink", "accent"), "past": Colours("track", "ink2", "outline"),
     "failed": Colours("fault_solid", "solid_ink", "fault_solid"), "skipped": Colours("surface", "attention", "attention"),
     "held": Colours("surface", "ink2", "ink2"),
 }
-STRONG = {**TOKENS, "planned": Colours("accent_soft", "ink", "accent")}      # in high contrast, where tints are solid
+# in high contrast, where tints are solid
+STRONG = {**TOKENS, **dict.fromkeys(("planned", "about"), Colours("accent_soft", "ink", "accent"))}
 
 
 def colours() -> Mapping[str, Colours]:
@@ -251,6 +254,9 @@ def paint_lifted(frame: Frame, bar: Any, place: Sequence[float], x: float, words
 def paint_look(look: str, colours: Colours, x: float, bottom: float, width: float, height: float) -> None:
     """A bar as wide as it may be, or its key in a legend."""
     box(x, bottom, width, height, colours.fill, dp(4))
+    if look == "about":                          # along both edges, so that words stay legible
+        for edge in (bottom, bottom + height - ABOUT_EDGE * height):
+            hatch(x, edge, width, ABOUT_EDGE * height, colours.edge, 6, 1.4)
     box(x, bottom, width, height, colours.edge, dp(4), ring=dp(2) if look in ("skipped", "held") else 1)
     middle, step = bottom + height / 2, dp(8)
     if look == "held":                           # dashes

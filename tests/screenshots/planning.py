@@ -12,7 +12,7 @@ from kivy.factory import Factory
 from kivy.tests.common import UnitTestTouch
 
 from app.container import Container
-from app.domain.models import Robot, Schedule
+from app.domain.models import Group, Robot, Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.shell import Shell, pick
@@ -419,3 +419,32 @@ def logs_report(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.choose_report()
     return studio.dialogs.top
+
+
+def with_hall(container: Container) -> None:
+    """All robots in one group, which has the kits of this evening, and more of them than robots at one time."""
+    catalogue, c = container.catalogue, container.db.read()
+    missions = {mission.name: mission.id for mission in container.repositories.missions.all(c)}
+    hall = catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in catalogue.robots())))
+    for name, at, priority in (("Deliver kits to line 2", time(16, 30), 2), ("Waste to compactor", time(19, 0), -1),
+                               ("Night stock count", time(21, 0), 0)):
+        catalogue.save_schedule(Schedule("", None, missions[name], datetime.combine(date(2026, 11, 20), at), month.ZONE, group_id=hall.id,
+                                         priority=priority))
+
+
+@picture("scheduler-group", sizes=EVERY_SIZE)
+def group(studio: Any) -> Any:
+    """A schedule for any robot of a group, and the forecast of those that there are."""
+    stand = Stand(studio, "scheduler", prepare=with_hall)
+    stand.vm.form.begin(replace(stand.vm.form.draft, mission_id=stand.mission("Deliver kits to line 2"), at=time(7, 30), priority=1,
+                                kind=Kind.DAILY).aimed_at(("group", 1)))
+    return stand.settle()
+
+
+@picture("scheduler-group-bar", sizes=(*BOTH, SMALL))
+def group_bar(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler", prepare=with_hall)
+    number = next(schedule.id for schedule in stand.vm._facts.schedules if schedule.group_id and schedule.start.hour == 16)
+    run = next(run for run in stand.vm._facts.planned if run.schedule.id == number)
+    stand.vm.open_bars([("schedule", number, run.at)], next(w for w in stand.screen.walk() if type(w).__name__ == "Timeline"))
+    return stand.settle()

@@ -76,7 +76,8 @@ def stop_both(home, ui) -> None:
     for robot in home.site.fleet.robots:
         robot.control({"emergency_stop": True})
         robot.control({"emergency_stop": False})
-    ui.wait(lambda: all(home.site.container.snapshots.get(robot.id).status.state_id == 4 for robot in home.site.container.catalogue.robots()))
+    container = home.site.container
+    ui.wait(lambda: all(container.snapshots.get(robot.id).status.state_id == 4 for robot in container.catalogue.robots()))
 
 
 def waiting(ui) -> list[tuple[str, str]]:

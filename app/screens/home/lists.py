@@ -9,7 +9,7 @@ from app.domain.models import Execution, ReasonCode, Robot, RobotSnapshot, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
-from app.screens.common import execution_appearance, formats
+from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import HAND, held_note
 from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
 from app.screens.common.robot_groups import group_of, look_of
@@ -251,7 +251,7 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
         day = "" if formats.day(run.at, zone) == formats.day(now, zone) else formats.day(run.at, zone)
         words = held or (formats.ahead(soon) if soon < formats.DAY else "")
         starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
-                                   " · ".join(filter(None, (run.robot.name, words))), HAND if held else "", day))
+                                   " · ".join(filter(None, (foreseen.whose(run), words))), HAND if held else "", day))
     return starts
 
 

@@ -3,10 +3,11 @@ from __future__ import annotations
 
 from datetime import datetime, timedelta
 
+from app.domain import choice
 from app.domain.models import Execution, Reason, ReasonCode
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _
-from app.screens.common import execution_appearance, formats
+from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.options import Card, MenuItem
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
@@ -24,12 +25,14 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     if facts.schedule(execution.schedule_id) is not None:
         items.append(MenuItem("edit", _("Edit schedule"), "pencil-outline"))
     name = facts.name(facts.schedule(execution.schedule_id))
-    return Card(execution.mission, _lines(name, f"{execution.robot} · {_from_to(facts, begins, ends)}", why), tuple(items))
+    whose = execution.robot or _("any of {group}").format(group=execution.robot_group)
+    chosen = choice.chosen(execution.choice, facts.zone, _)
+    return Card(execution.mission, _lines(name, f"{whose} · {_from_to(facts, begins, ends)}", why, chosen), tuple(items))
 
 
 def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
     """Of a planned start: how long it will take, as far as that is known, and what keeps it back."""
-    hold, ends = facts.hold(run.robot.id, run.at), run.at + timedelta(seconds=run.usual_s or ASSUMED_S)
+    hold, ends = facts.hold(run.robot.id, run.at), run.begins + timedelta(seconds=run.usual_s or ASSUMED_S)
     usual, slow = formats.duration(run.usual_s), formats.duration(run.slow_s)
     if run.usual_s is None:
         length = _("Its length is not known yet: 5 min are assumed")
@@ -43,8 +46,8 @@ def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
             Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _)
     items = (MenuItem("edit", _("Edit schedule"), "pencil-outline"), MenuItem("skip", _("Skip this one"), "skip-next"),
              MenuItem("run", _("Run now"), "play"))
-    when = f"{run.robot.name} · {_from_to(facts, run.at, ends)}"
-    return Card(run.mission.name, _lines(facts.name(run.schedule), when, length, held), items)
+    when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"
+    return Card(run.mission.name, _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held), items)
 
 
 def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:

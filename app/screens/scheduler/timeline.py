@@ -9,9 +9,9 @@ from datetime import date, datetime, timedelta
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
-from app.domain.models import Execution, Robot, State
+from app.domain.models import Execution, Group, Robot, State
 from app.i18n import _, ngettext, pgettext
-from app.screens.common import formats
+from app.screens.common import foreseen, formats
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler import axis
 from app.screens.scheduler.axis import Band, Range, Tick
@@ -41,7 +41,7 @@ class Bar(NamedTuple):
     start: float
     end: float
     label: str = ""
-    state: str = "planned"               # past, failed, skipped, held, running or planned
+    state: str = "planned"               # past, failed, skipped, held, running, planned, or about: on whichever robot, that is a forecast
     late: float | None = None            # when nine of ten runs have ended
     assumed: bool = False                # its length is not known
     typed: bool = False                  # its length was entered by a person
@@ -128,10 +128,14 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     read = Range(origin, low, high)
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
     robots = [robot for robot in facts.robots if robot.id in window.robots]
-    planned = defaultdict[int, list[PlannedRun]](list)
+    planned = defaultdict[Hashable, list[PlannedRun]](list)
     for run in facts.planned:
-        planned[run.robot.id].append(run)
-    lanes = tuple(_lane(facts, robot, planned[robot.id], now, read, window.hours * THIN) for robot in robots or facts.robots)
+        planned[run.lane].append(run)
+    shown = robots or facts.robots
+    groups = [group for group in facts.groups if any(robot.id in group.members for robot in shown)]
+    thin = window.hours * THIN
+    of_groups = (_group_lane(facts, group, planned["group", group.id], now, read, thin) for group in groups)
+    lanes = (*(_lane(facts, robot, planned[robot.id], now, read, thin) for robot in shown), *(lane for lane in of_groups if lane.bars))
     closed = tuple(axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded))
     folds = [band for band in closed if band.kind == "folded"]
     if window.left is None:                              # what moves with the time doesn't begin amid a fold
@@ -168,7 +172,8 @@ def _legend(lanes: Sequence[Lane], closed: Sequence[Band]) -> Iterable[LegendEnt
     drawn = {"typed" if bar.typed else "assumed" if bar.assumed else bar.state for bar in bars}
     drawn |= {"overlap"} if any(lane.overlaps for lane in lanes) else set()
     drawn |= {"closed"} if closed else set()
-    words = {"planned": _("Planned"), "typed": _("Length typed"), "assumed": _("Length not known yet"), "running": _("Running"),
+    words = {"planned": _("Planned"), "about": _("Robot is a forecast"), "typed": _("Length typed"),
+             "assumed": _("Length not known yet"), "running": _("Running"),
              "past": _("Ended"), "failed": pgettext("run", "Failed"), "skipped": _("Not run"), "held": _("Held"), "overlap": _("Overlap"),
              "closed": _("No work")}
     return (LegendEntry(kind, text) for kind, text in words.items() if kind in drawn)
@@ -185,6 +190,18 @@ def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], no
     return Lane(robot.name, held or robot.model or "" if robot.enabled else off_word(robot),
                 (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
                 tuple(_overlaps(bars)), robot.id)
+
+
+def _group_lane(facts: SchedulerFacts, group: Group, planned: Iterable[PlannedRun], now: datetime, read: Range, thin: float) -> Lane:
+    """What has no robot of the group yet, or none is foreseen for."""
+    bars = [_past_bar(facts, execution, now, read) for execution in facts.past
+            if execution.robot_id is None and execution.group_id == group.id]
+    bars += [_planned_bar(facts, run, read) for run in planned]
+    bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
+    more = [at for schedule in facts.schedules if schedule.group_id == group.id and (at := facts.more.get(schedule.id)) is not None]
+    return Lane(_("Any of {group}").format(group=group.name), _("no robot foreseen"),
+                (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
+                key=("group", group.id))
 
 
 def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
@@ -230,12 +247,13 @@ def _more_bar(more: Sequence[datetime], read: Range) -> Iterable[Bar]:
 
 
 def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
-    start, held = read.at(run.at), facts.hold(run.robot.id, run.at) is not None
+    start, held = read.at(run.begins), facts.hold(run.robot.id, run.at) is not None
+    state = "held" if held else "about" if run.is_approximate else "planned"
     is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
     return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
-               _("Held: {mission}").format(mission=run.mission.name) if held else run.mission.name, "held" if held else "planned",
+               _("Held: {mission}").format(mission=run.mission.name) if held else foreseen.label(run, run.mission.name), state,
                late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
-               typed=run.usual_s is not None and run.typed, movable=True)
+               typed=run.usual_s is not None and run.typed, movable=run.begins == run.at)
 
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:

@@ -10,7 +10,7 @@ from zoneinfo import ZoneInfo
 from app.domain import rules
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State
 from app.i18n import _, ngettext
-from app.screens.common import execution_appearance, formats
+from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import held_note
 from app.screens.common.options import MenuItem, Option
 from app.screens.scheduler import of_groups
@@ -133,7 +133,8 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
     for _id, group in groupby(by_schedule, key=lambda run: run.schedule.id):
         same = list(group)
         first = same[0]
-        names, needs = (first.mission.name, first.robot.name), battery_condition(first.schedule, first.mission, facts.settings)
+        names = first.mission.name, foreseen.whose(first, exactly=False)
+        needs = battery_condition(first.schedule, first.mission, facts.settings)
         own = facts.name(first.schedule)
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
@@ -147,7 +148,8 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
             continue
         for run in same:
             held_note = _held(facts, run.schedule, run.at, now)
-            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", formats.wall_time(run.at.astimezone(zone)), *names,
+            begins = formats.wall_time(run.at.astimezone(zone))
+            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, run.mission.name, foreseen.whose(run),
                                  held_note or formats.ahead((run.at - now).total_seconds()), _until(run, zone), held_note or needs, own)
 
 
@@ -155,7 +157,7 @@ def _until(run: PlannedRun, zone: ZoneInfo) -> str:
     """When it is over as a rule."""
     if run.usual_s is None:
         return formats.NOTHING
-    return _("until about {time}").format(time=formats.wall_time((run.at + timedelta(seconds=run.usual_s)).astimezone(zone)))
+    return _("until about {time}").format(time=formats.wall_time((run.begins + timedelta(seconds=run.usual_s)).astimezone(zone)))
 
 
 # ---------------------------------------------------------------------- the schedules

@@ -17,8 +17,8 @@ def hall(logs, container, ui):
     """A group of all robots, one of whose runs is in the history."""
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in container.catalogue.robots())))
     now, robots = container.clock.now(), container.catalogue.robots()
-    run = replace(container.history.last_finished(1)[0], id=0, token="one-of-hall-1", mission="For any robot", planned_at=now, created_at=now,
-                  closes_at=now, bound_at=now, group_id=group.id, robot_group="Hall 1", schedule_id=None,
+    run = replace(container.history.last_finished(1)[0], id=0, token="one-of-hall-1", mission="For any robot", planned_at=now,
+                  created_at=now, closes_at=now, bound_at=now, group_id=group.id, robot_group="Hall 1", schedule_id=None,
                   choice={"robots": [{"robot": robots[0].name}, {"robot": robots[1].name, "out": "silent"}]})
     container.db.write(lambda c: container.repositories.executions.add(c, run))
     show_anew(logs, ui)

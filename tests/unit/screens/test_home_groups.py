@@ -82,8 +82,8 @@ def test_a_run_of_a_group_says_why_it_came_here():
 
 
 # ---------------------------------------------------------------------- run now
-def aimed(given, target=Target(5), mission=KITS.id):
-    return run_now.aimed(present(given, NOW, mission).run, given, target, NOW)
+def aimed(given, target=None, mission=KITS.id):
+    return run_now.aimed(present(given, NOW, mission).run, given, target or Target(5), NOW)
 
 
 def test_groups_come_first_and_the_robot_is_chosen_as_long_as_nobody_chooses_a_group():

@@ -1,0 +1,30 @@
+"""Planned starts that any robot of a group may take: which one will probably come, always marked as a forecast. Pure."""
+from __future__ import annotations
+
+from app.i18n import _
+from app.services.planning.plan import PlannedRun
+
+ABOUT = "≈"
+
+
+def whose(run: PlannedRun, *, exactly: bool = True) -> str:
+    """The robot of a start; of a group's the group and, ``exactly`` of one start, the robot that will probably take it."""
+    if run.group is None:
+        return run.robot.name
+    group = _("any of {group}").format(group=run.group.name)
+    return f"{group} ({ABOUT} {run.robot.name})" if run.begins_at is not None and exactly else group
+
+
+def label(run: PlannedRun, words: str) -> str:
+    """On a bar."""
+    return f"{ABOUT} {words}" if run.is_approximate else words
+
+
+def sentence(run: PlannedRun) -> str:
+    """What is known of the robot beforehand; empty where it is fixed."""
+    if run.group is None:
+        return ""
+    if run.begins_at is None:
+        return _("No robot of {group} is foreseen to be free in its start window. It is decided at its time.").format(group=run.group.name)
+    return _("A forecast: {robot} will probably take it. Which robot of {group} comes is decided at its time.").format(
+        robot=run.robot.name, group=run.group.name)

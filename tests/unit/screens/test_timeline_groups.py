@@ -1,0 +1,70 @@
+"""Starts of groups on the timeline: in the lane of the robot that will probably come, marked as a forecast; else in a lane of their own."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings, State, Trigger, Wait
+from app.screens.common import foreseen
+from app.screens.scheduler import bar_card, view
+from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.timeline import timeline
+from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import nobody
+
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
+AINO, SISU = Robot("Aino", "a", id=1), Robot("Sisu", "s", id=2)
+HALL, OFFICE = Group("Hall 1", (1, 2), id=5), Group("Office", (1,), id=6)
+KITS = Mission("Kits", "k", 1)
+SCHEDULE = Schedule("Kits on Hall 1", None, 1, datetime(2026, 11, 20, 13), "UTC", id=7, group_id=5)
+AT = NOW + timedelta(minutes=22)
+FOUND = PlannedRun(AT, SCHEDULE, SISU, KITS, 600.0, group=HALL, begins_at=AT + timedelta(minutes=4))
+NOT_FOUND = PlannedRun(AT + timedelta(hours=1), SCHEDULE, nobody(HALL), KITS, 600.0, group=HALL)
+FIXED = PlannedRun(AT, replace(SCHEDULE, id=8, group_id=None, robot_id=1), AINO, KITS, 600.0)
+FACTS = SchedulerFacts(settings=Settings(), robots=(AINO, SISU), groups=(HALL, OFFICE), missions=(KITS,), schedules=(SCHEDULE,),
+                       planned=(FOUND, NOT_FOUND, FIXED))
+
+
+def lanes(facts=FACTS, **window):
+    return {lane.key: lane for lane in timeline(facts, NOW, **window).lanes}
+
+
+def test_a_start_lies_where_the_forecast_has_it_and_says_that_it_is_one():
+    [bar] = lanes()[2].bars
+    assert (bar.label, bar.state, bar.movable) == ("≈ Kits", "about", False)
+    origin = timeline(FACTS, NOW).origin
+    assert origin + timedelta(hours=bar.start) == FOUND.begins            # when a robot is free, not when it falls due
+    assert [(bar.label, bar.state, bar.movable) for bar in lanes()[1].bars] == [("Kits", "planned", True)]
+
+
+def test_what_finds_no_robot_has_a_lane_of_its_own_and_without_any_there_is_none():
+    assert list(lanes()) == [1, 2, ("group", 5)]
+    lane = lanes()["group", 5]
+    assert (lane.name, [(bar.label, bar.state) for bar in lane.bars]) == ("Any of Hall 1", [("Kits", "planned")])
+    assert list(lanes(replace(FACTS, planned=(FOUND, FIXED)))) == [1, 2]
+
+
+def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
+    waits = Execution(Trigger.SCHEDULED, None, "", "Kits", "k", NOW, NOW + timedelta(minutes=15), NOW, "t", "UTC", State.WAITING, 11,
+                      group_id=5, robot_group="Hall 1", wait=Wait.ROBOT)
+    lane = lanes(replace(FACTS, planned=(), past=(waits,)))["group", 5]
+    assert [bar.key for bar in lane.bars] == [("execution", 11)]
+    assert "any of Hall 1" in bar_card.run_card(FACTS, waits, NOW).text
+
+
+def test_the_legend_says_what_the_hatching_means():
+    assert ("about", "Robot is a forecast") in timeline(FACTS, NOW).legend
+    assert "about" not in [entry.kind for entry in timeline(replace(FACTS, planned=(FIXED,)), NOW).legend]
+
+
+def test_the_card_at_the_bar_says_that_it_is_a_forecast():
+    assert bar_card.start_card(FACTS, FOUND).text.split("\n") == [
+        "any of Hall 1 (≈ Sisu) · Fri 20 Nov 13:04–13:14",
+        "A forecast: Sisu will probably take it. Which robot of Hall 1 comes is decided at its time.", "Usually 10 min"]
+    assert "No robot of Hall 1 is foreseen" in bar_card.start_card(FACTS, NOT_FOUND).text
+    assert "forecast" not in bar_card.start_card(FACTS, FIXED).text
+
+
+def test_the_list_of_days_names_the_group_and_the_robot_foreseen():
+    assert sorted(row.robot for row in view.days(FACTS, NOW) if row.mission) == ["Aino", "any of Hall 1", "any of Hall 1 (≈ Sisu)"]
+    assert foreseen.whose(FIXED) == "Aino"
