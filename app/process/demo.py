@@ -12,12 +12,13 @@ from app.container import Container
 from app.database.activities import ActivityRepository
 from app.domain import rules
 from app.domain.activity import ActivitySpan
-from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State
+from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State
 from app.failures import BadInput
 
 USER, PASSWORD = "distributor", "distributor"          # the simulator's
 DAYS = 21
-LIVE = "Deliver kits to line 2"                         # every ten minutes, whatever day it is, so that there is always something to see
+LIVE = "Deliver kits to line 2"                         # every ten minutes, whatever day it is, so that there is always something to see,
+GROUP = "Hall 1"                                        # on whichever robot will be done first
 FAVOURITES = ("Deliver kits to line 2", "Collect empties", "Return to charger")
 
 
@@ -69,7 +70,8 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
             mission = by_name[rule.mission]
             schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
             history += _history(schedule, rule, robot, mission, settings, install_id, now, rng)
-    container.catalogue.save_schedule(_live_schedule(saved[-1], by_name[LIVE], settings, now))
+    group = container.catalogue.save_group(Group(GROUP, tuple(robot.id for robot in saved)))
+    container.catalogue.save_schedule(_live_schedule(group, by_name[LIVE], settings, now))
     container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
     history.sort(key=lambda row: row.planned_at)
     container.db.write(lambda w: container.repositories.executions.add_many(w, history))
@@ -85,9 +87,9 @@ def _schedule(rule: _Rule, robot: Robot, mission: Mission, settings: Settings, n
     return Schedule(f"{mission.name} on {robot.name}", robot.id, mission.id, first, settings.timezone, rule.recurrence)
 
 
-def _live_schedule(robot: Robot, mission: Mission, settings: Settings, now: datetime) -> Schedule:
+def _live_schedule(group: Group, mission: Mission, settings: Settings, now: datetime) -> Schedule:
     first = (now.astimezone(ZoneInfo(settings.timezone)) + timedelta(seconds=90)).replace(second=0, microsecond=0, tzinfo=None)
-    return Schedule(f"{mission.name} on {robot.name}", robot.id, mission.id, first, settings.timezone, "FREQ=MINUTELY;INTERVAL=10",
+    return Schedule("", None, mission.id, first, settings.timezone, "FREQ=MINUTELY;INTERVAL=10", group_id=group.id,
                     respect_working_days=False)
 
 

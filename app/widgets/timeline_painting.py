@@ -277,6 +277,8 @@ def paint_narrow(look: str, colours: Colours, spans: Sequence[Span], y: float, h
     if look == "held":
         for part in (-.25, .25):
             _mesh(spans, y + height * part, dp(4), colours.fill)
+    elif look == "about":                        # broken in the middle: there is no room for hatching
+        _mesh(spans, y, dp(6), tk.surface)
     elif look == "failed":
         _notches(spans, y + height / 2)
 

@@ -45,7 +45,8 @@ def test_every_option_of_the_command_line_is_there_and_no_other() -> None:
 def test_the_keys_of_the_configuration_file() -> None:
     known = {f"settings.{key}" for key in document.SETTINGS} | {f"display.{key}" for key in document.DISPLAY} \
         | {f"calendar.{key}" for key in document.CALENDAR} | {f"calendar.days[].{key}" for key in document.DAY} \
-        | {f"robots[].{key}" for key in document.ROBOT} \
+        | {f"robots[].{key}" for key in document.ROBOT} | {f"groups[].{key}" for key in document.GROUP} \
+        | {f"places[].{key}" for key in document.PLACE} \
         | {f"missions[].{key}" for key in document.MISSION} | {f"schedules[].{key}" for key in document.SCHEDULE}
     assert set(keys()) == known
     assert {key for key, cells in keys().items() if cells[0] == "yes"} == {
@@ -56,7 +57,7 @@ def test_the_example_is_a_configuration() -> None:
     example = re.search(r"```json\n(.*?)```", PAGE, re.DOTALL)
     assert example is not None
     read = document.read(example[1].encode())
-    assert (len(read.robots), len(read.missions), len(read.schedules)) == (1, 2, 1)
+    assert (len(read.robots), len(read.groups), len(read.places), len(read.missions), len(read.schedules)) == (1, 1, 1, 2, 2)
     assert set(json.loads(example[1])["settings"]) == set(document.SETTINGS)
     assert set(json.loads(example[1])["display"]) == set(document.DISPLAY)
     assert set(json.loads(example[1])["calendar"]) == set(document.CALENDAR)

@@ -38,6 +38,8 @@ def test_a_mission_starts_within_two_minutes_whatever_day_it_is(make, day):
     furnish(container, ROBOTS, MISSIONS)
     assert container.plan.between(now, now + timedelta(minutes=2)).runs
     assert container.history.last_finished(1)
+    live = next(schedule for schedule in container.catalogue.schedules() if schedule.group_id is not None)
+    assert (live.name, live.respect_working_days) == ("Deliver kits to line 2 on Hall 1", False)
 
 
 def test_a_second_demo_on_the_same_directory_brings_the_addresses_up_to_date(make):

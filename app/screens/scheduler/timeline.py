@@ -253,7 +253,8 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
     return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
                _("Held: {mission}").format(mission=run.mission.name) if held else foreseen.label(run, run.mission.name), state,
                late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
-               typed=run.usual_s is not None and run.typed, movable=run.begins == run.at)
+               typed=run.usual_s is not None and run.typed, movable=run.begins == run.at,
+               short=foreseen.ABOUT if state == "about" else "")
 
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:
