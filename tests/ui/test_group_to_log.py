@@ -9,7 +9,7 @@ import pytest
 import mir_sim
 from app.container import Container
 from app.domain.models import Group, Mission, Overlap, Robot, State
-from app.widgets.buttons import CommandButton, Segment
+from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField
 from app.widgets.plan_rows import ScheduleLine
@@ -64,9 +64,9 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         for digit in "0630":
             ui.key(ord(digit), digit)
         ui.tap(ui.find(CommandButton, text="Set"))
-        assert [segment.text for segment in ui.find_all(Segment) if segment.text in ("Low", "Normal", "High", "Critical")] == [
-            "Low", "Normal", "High", "Critical"]
-        ui.tap(ui.find(Segment, text="High"))
+        chips = [chip for chip in ui.find_all(ChoiceChip) if chip.text in ("Low", "Normal", "High", "Critical")]
+        assert {chip.text: chip.active for chip in chips} == {"Low": False, "Normal": True, "High": False, "Critical": False}
+        ui.tap(ui.find(ChoiceChip, text="High"))
         ui.wait(lambda: not ui.find(CommandButton, text="Save schedule").disabled)
         ui.tap(ui.find(CommandButton, text="Save schedule"))
         ui.wait(lambda: site.catalogue.schedules())

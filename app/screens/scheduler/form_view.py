@@ -12,7 +12,6 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.holding import HAND, held_word
 from app.screens.common.options import Option
-from app.screens.common.priorities import level
 from app.screens.common.problems import sentence_of
 from app.screens.scheduler import of_groups
 from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Target, Unit
@@ -98,8 +97,7 @@ class FormView:
     window: str = ""
     overlap: str = ""
     respect_working_days: bool = True
-    priority: int = 0                    # the level of those that are offered
-    priorities: tuple[tuple[int, str], ...] = ()
+    priorities: tuple[Option, ...] = ()
     of_group: bool = False
     finish_by: str = ""
     name: str = ""
@@ -148,7 +146,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         battery=battery_text(rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)),
         window=window_text(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
         overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
-        priority=level(draft.priority), priorities=tuple(of_groups.priority_words()), of_group=draft.group_id is not None,
+        priorities=of_groups.priority_chips(draft.priority), of_group=draft.group_id is not None,
         finish_by=of_groups.finish_by_text(draft.finish_by_minutes), name=draft.name, name_hint=_name_hint(mission, target),
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
         starts=_starts(facts, forecast, draft, now), can_skip=bool(forecast and forecast.starts and draft.is_stored),

@@ -7,10 +7,11 @@ from app.domain.models import Execution, Group, Mission, Robot, Schedule
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
-from app.screens.common.priorities import word
+from app.screens.common.priorities import level, word
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
+from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL
 
 FINISH_BY = (15, 30, 60, 120, 240)       # min
 
@@ -79,6 +80,6 @@ def finish_by_text(minutes: int | None) -> str:
     return _("Whenever") if minutes is None else _("{time} after its start").format(time=formats.duration(minutes * 60))
 
 
-def priority_words() -> list[tuple[int, str]]:
-    """The four that are offered, by their numbers."""
-    return [(number, word(number)) for number in (-1, 0, 1, 2)]
+def priority_chips(priority: int) -> tuple[Option, ...]:
+    """The four that are offered, by their numbers; any other number belongs to one of them."""
+    return tuple(Option(number, word(number), selected=number == level(priority)) for number in (LOW, NORMAL, HIGH, CRITICAL))

@@ -86,7 +86,7 @@ class PlaceDialog(FormDialog):
     def pick_missions(self) -> None:
         facts = self._context.facts
         options = [Option(mission.id, mission.name, "flag-outline",
-                          _("Only on {robot}").format(robot=robot.name) if (robot := facts.robot(mission.robot_id)) else "")
+                          _("Only {robot}").format(robot=robot.name) if (robot := facts.robot(mission.robot_id)) else "")
                    for mission in facts.missions]
         self._context.shell.dialogs.choose_many(_("Missions that use it"), options, _("Set"),
                                                 lambda keys: setattr(self.vm, "missions", keys), selected=self.vm.missions)

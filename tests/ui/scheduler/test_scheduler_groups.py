@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.models import Group, Overlap, Schedule
 from app.screens.scheduler.cards import FormCard
-from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, MenuChip, Segment
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, MenuChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField
 from app.widgets.rows import OptionRow
@@ -64,7 +64,7 @@ def test_what_a_group_can_do_is_chosen_by_tapping_and_saved(screen, container, h
     ui.tap(ui.find(ChoiceChip, text="30 min"))
     press(screen, ui, "Set")
     assert finish.value == "30 min after its start"
-    critical = ui.find(Segment, text="Critical")
+    critical = ui.find(ChoiceChip, text="Critical")
     reveal(ui, critical)
     ui.tap(critical)
     settle(screen, ui)
@@ -91,11 +91,11 @@ def test_priority_of_one_robot_is_four_words_too_and_a_number_of_a_file_is_kept(
     screen.plan.edit(schedule.id)
     settle(screen, ui)
     assert ui.find(FormCard).more                             # it is not at its default
-    critical = ui.find(Segment, text="Critical")
-    assert critical.selected
+    critical = ui.find(ChoiceChip, text="Critical")
+    assert critical.active
     assert screen.plan.form.draft.priority == 7
-    reveal(ui, ui.find(Segment, text="Low"))
-    ui.tap(ui.find(Segment, text="Low"))
+    reveal(ui, ui.find(ChoiceChip, text="Low"))
+    ui.tap(ui.find(ChoiceChip, text="Low"))
     settle(screen, ui)
     save(screen, ui)
     assert next(each for each in schedules(container) if each.id == schedule.id).priority == -1
