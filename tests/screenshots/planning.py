@@ -12,7 +12,7 @@ from kivy.factory import Factory
 from kivy.tests.common import UnitTestTouch
 
 from app.container import Container
-from app.domain.models import Group, Robot, Schedule
+from app.domain.models import Group, Robot, Schedule, State, Trigger
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.shell import Shell, pick
@@ -447,4 +447,35 @@ def group_bar(studio: Any) -> Any:
     number = next(schedule.id for schedule in stand.vm._facts.schedules if schedule.group_id and schedule.start.hour == 16)
     run = next(run for run in stand.vm._facts.planned if run.schedule.id == number)
     stand.vm.open_bars([("schedule", number, run.at)], next(w for w in stand.screen.walk() if type(w).__name__ == "Timeline"))
+    return stand.settle()
+
+
+def often_late(container: Container) -> None:
+    """The empties of Veikko came late on the last working days, because somebody ran the waste by hand just before."""
+    with_hall(container)
+    c, executions = container.db.read(), container.repositories.executions
+    missions = {mission.name: mission for mission in container.repositories.missions.all(c)}
+    waste = missions["Waste to compactor"].id
+    schedule = next(each for each in container.catalogue.schedules() if each.mission_id == waste and each.robot_id)
+    robot = next(robot for robot in container.catalogue.robots() if robot.id == schedule.robot_id)
+    days = [day for n in range(1, 28) if (day := sample.NOW - timedelta(days=n)).weekday() < 5]
+    for number, day in enumerate(days):
+        at = day.replace(hour=4, minute=30)
+        for mission, begins, lasts, of in (("Night stock count", at - timedelta(minutes=15), 25, None),
+                                           ("Waste to compactor", at + timedelta(minutes=10), 12, schedule.id)):
+            planned = at if of else begins
+            trigger = Trigger.SCHEDULED if of else Trigger.MANUAL
+            row = sample.execution(90_000 + 2 * number + bool(of), robot, mission, State.COMPLETED, trigger, missions[mission].guid, planned)
+            ended = begins + timedelta(minutes=lasts)
+            row = replace(row, schedule_id=of, submitted_at=planned, started_at=begins, ended_at=ended, duration_s=lasts * 60.0,
+                          robot_delay_s=(begins - planned).total_seconds(), attempts=1)
+            container.db.write(lambda w, row=row: executions.add(w, row))
+
+
+@picture("scheduler-suggestions", sizes=(*BOTH, SMALL_LARGE_TEXT))
+def suggestions(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler", prepare=often_late)
+    stand.vm.advice.compute()
+    stand.settle()
+    stand.vm.advice.open_dialog()
     return stand.settle()

@@ -18,6 +18,16 @@ from tests.support.clock import VirtualClock
 NOW = datetime(2026, 11, 20, 20, 0, tzinfo=UTC)                        # Friday evening
 
 
+def plan(container):
+    """Three robots, two of which are a group, and a schedule."""
+    for number, name in enumerate(("Aino", "Sisu", "Veikko"), 1):
+        container.catalogue.save_robot(Robot(name, f"10.0.0.{number}", "scheduler"), "secret")
+    for name in ("Kits to line 2", "Waste to compactor"):
+        container.catalogue.save_mission(Mission(name, name.lower().replace(" ", "-")))
+    container.catalogue.save_group(Group("Hall 1", (1, 2)))
+    container.catalogue.save_schedule(Schedule("Kits", 1, 1, datetime(2026, 10, 12, 7, 30), "UTC", "FREQ=DAILY"))
+
+
 @pytest.fixture
 def clock():
     return VirtualClock(NOW - timedelta(days=40))
@@ -26,12 +36,7 @@ def clock():
 @pytest.fixture
 def container(tmp_path, clock):
     container = Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock)
-    for number, name in enumerate(("Aino", "Sisu", "Veikko"), 1):
-        container.catalogue.save_robot(Robot(name, f"10.0.0.{number}", "scheduler"), "secret")
-    for name in ("Kits to line 2", "Waste to compactor"):
-        container.catalogue.save_mission(Mission(name, name.lower().replace(" ", "-")))
-    container.catalogue.save_group(Group("Hall 1", (1, 2)))
-    container.catalogue.save_schedule(Schedule("Kits", 1, 1, datetime(2026, 10, 12, 7, 30), "UTC", "FREQ=DAILY"))
+    plan(container)
     clock.advance((NOW - clock.now()).total_seconds())
     yield container
     container.close()

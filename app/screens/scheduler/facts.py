@@ -22,6 +22,7 @@ from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
 from app.services.robots.missions import RobotMissions
+from app.services.suggestions.suggestions import Suggestions
 
 HOURS = 24                               # that the timeline shows at first
 MARGIN = 0.5                             # of what it shows, read on either side of it, so that a finger finds something there
@@ -46,6 +47,7 @@ class SchedulerServices:
     plan: Plan
     plan_files: PlanFiles
     robot_missions: RobotMissions
+    suggestions: Suggestions
 
 
 @dataclass(frozen=True)

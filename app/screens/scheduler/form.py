@@ -29,7 +29,7 @@ ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the
 
 
 class FormModel(EventDispatcher):
-    """``view`` is what is shown; ``saved()`` is called when a schedule has been stored, ``skip(schedule, start)`` to leave out a start."""
+    """``view`` is what is shown; ``saved(schedule)`` is called when one has been stored, ``skip(schedule, start)`` to leave out a start."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)        # the less common fields are shown
     saving = BooleanProperty(False)
@@ -38,7 +38,7 @@ class FormModel(EventDispatcher):
 
     __events__ = ("on_draft",)
 
-    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[], object],
+    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[Schedule], object],
                  skip: Callable[[Schedule, datetime], object]) -> None:
         super().__init__()
         self._services, self._shell, self._saved, self._skip = services, shell, saved, skip
@@ -213,7 +213,7 @@ class FormModel(EventDispatcher):
         self.begin()
         self._shell.snackbars.show(_("{name} is planned").format(name=schedule.name) if new else
                                    _("{name} is changed").format(name=schedule.name), icon="calendar-check")
-        self._saved()
+        self._saved(schedule)
 
     def _not_saved(self, problem: BaseException) -> None:
         self.saving = False

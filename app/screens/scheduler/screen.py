@@ -21,6 +21,7 @@ from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.scheduler import bar_card, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
+from app.screens.scheduler.advice import NO_ADVICE, AdviceModel
 from app.screens.scheduler.cards import SchedulerEmpty
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
@@ -54,6 +55,7 @@ class SchedulerViewModel(ViewModel):
     narrow = BooleanProperty(False)
     beside = BooleanProperty(False)      # the form has room beside the list of days
     exporting = BooleanProperty(False)
+    advice = ObjectProperty(NO_ADVICE, rebind=True)
 
     def __init__(self, services: SchedulerServices, shell: Shell) -> None:
         super().__init__()
@@ -61,7 +63,8 @@ class SchedulerViewModel(ViewModel):
         self._refresher = Refresher(shell, self._reading, self._take)
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.actions = ScheduleActions(services, shell, self._started, done=self._refresher.request)
-        self.form = FormModel(services, shell, saved=self._refresher.request, skip=self.actions.skip)
+        self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip)
+        self.advice = AdviceModel(services, shell, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows
@@ -79,10 +82,16 @@ class SchedulerViewModel(ViewModel):
             self.form.set(mission_id=mission_id)
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._started.open())
+        self.keep(self.advice.opened())
         self.every(1, self._tick)
         self.every(NOW_LINE_SECONDS, self._move_now)
         self.every(REFRESH_SECONDS, self._refresher.request)
         self._refresher.read()
+
+    def _saved(self, schedule: Schedule) -> None:
+        """By the form."""
+        self.advice.saved(schedule)
+        self._refresher.request()
 
     def closed(self) -> None:
         self.form.leave()
@@ -96,6 +105,7 @@ class SchedulerViewModel(ViewModel):
     def retranslated(self) -> None:
         self._show_schedules()
         self.form.show()
+        self.advice.show()
         self._refresher.request()
 
     def _touch_changed(self, *_args: object) -> None:
@@ -328,7 +338,7 @@ class SchedulerScreen(ScreenBase):
     lower_height = NumericProperty(0)    # least, of the form and the schedules
 
     def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "widgets/slots", "scheduler/screen", "scheduler/form", "scheduler/hold")
+        load_kv("widgets/flow", "widgets/slots", "scheduler/screen", "scheduler/form", "scheduler/hold", "scheduler/advice")
         super().__init__(vm=SchedulerViewModel(services, shell), **kwargs)
         self._page, self._lower = self.ids.page.__self__, self.ids.lower.__self__
         self._schedules = self.ids.schedules.__self__

@@ -1,0 +1,219 @@
+"""Suggestions: schedules that often came late, why, and what would have helped. Accepting opens the form, filled; nothing is changed before
+that is saved, and both can be undone."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+from typing import Any
+
+from kivy.clock import Clock
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.domain.models import Schedule
+from app.i18n import _, ngettext
+from app.screens.common.shell import Shell
+from app.screens.scheduler.draft import Draft
+from app.screens.scheduler.facts import SchedulerServices
+from app.services.suggestions import words
+from app.services.suggestions.suggestions import Advice
+from app.services.suggestions.words import Change, Suggestion
+from app.widgets.dialogs import FormDialog
+from app.widgets.lists import Row
+from app.widgets.surfaces import Surface
+
+SOON = 5.0                               # s after the Scheduler was opened, so that it is drawn first
+AGAIN = timedelta(hours=12)
+
+
+@dataclass(frozen=True)
+class ChangeView:
+    """Values of SuggestionChange; ``key``: which of the suggestion's."""
+    key: int
+    promise: str
+    action: str
+
+
+@dataclass(frozen=True)
+class SuggestionView:
+    """Values of SuggestionPanel; ``key``: id of the schedule."""
+    key: int
+    text: str
+    changes: tuple[ChangeView, ...]
+
+
+def suggestion_views(advice: Advice) -> list[SuggestionView]:
+    return [SuggestionView(one.schedule.id, words.sentence(one, _), tuple(
+        ChangeView(number, words.promise(change, _), words.action(change, _)) for number, change in enumerate(one.changes)))
+            for one in advice.suggestions]
+
+
+def title(advice: Advice | None) -> str:
+    """Empty: there is nothing to say."""
+    if advice is None or not (advice.suggestions or advice.results):
+        return ""
+    count = len(advice.suggestions)
+    return ngettext("Suggestions ({n})", "Suggestions ({n})", count).format(n=count) if count else _("What came of suggestions")
+
+
+class AdviceState(EventDispatcher):
+    """What kv reads. Without a ``title`` there is nothing to see."""
+    title = StringProperty()
+    rows = ListProperty()
+    results = StringProperty()
+    busy = BooleanProperty(False)        # being computed
+
+    def open_dialog(self) -> None:
+        """All of them."""
+
+    def act(self, key: int, action: str, *values: Any) -> None:
+        """One was used."""
+
+
+class AdviceModel(AdviceState):
+    """``edit(draft)`` puts something into the form; ``changed()`` is called when the plan was."""
+
+    def __init__(self, services: SchedulerServices, shell: Shell, edit: Callable[[Draft], object], changed: Callable[[], object]) -> None:
+        super().__init__()
+        self._services, self._shell, self._edit, self._changed = services, shell, edit, changed
+        self._advice = Advice()
+        self._computed_at: datetime | None = None
+        self._in_form: tuple[Suggestion, Change] | None = None           # what was taken and not saved yet
+        self._dialog: SuggestionsDialog | None = None
+
+    # ------------------------------------------------------------------ what there is
+    def opened(self) -> Callable[[], None]:
+        """Compute them when the screen has been drawn, if they are old. Returns what ends it."""
+        event = Clock.schedule_once(lambda _dt: self._compute_if_old(), SOON)
+        return lambda: event.cancel()
+
+    def _compute_if_old(self) -> None:
+        latest, now = self._services.suggestions.latest, self._services.clock.now()
+        if latest is not None and self._computed_at is not None and now - self._computed_at < AGAIN:
+            self._take(latest)
+        else:
+            self.compute()
+
+    def compute(self) -> None:
+        """Seconds of work, in the background."""
+        self.busy = True
+        self._shell.background.run(self._services.suggestions.compute, self._computed, self._not_computed,
+                                   key=("scheduler", "suggestions"), apart="suggestions")
+
+    def _computed(self, advice: Advice) -> None:
+        self._computed_at = self._services.clock.now()
+        self._take(advice)
+
+    def _not_computed(self, problem: BaseException) -> None:
+        self.busy = False
+        self._shell.say_problem(problem)
+
+    def _take(self, advice: Advice) -> None:
+        self.busy, self._advice = False, advice
+        self.show()
+
+    def show(self) -> None:
+        self.title, self.rows = title(self._advice), suggestion_views(self._advice)
+        self.results = "\n".join(words.since_then(result, _) for result in self._advice.results)
+        if not self.title and self._dialog is not None:
+            self._dialog.dismiss()
+
+    def open_dialog(self) -> None:
+        self._dialog = SuggestionsDialog(state=self)
+        self._shell.dialogs.open(self._dialog)
+
+    # ------------------------------------------------------------------ what is answered
+    def act(self, key: int, action: str, *values: Any) -> None:
+        one = next((one for one in self._advice.suggestions if one.schedule.id == key), None)
+        if one is None:
+            return
+        if action == "take":
+            self._open_form(one, one.changes[values[0]])
+        else:
+            self._dismiss(one)
+
+    def _open_form(self, one: Suggestion, change: Change) -> None:
+        """Filled with the change; it is saved as any edit."""
+        self._in_form = one, change
+        if self._dialog is not None:
+            self._dialog.dismiss()
+        self._edit(replace(Draft.of(change.draft), base=one.schedule))
+
+    def saved(self, schedule: Schedule) -> None:
+        """A schedule was saved in the form: if it is the suggested change, that is noted, and both can be undone."""
+        taken, self._in_form = self._in_form, None
+        if taken is None or not _is_change(schedule, taken[1]):
+            return
+        one, change = taken
+
+        def undo(answer: Any) -> None:
+            self._services.catalogue.save_schedule(one.schedule)
+            self._services.suggestions.take_back(answer)
+
+        self._shell.background.run(
+            lambda: self._services.suggestions.accept(one, change.option),
+            lambda answer: self._answered(_("{name}: the suggestion is taken").format(name=schedule.name), lambda: undo(answer)),
+            self._shell.say_problem)
+
+    def _dismiss(self, one: Suggestion) -> None:
+        suggestions = self._services.suggestions
+        self._shell.background.run(
+            lambda: suggestions.dismiss(one),
+            lambda answer: self._answered(_("{name}: nothing more about it for 60 days").format(name=one.schedule.name),
+                                          lambda: suggestions.take_back(answer)),
+            self._shell.say_problem)
+
+    def _answered(self, text: str, undo: Callable[[], object]) -> None:
+        """Others may be worth telling now."""
+        self.compute()
+
+        def undone() -> None:
+            self._changed()
+            self.compute()
+        self._shell.offer_undo(text, undo, undone)
+
+
+def _is_change(schedule: Schedule, change: Change) -> bool:
+    """Whether it is now as was suggested, whatever else a person has changed of it."""
+    wanted = change.draft
+    return (schedule.id, schedule.start, schedule.robot_id, schedule.group_id) == (
+        wanted.id, wanted.start, wanted.robot_id, wanted.group_id)
+
+
+NO_ADVICE = AdviceState()
+
+
+class SuggestionPanel(Row, Surface):
+    """One finding and what would have helped. Actions: "take" with the number of a change, "dismiss"."""
+    text = StringProperty()
+    changes = ListProperty()
+
+    def on_kv_post(self, _base_widget: Any) -> None:
+        self.fbind("changes", self._build)
+        self._build()
+
+    def _build(self, *_args: Any) -> None:
+        """No rows in a row: a finger that comes down on one of them would be the outer one's."""
+        self.ids.changes.clear_widgets()
+        for change in self.changes:
+            line = SuggestionChange(promise=change.promise, action=change.action)
+            line.bind(on_take=lambda _line, key=change.key: self.act("take", key))
+            self.ids.changes.add_widget(line)
+
+
+class SuggestionChange(BoxLayout):
+    """What would have been, and the button that opens the form: ``on_take``."""
+    promise = StringProperty()
+    action = StringProperty()
+
+    __events__ = ("on_take",)
+
+    def on_take(self) -> None:
+        """The button was pressed."""
+
+
+class SuggestionsDialog(FormDialog):
+    """All of them, and what came of those that were taken."""
+    state = ObjectProperty(NO_ADVICE, rebind=True)

@@ -1,0 +1,103 @@
+"""Suggestions, as a planner uses them: what often came late, a tap that fills the form, Not now, and undo of both."""
+from __future__ import annotations
+
+from datetime import time, timedelta
+
+import pytest
+
+from app.container import Container
+from app.database.connection import Database
+from app.screens.scheduler.advice import SOON, SuggestionPanel, SuggestionsDialog
+from app.screens.scheduler.cards import FormCard
+from app.widgets.buttons import CommandButton
+from app.widgets.fields import PickField
+from app.widgets.snackbar import Snackbar
+from app.widgets.surfaces import Tap
+from tests.services import test_suggestions as month_of_kits
+from tests.support.clock import VirtualClock
+from tests.ui.planner import opened, save, settle
+
+
+@pytest.fixture
+def container(tmp_path):
+    """Kits at 07:30 on Aino came late on each of the last twenty days: Aino was busy with the waste, which somebody starts by hand."""
+    clock = VirtualClock(month_of_kits.NOW - timedelta(days=40))
+    container = Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock)
+    month_of_kits.plan(container)
+    clock.advance((month_of_kits.NOW - clock.now()).total_seconds())
+    month_of_kits.usually_late(container)
+    yield container
+    container.close()
+
+
+@pytest.fixture
+def app(container, ui, silent_robots):
+    with opened(container, ui) as app:
+        yield app
+
+
+def open_all(app, ui) -> None:
+    ui.skip(SOON + 1)
+    ui.wait(lambda: ui.find_all(CommandButton, text="Suggestions (1)"))
+    ui.advance(.3)
+    ui.tap(ui.find(CommandButton, text="Suggestions (1)"))
+    ui.wait(lambda: ui.find_all(SuggestionsDialog))
+    ui.advance(.3)
+
+
+def kits(container):
+    return next(schedule for schedule in container.catalogue.schedules() if schedule.name == "Kits")
+
+
+def undo(app, ui, text: str) -> None:
+    ui.wait(lambda: ui.find_all(Snackbar, text=text))
+    ui.tap(ui.find(Tap, ui.find(Snackbar, text=text)))
+    settle(app, ui)
+
+
+def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app, container, ui):
+    open_all(app, ui)
+    panel = ui.find(SuggestionPanel)
+    assert panel.text == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
+    assert [change.action for change in panel.changes] == ["Move to 07:35", "Use Sisu", "Any of Hall 1"]
+    before = kits(container)
+    ui.tap(ui.find(CommandButton, panel, text="Any of Hall 1"))
+    settle(app, ui)
+    assert not ui.find_all(SuggestionsDialog)
+    assert ui.find(PickField, label="Robot").value == "Any of Hall 1"
+    assert ui.find(FormCard).view.title == "Edit schedule"
+    assert kits(container) == before                          # nothing is changed before it is saved
+    save(app, ui)
+    ui.wait(lambda: kits(container).group_id is not None)
+    ui.wait(lambda: not ui.find_all(CommandButton, text="Suggestions (1)"))
+    undo(app, ui, "Kits: the suggestion is taken")
+    ui.wait(lambda: kits(container).robot_id == before.robot_id and kits(container).group_id is None)
+
+
+def test_a_time_of_day_comes_into_the_form(app, container, ui):
+    open_all(app, ui)
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Move to 07:35"))
+    settle(app, ui)
+    save(app, ui)
+    ui.wait(lambda: kits(container).start.time() == time(7, 35))
+
+
+def test_another_edit_is_not_taken_for_the_suggestion(app, container, ui):
+    open_all(app, ui)
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Move to 07:35"))
+    settle(app, ui)
+    app.plan.form.set(at=time(9, 0))
+    settle(app, ui)
+    save(app, ui)
+    ui.wait(lambda: kits(container).start.time() == time(9, 0))
+    settle(app, ui)
+    assert not ui.find_all(Snackbar, text="Kits: the suggestion is taken")
+
+
+def test_not_now_is_silent_and_can_be_undone(app, container, ui):
+    open_all(app, ui)
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Not now"))
+    ui.wait(lambda: not ui.find_all(SuggestionsDialog))
+    ui.wait(lambda: not ui.find_all(CommandButton, text="Suggestions (1)"))
+    undo(app, ui, "Kits: nothing more about it for 60 days")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Suggestions (1)"))
