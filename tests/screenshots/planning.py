@@ -12,7 +12,7 @@ from kivy.factory import Factory
 from kivy.tests.common import UnitTestTouch
 
 from app.container import Container
-from app.domain.models import Group, Robot, Schedule, State, Trigger
+from app.domain.models import Group, Robot, Schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.shell import Shell, pick
@@ -22,6 +22,10 @@ from app.screens.frame.view import top_bar
 from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.screen import SchedulerScreen
+from app.services.suggestions.find import Cause, Finding, Option
+from app.services.suggestions.find import Kind as ChangeKind
+from app.services.suggestions.suggestions import Advice
+from app.services.suggestions.words import Change, Suggestion
 from app.widgets.timeline import LONG
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
@@ -450,32 +454,20 @@ def group_bar(studio: Any) -> Any:
     return stand.settle()
 
 
-def often_late(container: Container) -> None:
-    """The empties of Veikko came late on the last working days, because somebody ran the waste by hand just before."""
-    with_hall(container)
-    c, executions = container.db.read(), container.repositories.executions
-    missions = {mission.name: mission for mission in container.repositories.missions.all(c)}
-    waste = missions["Waste to compactor"].id
-    schedule = next(each for each in container.catalogue.schedules() if each.mission_id == waste and each.robot_id)
-    robot = next(robot for robot in container.catalogue.robots() if robot.id == schedule.robot_id)
-    days = [day for n in range(1, 28) if (day := sample.NOW - timedelta(days=n)).weekday() < 5]
-    for number, day in enumerate(days):
-        at = day.replace(hour=4, minute=30)
-        for mission, begins, lasts, of in (("Night stock count", at - timedelta(minutes=15), 25, None),
-                                           ("Waste to compactor", at + timedelta(minutes=10), 12, schedule.id)):
-            planned = at if of else begins
-            trigger = Trigger.SCHEDULED if of else Trigger.MANUAL
-            row = sample.execution(90_000 + 2 * number + bool(of), robot, mission, State.COMPLETED, trigger, missions[mission].guid, planned)
-            ended = begins + timedelta(minutes=lasts)
-            row = replace(row, schedule_id=of, submitted_at=planned, started_at=begins, ended_at=ended, duration_s=lasts * 60.0,
-                          robot_delay_s=(begins - planned).total_seconds(), attempts=1)
-            container.db.write(lambda w, row=row: executions.add(w, row))
+def advice(stand: Stand) -> Advice:
+    """Of a schedule that came late on most days, and of one that was changed because of an earlier suggestion."""
+    facts = stand.vm._facts
+    late = next(schedule for schedule in facts.schedules if schedule.robot_id and schedule.mission_id == stand.mission("Collect empties"))
+    options = [Option(ChangeKind.TIME, 1200.0, 1), Option(ChangeKind.GROUP, 1.0, 0)]
+    moved = replace(late, start=late.start + timedelta(minutes=20))
+    return Advice((Suggestion(Finding(late.id, 20, 16, 540.0, Cause.BUSY, "Waste to compactor", 2, options), late, "Veikko", (
+        Change(options[0], moved, at=moved.start.time()),
+        Change(options[1], replace(late, robot_id=None, group_id=1), group="Hall 1"))),), ())
 
 
 @picture("scheduler-suggestions", sizes=(*BOTH, SMALL_LARGE_TEXT))
 def suggestions(studio: Any) -> Any:
-    stand = Stand(studio, "scheduler", prepare=often_late)
-    stand.vm.advice.compute()
-    stand.settle()
+    stand = Stand(studio, "scheduler", prepare=with_hall)
+    stand.vm.advice._take(advice(stand))
     stand.vm.advice.open_dialog()
     return stand.settle()
