@@ -12,6 +12,7 @@ from app.widgets import activity_bands, figure_charts, figures, pages, slots  # 
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField
+from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 
 LAYOUT_S = 0.35              # until rows have found their height and the list is at rest
@@ -81,6 +82,13 @@ class LineLegend(BoxLayout):
     """What the drawn band means."""
     text = StringProperty()
     shown = BooleanProperty(True)
+
+
+class GroupCard(Row, SectionCard):
+    """The figures of a group."""
+    title = StringProperty()
+    note = StringProperty()
+    rows = ListProperty()
 
 
 class RunsSearch(SearchField):

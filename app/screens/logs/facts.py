@@ -15,6 +15,7 @@ from app.screens.logs.view import Filters, Period, UsualSeconds, period_start
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.ledger import Ledger
 from app.services.files.log_export import LogExport
+from app.services.history.group_kpi import GroupFigures
 from app.services.history.kpi import Kpis
 from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
@@ -28,6 +29,7 @@ class LogsServices:
     """The services that the Logs use, named as in the container."""
     catalogue: Catalogue
     clock: Clock
+    group_figures: GroupFigures
     history: History
     kpis: Kpis
     ledger: Ledger

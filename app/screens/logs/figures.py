@@ -9,6 +9,7 @@ from zoneinfo import ZoneInfo
 from app.domain.clock import midnight
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.view import Filters, period_start
+from app.services.history.group_kpi import GroupKpis
 from app.services.history.kpi import Adherence, DayKpis, Delays, KpiFilter, ThesisKpis
 from app.services.history.pareto import Cause
 from app.services.planning.durations import Trend
@@ -44,6 +45,7 @@ class MoreFigures:
     """What the page of figures has beside those of the cards."""
     causes: Sequence[Cause] = ()
     trends: Sequence[Trend] = ()
+    groups: Sequence[GroupKpis] = ()
 
 
 def read_figures(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> Figures:
@@ -77,7 +79,9 @@ def _earlier(services: LogsServices, filters: Filters, now: datetime, zone: Zone
 def read_more_figures(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> MoreFigures:
     """Called off the UI thread."""
     wanted = _kpi_filter(filters, now, zone)
-    return MoreFigures(services.kpis.failures(wanted), services.kpis.trends(wanted))
+    groups = services.group_figures.of(wanted, services.kpis.thesis(wanted).robots)
+    return MoreFigures(services.kpis.failures(wanted), services.kpis.trends(wanted),
+                       [group for group in groups if filters.group is None or group.group == filters.group.name])
 
 
 def _kpi_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> KpiFilter:

@@ -11,6 +11,7 @@ from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.logs.figures import Figures, MoreFigures
+from app.screens.logs.group_figures import GroupCardView, cards
 from app.screens.logs.kpi_view import Explanation, FactLine, period_line, with_interval
 from app.services.history.kpi import Adherence, Delays
 from app.services.history.pareto import Cause
@@ -80,6 +81,7 @@ class FiguresPage:
     causes: Panel[RankedBar] = Panel()
     durations: Panel[TrendLine] = Panel()
     queue_share: float = 0.0             # of the time from submission to end; 0: too little to be drawn
+    groups: tuple[GroupCardView, ...] = ()
 
 
 def page(figures: Figures, more: MoreFigures) -> FiguresPage:
@@ -89,7 +91,7 @@ def page(figures: Figures, more: MoreFigures) -> FiguresPage:
         Panel(delay_head(delays), waiting_text(delays), delay_rows(delays)),
         Panel(cause_head(more.causes), cause_summary(more.causes), cause_rows(more.causes)),
         Panel("", "" if more.trends else _("No mission was completed."), trend_rows(more.trends, figures.first_day, figures.last_day)),
-        share if (share := delays.queue_share or 0.0) >= LEAST_DRAWN else 0.0)
+        share if (share := delays.queue_share or 0.0) >= LEAST_DRAWN else 0.0, cards(more.groups))
 
 
 # ---------------------------------------------------------------------- planned and run

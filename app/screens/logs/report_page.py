@@ -18,6 +18,7 @@ from app.screens.common.alarms_view import alarm_text
 from app.screens.logs.kpi_view import with_interval
 from app.screens.logs.more_view import cause_text
 from app.screens.logs.robot_states import word
+from app.services.history import group_kpi
 from app.services.history.kpi import RobotKpis
 from app.services.history.robot_states import RobotTimeline
 from app.services.history.shift_report import ShiftReport
@@ -119,7 +120,8 @@ def _figures(report: ShiftReport) -> str:
             n=len(thesis.robots)))]
     return '<section class="figures">\n' + "\n".join(
         f'<div class="figure"><small>{escape(label)}</small><b>{escape(value)}</b>'
-        f'<span class="quiet">{escape(_unbroken(note))}</span></div>' for label, value, note in shown) + "\n</section>"
+        f'<span class="quiet">{escape(_unbroken(note))}</span></div>' for label, value, note in shown) + "\n</section>" + "".join(
+            f'\n<p class="quiet">{escape(_unbroken(group_kpi.line(group, _)))}</p>' for group in report.groups)
 
 
 def _unbroken(text: str) -> str:

@@ -13,6 +13,7 @@ from app.services.files.exports import Backup, DataFiles
 from app.services.live.access import Access
 from app.services.live.snapshots import Snapshots
 from app.services.planning import public_holidays
+from app.services.planning.plan import Plan
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
 from app.services.robots.missions import RobotMissions
@@ -24,6 +25,7 @@ class SettingsServices:
     settings: Callable[[], Settings]
     clock: Clock
     catalogue: Catalogue
+    plan: Plan
     snapshots: Snapshots
     access: Access
     operator: Operator

@@ -3,11 +3,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import Any
+from zoneinfo import ZoneInfo
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.domain import conflicts
 from app.domain.models import InvalidInput, Place
 from app.i18n import _
 from app.screens.common.options import Option
@@ -15,6 +17,7 @@ from app.screens.common.problems import sentence_of
 from app.screens.settings import groups_view as view
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
+from app.services.planning.planned import Conflict
 from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
@@ -62,6 +65,7 @@ class PlaceForm(EventDispatcher):
     missions_phrase = StringProperty()
     name_problem = StringProperty()
     most_problem = StringProperty()
+    warning = StringProperty()           # that it will be wanted too much
     outcome = ObjectProperty(NoticeView())
     saving = BooleanProperty(False)
 
@@ -77,11 +81,21 @@ class PlaceDialog(FormDialog):
                          missions=list(stored.missions))
         super().__init__(vm=form, **kwargs)
         form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
-        form.fbind("missions", self._chosen)
+        for name in ("missions", "most"):
+            form.fbind(name, self._chosen)
         self._chosen()
 
     def _chosen(self, *_args: Any) -> None:
         self.vm.missions_phrase = view.missions_phrase(self._context.facts, self.vm.missions)
+        place, zone = self._entered(), self._context.facts.settings.timezone
+
+        def found(conflict: Conflict | None) -> None:
+            self.vm.warning = conflicts.sentence(conflict.code, conflict.at, conflict.details, ZoneInfo(zone), _) if conflict else ""
+        self._context.run(lambda: self._context.services.plan.place_warning(place), found, lambda _problem: None, key="place warning")
+
+    def _entered(self) -> Place:
+        form = self.vm
+        return replace(self._stored or Place("", USUAL_MOST), name=form.name.strip(), most=int(form.most), missions=tuple(form.missions))
 
     def pick_missions(self) -> None:
         facts = self._context.facts
@@ -96,7 +110,7 @@ class PlaceDialog(FormDialog):
         if form.saving:
             return
         form.saving = True
-        place = replace(self._stored or Place("", USUAL_MOST), name=form.name.strip(), most=int(form.most), missions=tuple(form.missions))
+        place = self._entered()
         self._context.run(lambda: self._context.services.catalogue.save_place(place), self._saved, self._refused)
 
     def _saved(self, place: Place) -> None:

@@ -13,7 +13,7 @@ from kivy.event import EventDispatcher
 from kivy.properties import AliasProperty, BooleanProperty, ObjectProperty, StringProperty
 
 from app.domain import names
-from app.domain.models import Connection, InvalidInput, Robot
+from app.domain.models import Connection, HandOver, InvalidInput, Robot
 from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.credentials import Token
@@ -48,6 +48,7 @@ class RobotForm(EventDispatcher):
     password = StringProperty()
     fingerprint = StringProperty()
     enabled = BooleanProperty(True)
+    in_order = BooleanProperty(False)    # its starts wait here until it is free, the important ones first
     name_problem = StringProperty()
     address_problem = StringProperty()
     username_problem = StringProperty()
@@ -97,6 +98,7 @@ class RobotDialog(FormDialog):
             form.fingerprint, form.enabled = robot.certificate_sha256 or "", robot.enabled
             form.password_hint = self._password_hint(robot, True)
             form.enabled = robot.enabled or robot.needs_password
+            form.in_order = robot.hand_over is HandOver.WHEN_FREE
         self._as_saved = form.connection if robot is not None and not robot.needs_password else None
         self._saved_endpoint = form.endpoint if self._as_saved else None
         super().__init__(vm=form, **kwargs)
@@ -329,7 +331,8 @@ class RobotDialog(FormDialog):
         robot = self._robot or Robot("", "")
         pin = form.fingerprint.strip() or None if form.is_https else robot.certificate_sha256
         entered = replace(robot, name=form.name.strip(), address=form.address.strip(), username=form.username.strip(), enabled=form.enabled,
-                          certificate_sha256=pin, serial_number=self._new_serial or robot.serial_number)
+                          certificate_sha256=pin, serial_number=self._new_serial or robot.serial_number,
+                          hand_over=HandOver.WHEN_FREE if form.in_order else HandOver.AT_ONCE)
         found = self._found
         if found is not None and self._has_answered():
             entered = replace(entered, serial_number=found.serial_number or entered.serial_number, model=found.model,

@@ -2,28 +2,32 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Group
-from app.widgets.buttons import MenuChip
+from app.domain.models import Group, Trigger
+from app.screens.logs.cards import GroupCard
+from app.widgets.buttons import MenuChip, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.rows import LogRow, OptionRow
+from tests.support.stored import Stored
 from tests.ui.logbook import settle, show_anew, tap
 
 
 @pytest.fixture
 def hall(logs, container, ui):
     """A group of all robots, one of whose runs is in the history."""
+    stored = Stored(container)
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in container.catalogue.robots())))
     now, robots = container.clock.now(), container.catalogue.robots()
-    run = replace(container.history.last_finished(1)[0], id=0, token="one-of-hall-1", mission="For any robot", planned_at=now,
-                  created_at=now, closes_at=now, bound_at=now, group_id=group.id, robot_group="Hall 1", schedule_id=None,
+    run = replace(container.history.last_finished(1)[0], id=0, token="one-of-hall-1", mission="For any robot", trigger=Trigger.MANUAL,
+                  planned_at=now, created_at=now, closes_at=now, bound_at=now, group_id=group.id, robot_group="Hall 1", schedule_id=None,
                   choice={"robots": [{"robot": robots[0].name}, {"robot": robots[1].name, "out": "silent"}]})
     container.db.write(lambda c: container.repositories.executions.add(c, run))
     show_anew(logs, ui)
     yield group
-    container.catalogue.remove_group(group.id)
+    stored.put_back()
 
 
 def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, hall, ui):
@@ -46,3 +50,18 @@ def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, 
     ui.tap(ui.find(OptionRow, text="All robots"))
     settle(logs, ui)
     assert logs.logs.count_text == everything
+
+
+def test_the_figures_of_a_group_have_a_card_where_there_are_any(logs, container, hall, ui):
+    tap(logs, ui, ui.find(Segment, text="Figures"))
+    assert not ui.find_all(GroupCard)                         # a run by hand is no planned start
+    now, run = container.clock.now(), container.history.last_finished(1)[0]
+    planned = replace(run, id=0, token="planned-of-hall-1", trigger=Trigger.SCHEDULED, planned_at=now - timedelta(minutes=9),
+                      submitted_at=now - timedelta(minutes=9), started_at=now - timedelta(minutes=9), ended_at=now - timedelta(minutes=5),
+                      group_id=hall.id, robot_group="Hall 1", schedule_id=None)
+    container.db.write(lambda c: container.repositories.executions.add(c, planned))
+    show_anew(logs, ui, "figures")
+    ui.wait(lambda: ui.find_all(GroupCard))
+    card = ui.find(GroupCard)
+    assert (card.title, card.note) == ("Any of Hall 1", "1 start")
+    assert "Started within 1 min of plan" in [row.label for row in card.rows]

@@ -1,15 +1,18 @@
 """Settings, Robots, Groups and Missions, Places, as an integrator uses them: taps and typing."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime
 
 import pytest
 
 from app.domain.models import Group, HandOver, Mission, Robot, Schedule
 from app.screens.settings.groups import GroupDialog, GroupMissions, GroupPanel, MissionTableRow
+from app.screens.settings.page import SwitchRow
 from app.screens.settings.places import PlaceDialog, PlaceRow
+from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
-from app.widgets.buttons import IconButton, Segment
+from app.widgets.buttons import IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.fields import PickField, RepeatButton
 from app.widgets.rows import OptionRow
@@ -131,6 +134,7 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     press(ui, "Delete group", question)
     ui.wait(lambda: not groups(site) and not ui.find_all(GroupPanel))
     assert (schedules(site), len(robots(site))) == ([], 2)
+    ui.wait(lambda: ui.find_all(Snackbar))
     undo(ui)
     ui.wait(lambda: ui.find_all(GroupPanel, name="Hall 1"))
     assert [schedule.name for schedule in schedules(site)] == ["Evening", "Morning"]
@@ -149,7 +153,7 @@ def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, p
     save_group(site)
     go(ui, "robots")
     turn_to(ui, "Groups")
-    ui.wait(lambda: ui.find(GroupPanel).missions == panel)
+    ui.wait(lambda: len(page(app).context.facts.names) == 2 and ui.find(GroupPanel).missions == panel)
     press(ui, "Missions", ui.find(GroupPanel))
     rows = ui.find_all(MissionTableRow, ui.find(GroupMissions))
     assert [(row.name, row.note, list(row.cells)) for row in sorted(rows, key=lambda row: -row.y)] == lines
@@ -174,9 +178,41 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     assert (row.name, row.note) == ("Dock 2", "At most 2 missions at a time · Deliver, Home")
     ui.tap(ui.find(IconButton, row, icon="delete-outline"))
     ui.wait(lambda: ui.find_all(Snackbar, text="Dock 2 deleted"))
-    assert not ui.find_all(PlaceRow)
+    ui.wait(lambda: not ui.find_all(PlaceRow))
     ui.tap(ui.find(Tap, ui.find(Snackbar, text="Dock 2 deleted")))
     ui.wait(lambda: ui.find_all(PlaceRow))
     turn_to(ui, "Missions")
     assert page(app).vm.part == "missions"
     assert not ui.find_all(PlaceRow)
+
+
+def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, app, ui):
+    robots_ = site.add_robots()
+    mission = site.container.catalogue.save_mission(replace(site.add_missions("Deliver")[0], usual_minutes=50))
+    for robot in robots_:
+        site.container.catalogue.save_schedule(Schedule("", robot.id, mission.id, datetime(2026, 1, 1), "UTC", "FREQ=HOURLY",
+                                                        respect_working_days=False))
+    go(ui, "missions")
+    turn_to(ui, "Places")
+    press(ui, "Add place")
+    dialog = ui.find(PlaceDialog)
+    enter(ui, dialog.ids.name_field, "Dock 2")
+    dialog.vm.most = 1
+    dialog.vm.missions = [mission.id]
+    ui.wait(lambda: "Dock 2 is wanted for" in dialog.vm.warning)
+    dialog.vm.most = 9
+    ui.wait(lambda: not dialog.vm.warning)
+
+
+def test_a_robot_s_own_line_is_kept_in_the_app_where_that_is_wanted(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    dialog = ui.find(RobotDialog)
+    switch = ui.find(Toggle, ui.find(SwitchRow, dialog, text="Important starts first"))
+    reveal(ui, switch)
+    ui.tap(switch)
+    press(ui, "Save robot", dialog)
+    ui.wait(lambda: robots(site)[0].hand_over is HandOver.WHEN_FREE)
+    assert robots(site)[1].hand_over is HandOver.AT_ONCE

@@ -7,10 +7,11 @@ from datetime import timedelta
 import pytest
 
 from app.domain.models import Group, Robot, State, Wait
-from app.screens.logs import of_groups, view
+from app.screens.logs import group_figures, of_groups, view
 from app.screens.logs.facts import execution_filter
 from app.screens.logs.of_groups import OfGroup
 from app.screens.logs.view import Filters, Period
+from app.services.history.group_kpi import GroupKpis
 from tests.unit.screens.test_logs_view import DONE, NOW, PLANNED, ZONE
 
 CHOICE = {"robots": [{"robot": "Sisu"}, {"robot": "Veikko", "out": "low_battery", "battery": 18}]}
@@ -49,3 +50,14 @@ def test_groups_are_offered_first_and_filter_by_their_name():
     assert view.robot_chip(filters, []) == "Any of Hall 1"
     assert view.empty_texts(filters)[0] == "Nothing found"
     assert OfGroup("Hall 1", (1, 2)) == options[1].key
+
+
+def test_the_figures_of_a_group_in_words():
+    group = GroupKpis(5, "Hall 1", 104, 96, 100, 0.4, 25.0, [("Aino", .5), ("Sisu", .25)])
+    [card] = group_figures.cards([group])
+    assert (card.title, card.note) == ("Any of Hall 1", "104 starts")
+    assert [(row.label, row.value, row.note) for row in card.rows] == [
+        ("Started within 1 min of plan", "92 %", "96 of 104"), ("Waited for a robot, half within", "0 s", ""),
+        ("Nine of ten within", "25 s", ""), ("Spread of use", "25 points", "Aino 50 %, Sisu 25 %")]
+    [card] = group_figures.cards([GroupKpis(5, "Hall 1")])
+    assert [(row.label, row.value) for row in card.rows] == [("Started within 1 min of plan", "–")]
