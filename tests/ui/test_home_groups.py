@@ -7,7 +7,7 @@ from app.domain.models import Group, State
 from app.screens.home.cards import RobotHead, RunNowCard
 from app.screens.home.waiting_model import WaitingCard, WaitingDialog, WaitingRow
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.rows import OptionRow, QueueRow
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
@@ -148,3 +148,30 @@ def test_of_many_the_first_are_on_home_and_all_in_a_dialog(home, hall, ui):
     ui.find(WaitingCard).state.show_all()
     ui.wait(lambda: ui.find_all(WaitingDialog))
     assert len(ui.find(WaitingDialog).state.all_rows) == 5
+
+
+def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only(home, hall, ui):
+    """Aino loses the answer, then falls silent; nobody else gets it until a person has agreed that it may run twice."""
+    aino, veikko = home.site.fleet.robots
+    veikko.control({"emergency_stop": True})
+    veikko.control({"emergency_stop": False})
+    aino.control({"fault": {"kind": "drop_response", "method": "POST", "path": "/mission_queue", "count": 1}})
+    aino.control({"fault": {"kind": "drop_request", "method": "GET", "path": "/mission_queue", "count": None}})
+    container = home.site.container
+    ui.wait(lambda: next(container.snapshots.get(robot.id) for robot in container.catalogue.robots()
+                         if robot.name == "Veikko").status.state_id == 4)
+    run_on_any(ui, "Home")
+    ui.wait(lambda: [row for row in container.history.open() if row.state is State.SUBMITTING and row.robot == "Aino"])
+    aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
+    ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it: silent since ")])
+    veikko.model.resume()
+    ui.advance(1)
+    press(ui, "Start on another robot", ui.find(WaitingRow))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    ui.tap(ui.find(OptionRow, text="Veikko"))
+    ui.wait(lambda: ui.find_all(ConfirmDialog))
+    assert ui.find(ConfirmDialog).text == "If Aino has it after all, it runs twice."
+    assert len(container.history.open()) == 1
+    press(ui, "Start it", ui.find(ConfirmDialog))
+    ui.wait(lambda: [row for row in (*container.history.open(), *container.history.last_finished(5)) if row.robot == "Veikko"])

@@ -29,6 +29,7 @@ class WaitingStart:
     urgent: bool = False
     can_give: bool = True
     cancelling: bool = False
+    is_stuck: bool = False               # a silent robot may have it: another one can be asked to do it as well
 
 
 def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
@@ -40,6 +41,27 @@ def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
 def waiting_starts(rows: Sequence[Execution], settings: Settings) -> list[WaitingStart]:
     return [WaitingStart(row.id, row.mission, waits_for(row, settings), word(row.priority), row.priority >= HIGH,
                          can_give=row.group_id is not None and not row.held, cancelling=row.cancel_code is not None) for row in rows]
+
+
+def stuck_starts(facts: HomeFacts) -> list[tuple[Execution, WaitingStart]]:
+    """Of groups, with what is said: a silent robot may have them, so that nobody else gets them."""
+    found = []
+    for row in facts.open:
+        snapshot = facts.snapshots.get(row.robot_id or 0)
+        since = choice.stuck_since(row, snapshot) if snapshot is not None and row.group_id is not None else None
+        if since is not None:
+            words = choice.stuck(row.robot, since, facts.settings.timezone, _)
+            found.append((row, WaitingStart(row.id, row.mission, words, word(row.priority), row.priority >= HIGH, is_stuck=True,
+                                            cancelling=row.cancel_code is not None)))
+    return found
+
+
+def others_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group]) -> list[Option]:
+    """Who could do it as well: any other of the group, or one of them."""
+    members = next((group.members for group in groups if group.id == row.group_id), ())
+    others = [robot for robot in robots if robot.id in members and robot.id != row.robot_id and robot.enabled]
+    any_other = [Option(0, _("Any other of {group}").format(group=row.robot_group), "select-group")] if len(others) > 1 else []
+    return [*any_other, *(Option(robot.id, robot.name, "robot-outline") for robot in others)]
 
 
 def waits_for(row: Execution, settings: Settings) -> str:

@@ -13,8 +13,11 @@ from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.waiting import (
     SHOWN,
+    WaitingStart,
     more_words,
+    others_for,
     robots_for,
+    stuck_starts,
     waiting_of,
     waiting_starts,
     waiting_title,
@@ -48,12 +51,15 @@ class WaitingModel(WaitingState):
         self._services, self._shell, self._changed = services, shell, changed
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
+        self._stuck: dict[int, WaitingStart] = {}
         self._busy: set[int] = set()
         self._seconds = 0
 
     def take(self, facts: HomeFacts) -> None:
         self._facts = facts
-        self._waiting = {row.id: row for row in waiting_of(facts.open)}
+        stuck = stuck_starts(facts)
+        self._stuck = {row.id: start for row, start in stuck}
+        self._waiting = {row.id: row for row in [*(row for row, _start in stuck), *waiting_of(facts.open)]}
         self.show()
 
     def is_old(self) -> bool:
@@ -62,7 +68,8 @@ class WaitingModel(WaitingState):
         return bool(self._waiting) and self._seconds == 0
 
     def show(self) -> None:
-        self.all_rows = waiting_starts(list(self._waiting.values()), self._facts.settings)
+        waiting = [row for row in self._waiting.values() if row.id not in self._stuck]
+        self.all_rows = [*self._stuck.values(), *waiting_starts(waiting, self._facts.settings)]
         self.rows = self.all_rows[:SHOWN]
         self.title, self.more = waiting_title(len(self.all_rows)), more_words(len(self.all_rows))
 
@@ -71,7 +78,7 @@ class WaitingModel(WaitingState):
         if row is None or key in self._busy:
             return
         if action == "give":
-            self._give(row)
+            (self._start_elsewhere if row.id in self._stuck else self._give)(row)
         elif action == "cancel":
             self._do(row, lambda: self._services.operator.cancel_execution(row.id),
                      _("{mission} is cancelled").format(mission=row.mission), "close")
@@ -82,6 +89,18 @@ class WaitingModel(WaitingState):
             _("Give {mission} to").format(mission=row.mission), robots_for(row, facts.robots, facts.groups, facts.settings),
             lambda robot_id: self._do(row, lambda: self._services.operator.give_to(row.id, robot_id), _("{mission} goes to {robot}").format(
                 mission=row.mission, robot=next(robot.name for robot in facts.robots if robot.id == robot_id)), "robot-outline"))
+
+    def _start_elsewhere(self, row: Execution) -> None:
+        """As well: asked first, because nobody knows whether the silent robot has it."""
+        facts = self._facts
+
+        def agreed(robot_id: int) -> None:
+            self._shell.dialogs.confirm(
+                _("Start {mission} on another robot?").format(mission=row.mission),
+                _("If {robot} has it after all, it runs twice.").format(robot=row.robot), _("Start it"),
+                lambda: self._do(row, lambda: self._services.operator.start_on_another(row.id, robot_id or None),
+                                 _("{mission} is started on another robot").format(mission=row.mission), "robot-outline"), danger=True)
+        self._shell.dialogs.choose(_("Start on another robot"), others_for(row, facts.robots, facts.groups), agreed)
 
     def _do(self, row: Execution, work: Callable[[], object], text: str, icon: str) -> None:
         if row.id in self._busy:
@@ -110,6 +129,7 @@ class WaitingRow(RecycledRow, BoxLayout):
     urgent = BooleanProperty(False)
     can_give = BooleanProperty(True)
     cancelling = BooleanProperty(False)
+    is_stuck = BooleanProperty(False)
 
 
 class WaitingCard(SectionCard):

@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Group, Mission, Schedule, State, Wait
+from app.domain.models import Connection, Group, Mission, Schedule, State, Wait
 from app.screens.home import run_now, waiting
 from app.screens.home.lists import queue_entries
 from app.screens.home.run_now import Target
@@ -79,6 +79,18 @@ def test_a_run_of_a_group_says_why_it_came_here():
     chosen = replace(RUNNING, choice={"robots": [{"robot": "Aino"}, LOW]})
     [entry, *_rest] = queue_entries(replace(FACTS, open=(chosen,)), NOW)
     assert entry.origin.endswith(" · Aino: free now; Veikko 18 % battery")
+
+
+def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():
+    lost = replace(row(60), state=State.SUBMITTING, robot_id=1, robot="Aino")
+    silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
+    given = facts(lost, snapshots={1: silent, 2: snapshot(2, READY)})
+    [(found, start)] = waiting.stuck_starts(given)
+    assert (found, start.is_stuck) == (lost, True)
+    assert start.note.startswith("Aino may have it: silent since ")
+    assert [(option.key, option.text) for option in waiting.others_for(lost, (AINO, VEIKKO), (HALL,))] == [(2, "Veikko")]
+    assert waiting.stuck_starts(replace(given, snapshots={1: snapshot(1, READY)})) == []
+    assert waiting.stuck_starts(facts(replace(lost, group_id=None), snapshots={1: silent})) == []
 
 
 # ---------------------------------------------------------------------- run now
