@@ -440,8 +440,8 @@ def with_hall(container: Container) -> None:
 def group(studio: Any) -> Any:
     """A schedule for any robot of a group, and the forecast of those that there are."""
     stand = Stand(studio, "scheduler", prepare=with_hall)
-    stand.vm.form.begin(replace(stand.vm.form.draft, mission_id=stand.mission("Deliver kits to line 2"), at=time(7, 30), priority=1,
-                                kind=Kind.DAILY).aimed_at(("group", 1)))
+    stand.vm.form.set(group_id=1, robot_id=None, mission_id=stand.mission("Deliver kits to line 2"), at=time(7, 30), priority=1,
+                      kind=Kind.DAILY)
     return stand.settle()
 
 

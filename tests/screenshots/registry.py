@@ -51,11 +51,12 @@ PICTURES: dict[str, Picture] = {}
 DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
     ("landscape", "light", "en", (
         "fleet-fifty", "fleet-fifty-well", "fleet-filter", "home", "home-map", "home-question", "home-error", "home-estop",
-        "home-unreachable", "home-held", "home-parameters", "alarms", "late-starts", "damaged-database", "scheduler",
+        "home-unreachable", "home-held", "home-parameters", "home-waiting", "alarms", "late-starts", "damaged-database", "scheduler",
         "scheduler-bar-planned", "scheduler-held", "scheduler-fifty", "scheduler-dragged", "scheduler-monthly",
-        "scheduler-once-refused", "logs", "logs-figures", "logs-figures-below", "logs-robots", "settings-robots",
+        "scheduler-once-refused", "scheduler-group", "scheduler-suggestions",
+        "logs", "logs-figures", "logs-figures-below", "logs-robots", "settings-robots",
         "robot-dialog-certificate", "robot-dialog-new-robot", "settings-missions", "settings-idle", "settings-calendar-december",
-        "settings-display", "settings-data")),
+        "settings-display", "settings-data", "settings-groups", "settings-group-missions")),
     ("landscape", "light", "fi", ("fleet-fifty", "home", "scheduler", "logs-figures")),
     ("landscape", "dark", "en", ("fleet-fifty", "home", "scheduler", "logs")),
     ("landscape", "contrast", "en", ("fleet-fifty", "home", "scheduler", "logs")),
