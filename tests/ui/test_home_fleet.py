@@ -6,11 +6,13 @@ from dataclasses import replace
 import pytest
 
 from app.container import Container
-from app.domain.models import Connection, Execution, Robot, State, Trigger
+from app.domain.models import Connection, Execution, Group, Robot, State, Trigger
 from app.domain.robot import QueueItem, QueueState, RobotStatus
 from app.screens.home.cards import HomeWide
 from app.screens.home.fleet_page import CountChip, FleetPage, FleetTile, LargeTile, NameLine, SmallTile
+from app.screens.home.waiting_model import WaitingDialog, WaitingRow
 from app.widgets.buttons import ChoiceChip, CommandButton
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import TopBar
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import OptionRow, RobotChip
@@ -366,3 +368,32 @@ def test_the_bar_and_its_list_say_how_many_need_help(container, robots, ui):
         ui.find(TopBar).dispatch("on_pick_robot")
         ui.advance(.3)
         assert "Robot · 1 needs help" in ui.texts()
+
+
+def test_what_waits_for_a_robot_is_told_above_all_of_them(container, ui, robots):
+    group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
+    with shown(container, ui) as app:
+        settle(app, ui)
+        assert not [button for button in ui.find_all(CommandButton) if button.text.startswith("Waiting for a robot")]
+        for _n in range(2):
+            container.operator.run_on_any(group.id, container.catalogue.missions()[0].id)
+        ui.wait(lambda: ui.find_all(CommandButton, text="Waiting for a robot (2)"))
+        settle(app, ui)
+        ui.tap(ui.find(CommandButton, text="Waiting for a robot (2)"))
+        ui.wait(lambda: ui.find_all(WaitingDialog))
+        rows = ui.find_all(WaitingRow, ui.find(WaitingDialog))
+        assert [(row.priority, row.urgent) for row in rows] == [("High", True)] * 2
+
+
+def test_a_start_is_given_to_a_robot_by_keys_alone(container, ui, robots):
+    """Enter presses what the ring is at: what waits, Give to …, and then a robot can be chosen."""
+    group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
+    container.operator.run_on_any(group.id, container.catalogue.missions()[0].id)
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(CommandButton, text="Waiting for a robot (1)"))
+        settle(app, ui)
+        for words in ("Waiting for a robot (1)", "Give to …"):
+            tab_to(ui, CommandButton, text=words)
+            ui.key(ENTER)
+            settle(app, ui)
+        assert {option.text for option in ui.find(ChoiceDialog).options} == {robot.name for robot in robots}
