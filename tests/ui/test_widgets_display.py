@@ -459,7 +459,7 @@ def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
     assert calls[-1][1] == 6                                      # not nearer
 
 
-LOOKS = ("planned", "assumed", "running", "past", "failed", "skipped", "held")
+LOOKS = ("planned", "about", "assumed", "running", "past", "failed", "skipped", "held")
 
 
 @pytest.mark.parametrize("theme", THEMES)
@@ -487,9 +487,19 @@ def test_a_bar_has_one_colour_at_every_width_and_in_the_legend(ui, stage, theme,
 def test_no_two_kinds_of_bars_look_the_same(ui, stage, theme):
     apply_theme(stage.theme_cls, theme)
     looks = timeline_painting.colours()
-    assert len({(tuple(one.fill), tuple(one.edge)) for one in looks.values()}) == len(looks) == len(LOOKS)
+    assert looks["about"] == looks["planned"]                # that one is told by its shape
+    assert len({(tuple(one.fill), tuple(one.edge)) for one in looks.values()}) == len(looks) - 1 == len(LOOKS) - 1
     for one in looks.values():
         assert checks.contrast_ratio(_hex(one.ink), _hex(one.fill)) >= 4.5
+
+
+@pytest.mark.parametrize(("hours", "bars"), [(24, [(2., 8.)]), (168, [(2., 2.8)]), (24, [(n / 10, n / 10 + .1) for n in range(240)])])
+def test_a_bar_whose_robot_is_a_forecast_is_told_by_its_shape_at_every_width(ui, hours, bars):
+    def shapes(state: str) -> int:
+        lane = Lane("Aino", bars=[Bar(n, *span, "", state) for n, span in enumerate(bars)])
+        chart = ui.show(Timeline(lanes=[lane], hours=hours), (800, 100))
+        return sum(isinstance(one, Rectangle | Mesh) for one in instructions(chart._drawing._bars))
+    assert shapes("about") > shapes("skipped")               # which is but a box
 
 
 @pytest.mark.parametrize("hours", [6, 24, 168])
