@@ -164,6 +164,11 @@ class SettingsScreen(ScreenBase):
         else:
             self.vm.once_read(lambda: self.page.reached())
 
+    def hidden(self) -> None:
+        """Only the section that is open stays: together they are more than half of all widgets."""
+        super().hidden()
+        self._pages = {section: page for section, page in self._pages.items() if section == self.vm.current}
+
     def place(self) -> dict[str, Any]:
         """The intent that leads back here."""
         return {"section": self.vm.current}
@@ -183,7 +188,7 @@ class SettingsScreen(ScreenBase):
 
     @property
     def page(self) -> SettingsPage:
-        """The page of the open section, built on its first visit."""
+        """The page of the open section, built when it is first opened on a visit of Settings."""
         section = self.vm.current
         if section not in self._pages:
             self._pages[section] = PAGES[section](self.vm.context)

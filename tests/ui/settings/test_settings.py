@@ -15,7 +15,8 @@ from app.screens.settings.facts import read
 from app.screens.settings.idle import IdlePanel
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
+from app.screens.settings.robots import AddPanel, RobotPanel
+from app.screens.settings.screen import PAGES
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, StepField
@@ -25,6 +26,7 @@ from app.widgets.rows import OptionRow, SectionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
+from tests.ui.wear import CACHED
 from tests.ui.whole_app import PASSWORD, POLL, USER
 
 
@@ -52,6 +54,22 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     field.focus = False
     ui.wait(lambda: settings(site).minimum_battery_percent is None)
     ui.wait(lambda: ui.find(SectionRow, key="constraints").note.startswith("No minimum battery"))
+
+
+def test_what_is_left_of_the_sections_on_another_screen_is_the_open_one(site, app, ui):
+    pages = {}
+    for section in PAGES:
+        go(ui, section)
+        pages[section] = weakref.ref(page(app))
+    go(ui, "missions")
+    assert all(pages[section]() is not None for section in PAGES)          # at hand while Settings is shown
+    app.shell.go("home")
+    ui.skip(CACHED)
+    ui.wait(lambda: app.shell.background.idle)
+    gc.collect()
+    assert [section for section in PAGES if pages[section]() is not None] == ["missions"]
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(AddPanel))
 
 
 def test_working_days_but_never_none(site, app, ui):
