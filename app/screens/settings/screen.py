@@ -165,9 +165,8 @@ class SettingsScreen(ScreenBase):
             self.vm.once_read(lambda: self.page.reached())
 
     def hidden(self) -> None:
-        """Only the section that is open stays: together they are more than half of all widgets."""
         super().hidden()
-        self._pages = {section: page for section, page in self._pages.items() if section == self.vm.current}
+        self._keep_newest(1)
 
     def place(self) -> dict[str, Any]:
         """The intent that leads back here."""
@@ -188,11 +187,15 @@ class SettingsScreen(ScreenBase):
 
     @property
     def page(self) -> SettingsPage:
-        """The page of the open section, built when it is first opened on a visit of Settings."""
+        """The page of the open section. The one before it is at hand for the way back; all of them would be half of the window."""
         section = self.vm.current
-        if section not in self._pages:
-            self._pages[section] = PAGES[section](self.vm.context)
-        return self._pages[section]
+        page = self._pages.pop(section, None) or PAGES[section](self.vm.context)
+        self._pages[section] = page
+        self._keep_newest(2)
+        return page
+
+    def _keep_newest(self, pages: int) -> None:
+        self._pages = dict(list(self._pages.items())[-pages:])
 
     def _show_page(self, *_args: Any) -> None:
         place, page = self._content.ids.place.__self__, self.page

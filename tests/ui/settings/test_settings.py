@@ -56,18 +56,22 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     ui.wait(lambda: ui.find(SectionRow, key="constraints").note.startswith("No minimum battery"))
 
 
-def test_what_is_left_of_the_sections_on_another_screen_is_the_open_one(site, app, ui):
+def test_the_section_before_is_at_hand_and_on_another_screen_none_but_the_open_one(site, app, ui):
+    def kept() -> list[str]:
+        ui.skip(CACHED)
+        ui.wait(lambda: app.shell.background.idle)
+        gc.collect()
+        return [section for section in PAGES if pages[section]() is not None]
+
     pages = {}
     for section in PAGES:
         go(ui, section)
         pages[section] = weakref.ref(page(app))
-    go(ui, "missions")
-    assert all(pages[section]() is not None for section in PAGES)          # at hand while Settings is shown
+    assert kept() == ["data", "about"]
+    go(ui, "data")
+    assert page(app) is pages["data"]()
     app.shell.go("home")
-    ui.skip(CACHED)
-    ui.wait(lambda: app.shell.background.idle)
-    gc.collect()
-    assert [section for section in PAGES if pages[section]() is not None] == ["missions"]
+    assert kept() == ["data"]
     go(ui, "robots")
     ui.wait(lambda: ui.find_all(AddPanel))
 
