@@ -10,6 +10,7 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.domain import names
 from app.domain.models import Alarm, Execution, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common.alarm_groups import Together, group_entry, group_text, together
@@ -351,7 +352,8 @@ class LateStartsDialog(FormDialog):
                 _("It starts in {n} s unless you hold it.") if many == 1 else _("They start in {n} s unless you hold them."))
         self.text = text.format(n=seconds_left(going, now))
         self.all_held = not going
-        self.rows = [LateStart(e.id, late_line(e, settings), e.schedule, e.held) for e in executions]
+        self.rows = [LateStart(e.id, late_line(e, settings), names.given_to_schedule(e.schedule, e.mission, e.robot), e.held)
+                     for e in executions]
 
     def start(self) -> None:
         """At once, what is not held."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from datetime import datetime
 
+from app.domain import names
 from app.domain.models import Execution, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
@@ -166,7 +167,7 @@ def trigger_words(execution: Execution) -> str:
             return _("Run now")
         case Trigger.IDLE:
             return _("Idle automation")
-    return execution.schedule or _("Schedule")
+    return names.given_to_schedule(execution.schedule, execution.mission, execution.robot) or _("Schedule")
 
 
 _WAIT_ICONS = {Wait.DUE: "timer-sand", Wait.RETRY: "refresh", Wait.BATTERY: "battery-alert-variant-outline",

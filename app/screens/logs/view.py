@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from enum import StrEnum
 from zoneinfo import ZoneInfo
 
+from app.domain import names
 from app.domain.clock import midnight
 from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
 from app.domain.reasons import sentence, waiting_sentence
@@ -284,7 +285,8 @@ def _last_tone(state: State) -> str:
 
 def _planned_note(execution: Execution) -> str:
     """What started it."""
-    return execution.schedule or execution_appearance.trigger_word(execution.trigger)
+    own = names.given_to_schedule(execution.schedule, execution.mission, execution.robot)
+    return own or execution_appearance.trigger_word(execution.trigger)
 
 
 def _queue_note(execution: Execution) -> str:

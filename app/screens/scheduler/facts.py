@@ -10,6 +10,7 @@ from app.database.executions import ExecutionFilter
 from app.domain import names
 from app.domain.clock import Clock
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings
+from app.screens.common import formats
 from app.screens.common.holding import hold_at
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
@@ -121,7 +122,12 @@ class SchedulerFacts:
         if schedule is None:
             return ""
         robot, mission = self.robot(schedule.robot_id), self.mission(schedule.mission_id)
-        return "" if robot and mission and names.is_of_schedule(schedule.name, mission.name, robot.name) else schedule.name
+        return names.given_to_schedule(schedule.name, mission.name, robot.name) if robot and mission else schedule.name
+
+    def called(self, schedule: Schedule) -> str:
+        """What a message calls it."""
+        robot, mission = self.robot(schedule.robot_id), self.mission(schedule.mission_id)
+        return formats.schedule_name(schedule.name, mission.name, robot.name) if robot and mission else schedule.name
 
 
 def full_hour(instant: datetime, zone: ZoneInfo) -> datetime:

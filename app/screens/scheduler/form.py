@@ -86,7 +86,7 @@ class FormModel(EventDispatcher):
         """Something has been put into the form to be looked at."""
 
     def edit(self, schedule: Schedule) -> None:
-        self.begin(Draft.of(schedule))
+        self.begin(Draft.of(schedule, self._facts.name(schedule)))
 
     def duplicate(self, schedule: Schedule) -> None:
         self.begin(Draft.of(schedule).copy())
@@ -210,8 +210,9 @@ class FormModel(EventDispatcher):
         self.saving = False
         new = self._draft.is_new
         self.begin()
-        self._shell.snackbars.show(_("{name} is planned").format(name=schedule.name) if new else
-                                   _("{name} is changed").format(name=schedule.name), icon="calendar-check")
+        name = self._facts.called(schedule)
+        self._shell.snackbars.show(_("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
+                                   icon="calendar-check")
         self._saved()
 
     def _not_saved(self, problem: BaseException) -> None:

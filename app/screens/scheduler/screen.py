@@ -60,7 +60,8 @@ class SchedulerViewModel(ViewModel):
         self._services, self._shell = services, shell
         self._refresher = Refresher(shell, self._reading, self._take)
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
-        self.actions = ScheduleActions(services, shell, self._started, done=self._refresher.request)
+        self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
+                                       done=self._refresher.request)
         self.form = FormModel(services, shell, saved=self._refresher.request, skip=self.actions.skip)
         self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
@@ -241,7 +242,7 @@ class SchedulerViewModel(ViewModel):
         if (schedule := self._facts.schedule(number)) is None or not self._is_ahead(hour):
             return
         before, after = (instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None) for instant in (at, self._instant(hour)))
-        draft = Draft.of(schedule).moved(before, after)
+        draft = Draft.of(schedule, self._facts.name(schedule)).moved(before, after)
         if draft.starts_at(after, self._facts.calendar):
             self.form.begin(draft)
         else:

@@ -291,7 +291,7 @@ class Edit(Transaction):
         stored = self.the_schedule(schedule.id) if schedule.id else None
         robot = self.the_robot(schedule.robot_id)
         mission = self._mission_on(robot.id, schedule.mission_id)
-        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, robot, mission))
+        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, stored, robot, mission))
         if stored is not None and self.definition(schedule) == self.definition(stored):
             return stored
         schedule = validation.schedule(schedule)
@@ -347,9 +347,10 @@ class Edit(Transaction):
         """The schedule without what the app itself notes on it."""
         return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
 
-    def _schedule_name(self, schedule: Schedule, robot: Robot, mission: Mission) -> str:
+    def _schedule_name(self, schedule: Schedule, stored: Schedule | None, robot: Robot, mission: Mission) -> str:
         if not schedule.name.strip():
-            return self.free_schedule_name(mission.name, robot.name)
+            is_made = stored is not None and names.is_of_schedule(stored.name, mission.name, robot.name)
+            return stored.name if stored is not None and is_made else self.free_schedule_name(mission.name, robot.name)
         name = validation.name(schedule.name)
         other = self.schedules.by_name(self.c, name)
         if other is not None and other.id != schedule.id:

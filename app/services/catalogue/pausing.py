@@ -43,7 +43,7 @@ class Pausing:
             schedule = self._the_schedule(c, schedule_id)
             at = self._next_to_run(c, schedule, may_be_paused=False)
             if not schedule.enabled or at is None:
-                raise _nothing_to_skip(schedule)
+                raise _nothing_to_skip()
             return self._skip(c, schedule, at)
         return _told_skipped(*self._write(work))
 
@@ -54,11 +54,11 @@ class Pausing:
             if instant in self._schedules.skipped(c, schedule_id):
                 return schedule, instant
             if not schedule.enabled or schedule.next_at is None:
-                raise _nothing_to_skip(schedule)
+                raise _nothing_to_skip()
             if instant < schedule.next_at:
                 raise InvalidInput("schedule", "the time of this start has passed")
             if instant not in (schedule.next_at, next_occurrence(schedule, instant - MOMENT, self._calendar(c))):
-                raise _nothing_to_skip(schedule)
+                raise _nothing_to_skip()
             return self._skip(c, schedule, instant)
         return _told_skipped(*self._write(work))
 
@@ -134,8 +134,8 @@ class Pausing:
         return schedule, at
 
 
-def _nothing_to_skip(schedule: Schedule) -> InvalidInput:
-    return InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)
+def _nothing_to_skip() -> InvalidInput:
+    return InvalidInput("schedule", "this schedule has no start to skip")
 
 
 def _told_skipped(schedule: Schedule, at: datetime) -> datetime:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from app.database.holds import StoredHold
 from app.database.robots import Accepted
 from app.database.schedules import Skip
+from app.domain import names
 from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue import told
 from app.services.live.changes import Topic
@@ -63,11 +64,13 @@ def restore(edit: Edit, removed: Removed) -> None:
         _restore_idle(edit, robot_id, rule)
     calendar = edit.calendar
     for schedule in removed.schedules:
+        robot, mission = edit.the_robot(schedule.robot_id), edit.the_mission(schedule.mission_id)
+        is_made = names.is_of_schedule(schedule.name, mission.name, robot.name)
+        if is_made and edit.schedules.by_name(edit.c, schedule.name):
+            schedule = replace(schedule, name=edit.free_schedule_name(mission.name, robot.name))
         if edit.schedules.by_name(edit.c, schedule.name):
             raise InvalidInput("name", "there is another schedule {name} by now: give that one another name, then undo again",
                                name=schedule.name)
-        edit.the_robot(schedule.robot_id)
-        edit.the_mission(schedule.mission_id)
         edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
         edit.notes.append(f"schedule {schedule.name!r} put back")
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:

@@ -21,6 +21,7 @@ from app.screens.home.lists import (
     queue_entries,
     queue_note,
     robot_summaries,
+    trigger_words,
 )
 from app.screens.home.view import can_reset, present
 from app.services.live.holds import Hold
@@ -496,3 +497,9 @@ def test_under_the_minimum_the_operator_is_asked():
     assert view(with_aino(replace(READY, battery_percentage=None), ()), 2).run.low_battery.startswith("The battery of Aino is not known")
     assert view(FACTS, 2).run.low_battery == ""
     assert view(replace(low, settings=replace(SETTINGS, minimum_battery_percent=None)), 2).run.low_battery == ""
+
+
+def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_made():
+    given = execution(5, AINO, KITS.name, State.WAITING, schedule="Night kits 2")
+    made = [replace(given, schedule=f"{KITS.name} on Aino{number}") for number in ("", " 2")]
+    assert [trigger_words(row) for row in (given, *made)] == ["Night kits 2", "Schedule", "Schedule"]
