@@ -42,9 +42,11 @@ class ScheduleActions:
         """The start planned at that instant."""
         self._act(schedule.id, lambda: self._services.pausing.skip(schedule.id, at), lambda _at: self._was_skipped(schedule, at))
 
-    def take_again(self, schedule_id: int, at: datetime) -> None:
+    def take_again(self, schedule: Schedule, at: datetime) -> None:
         """What was skipped is started after all."""
-        self._act(schedule_id, lambda: self._services.pausing.take_again(schedule_id, at), lambda _none: None)
+        text = _("The start of {name} is planned again: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
+        self._act(schedule.id, lambda: self._services.pausing.take_again(schedule.id, at), lambda _none: self._shell.offer_undo(
+            text, lambda: self._services.pausing.skip(schedule.id, at), self._done))
 
     def pause(self, schedule: Schedule) -> None:
         """Ask until which day its starts are skipped."""
@@ -67,9 +69,11 @@ class ScheduleActions:
 
     # ------------------------------------------------------------------ inside
     def _was_skipped(self, schedule: Schedule, at: datetime) -> None:
-        time = formats.day_and_time(at, schedule.timezone, self._services.clock.now())
-        text = _("The start of {name} is skipped: {time}").format(name=self._name(schedule), time=time)
+        text = _("The start of {name} is skipped: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
         self._shell.offer_undo(text, lambda: self._services.pausing.take_again(schedule.id, at), self._done)
+
+    def _time(self, schedule: Schedule, at: datetime) -> str:
+        return formats.day_and_time(at, schedule.timezone, self._services.clock.now())
 
     def _pick_pause(self, schedule: Schedule) -> None:
         today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()

@@ -133,7 +133,8 @@ class FormModel(EventDispatcher):
         """Of the starts that are shown."""
         schedule, forecast = self._draft.base, self._preview.forecast
         if schedule is not None and forecast is not None:
-            self._shell.dialogs.choose(_("Skip which start"), form_view.skip_options(forecast, self._draft, self._services.clock.now()),
+            title = _("Skip which start of {name}?").format(name=self._facts.called(schedule))
+            self._shell.dialogs.choose(title, form_view.skip_options(forecast, self._draft, self._services.clock.now()),
                                        lambda at: self._skip(schedule, at))
 
     def pick_time(self) -> None:

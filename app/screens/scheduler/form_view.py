@@ -101,7 +101,9 @@ class FormView:
     name_hint: str = ""
     sentence: str = ""
     starts: tuple[StartRow, ...] = ()
-    can_skip: bool = False               # one of them: they are those of the schedule as it is stored
+    has_skip: bool = False               # there are starts of which one can be skipped
+    can_skip: bool = False               # one of those shown
+    skip_why: str = ""                   # it can't be skipped
     lasts: str = ""                      # how long it takes, and how that is known
     warnings: tuple[WarningRow, ...] = ()
     free: str = ""                       # offers a time at which no other run is in the way
@@ -128,6 +130,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     forecast = None if problem else preview.forecast
     waits = draft.mission_id is None or draft.robot_id is None       # not begun rather than wrong
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
+    is_stored = draft.is_stored(facts.name(draft.base))              # what is shown are its starts
     return FormView(
         title=_("New schedule") if draft.is_new else _("Edit schedule"), is_new=draft.is_new,
         mission=mission.name if mission else _("Choose a mission"), robot=robot.name if robot else _("Choose a robot"),
@@ -145,7 +148,9 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
         starts=_starts(facts, forecast, draft, now),
-        can_skip=bool(forecast and forecast.starts and draft.is_stored(facts.name(draft.base))),
+        has_skip=draft.base is not None and draft.base.enabled and draft.base.next_at is not None,
+        can_skip=bool(forecast and forecast.starts) and is_stored,
+        skip_why="" if is_stored else _("Save the changes first, then skip a start"),
         lasts=_lasts(forecast, robot), warnings=warnings(facts, draft, forecast, now),
         free=_free(forecast),
         save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,

@@ -213,7 +213,7 @@ class SchedulerViewModel(ViewModel):
                     schedule_id = execution.schedule_id or 0
                     return bar_card.run_card(self._facts, execution, self._services.clock.now()), {
                         "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(schedule_id),
-                        "again": lambda: self.actions.take_again(schedule_id, execution.planned_at)}
+                        "again": lambda: self._take_again(schedule_id, execution.planned_at)}
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:
@@ -221,6 +221,10 @@ class SchedulerViewModel(ViewModel):
                         "edit": lambda: self.edit(number), "skip": lambda: self.actions.skip(run.schedule, at),
                         "run": lambda: self.actions.run_now(run.schedule)}
         return None
+
+    def _take_again(self, schedule_id: int, at: datetime) -> None:
+        if (schedule := self._facts.schedule(schedule_id)) is not None:
+            self.actions.take_again(schedule, at)
 
     # ------------------------------------------------------------------ what a finger does on the timeline
     def day_text(self, hour: float) -> str:
