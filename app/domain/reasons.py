@@ -50,6 +50,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
                          ((), "Its previous run was still under way")),
     ReasonCode.HOLD: ((("hold", "until"), "Held back until {until_with_date}: {hold}"), (("until",), "Held back until {until_with_date}"),
                       (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
+                      (("skipped_at",), "Skipped by a person on {skipped_at_with_date}"),
                       ((), "Skipped or held back by a person")),
     ReasonCode.APP_DOWN: ((("start", "end", "problem"), "Nothing could be written from {start} to {end}: {problem}"),
                           (("start", "end"), "The app was off or asleep from {start} to {end}"),
@@ -80,7 +81,7 @@ _UNDER_WAY: Mapping[State, str] = MappingProxyType({
     State.EXECUTING: "Running on the robot",
 })
 
-_INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at"})
+_INSTANTS = frozenset({"until", "paused_until", "skipped_at", "start", "end", "planned_at", "closes_at"})
 _FILLED_IN = re.compile(r"\{\w+\}")
 _LONGEST = 400                                               # characters of a text that came from elsewhere
 

@@ -279,6 +279,9 @@ def outcome_line(execution: Execution) -> str:
         if execution.duration_s is None:
             return _("Completed")
         return _("Completed in {duration}").format(duration=formats.duration(execution.duration_s))
+    reason = execution.reason
+    if reason is not None and reason.code is ReasonCode.HOLD and not reason.details.keys() & {"hold", "until", "paused_until"}:
+        return _reason(execution)            # which says already that it was skipped
     return _("{outcome}: {reason}").format(outcome=execution_appearance.word(execution.state), reason=_reason(execution))
 
 

@@ -128,7 +128,7 @@ class Pausing:
         if robot is None or mission is None:             # foreign keys prevent that
             raise InvalidInput("schedule", "there is no such schedule any more")
         row = rules.scheduled(schedule, robot, mission, settings, self._settings.install_id(c), at, now)
-        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
+        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}), now))
         self._schedules.skip(c, schedule.id, at)
         self._schedules.advance(c, schedule.id, self._next_to_run(c, schedule))
         return schedule, at

@@ -31,7 +31,7 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
         else:                                                         # after the message is gone
             bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Skipped: {KITS}")
             tap_bar(ui, bar.key)
-            assert "Skipped or held back by a person" in card_of(ui).text
+            assert "Skipped by a person on 20 Nov 2026 14:38" in card_of(ui).text
             take(screen, ui, end)
             assert screen.shell.snackbars.texts[-1] == "The start of Deliver kits to line 2 on Aino is planned again: 16:00"
         settle(screen, ui)

@@ -10,6 +10,7 @@ from app.domain.models import Connection, DurationEstimate, IdleRule, Reason, Re
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.i18n import translator
 from app.mir.errors import Unreachable
+from app.screens.common.execution_appearance import word
 from app.screens.common.robot_appearance import battery_appearance, link_appearance
 from app.screens.home.facts import HomeFacts
 from app.screens.home.lists import (
@@ -438,7 +439,7 @@ def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
 def test_every_reason_makes_a_line(code):
     reason = Reason(code)
     ended = execution(20, AINO, "M", reason.state, Trigger.SCHEDULED, ended_at=NOW, reason=reason)
-    assert len(outcome_line(ended).split(": ", 1)[1]) > 5
+    assert len(outcome_line(ended).removeprefix(f"{word(reason.state)}: ")) > 5
 
 
 def test_yesterdays_run_shows_its_day():
@@ -503,3 +504,10 @@ def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_ma
     given = execution(5, AINO, KITS.name, State.WAITING, schedule="Night kits 2")
     made = [replace(given, schedule=f"{KITS.name} on Aino{number}") for number in ("", " 2")]
     assert [trigger_words(row) for row in (given, *made)] == ["Night kits 2", "Schedule", "Schedule"]
+
+
+@pytest.mark.parametrize(("details", "line"), [
+    ({"skipped_at": NOW.isoformat()}, "Skipped by a person on 20 Nov 2026 14:38"), ({}, "Skipped or held back by a person"),
+    ({"paused_until": NOW.isoformat()}, "Skipped: The schedule was paused until 20 Nov 2026 14:38")])
+def test_that_a_person_skipped_it_is_said_once(details, line):
+    assert outcome_line(execution(5, AINO, KITS.name, State.SKIPPED, reason=Reason(ReasonCode.HOLD, details))) == line
