@@ -18,8 +18,8 @@ SETTLES = 0.5                            # s after the page has moved, in which 
 
 
 class TopBar(Toned, MDTopAppBar):
-    """Name of the screen, date and time, the bell, and the selected robot with its connection; a tap on the robot fires
-    ``on_pick_robot``, one on the bell ``on_list_alarms``.
+    """Name of the screen, date and time, the selected robot with its connection, and the bell, which keeps its place; a tap on the robot
+    fires ``on_pick_robot``, one on the bell ``on_list_alarms``.
 
     ``help_count`` says how many robots need a person. Without enough room (``narrow``) the date is left out; long names of robots wrap.
     """
