@@ -15,7 +15,7 @@ from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadg
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowPage
-from app.widgets.surfaces import Tap
+from app.widgets.surfaces import Surface, Tap
 
 
 class UpcomingCard(SectionCard):
@@ -30,6 +30,7 @@ class UpcomingCard(SectionCard):
     around = NumericProperty(0)          # height of all but the lanes
     wanted = NumericProperty(0)          # height at which all robots up to four are seen
     least = NumericProperty(0)           # up to three
+    fewest = NumericProperty(0)          # one of them: enough where that leaves the form its room
 
 
 class TimeControls(BoxLayout):
@@ -84,6 +85,11 @@ class FormCard(SectionCard):
         said = next((widget for widget in self.ids.fields.walk(restrict=True) if getattr(widget, "faulty", False) and widget.height), None)
         if said is not None and self.ids.fields.content_height > self.ids.fields.height:
             self.ids.fields.scroll_to(said, animate=False)
+
+
+class SaveFoot(Surface):
+    """The form's button at the foot of the page, while its own is out of sight."""
+    form = ObjectProperty(None, rebind=True)
 
 
 class StartChip(StatusBadge):

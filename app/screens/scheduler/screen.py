@@ -21,7 +21,7 @@ from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.scheduler import bar_card, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
-from app.screens.scheduler.cards import SchedulerEmpty
+from app.screens.scheduler.cards import SaveFoot, SchedulerEmpty
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.form import FormModel
@@ -344,7 +344,22 @@ class SchedulerScreen(ScreenBase):
         self.fbind("room", self._choose_parts)
         self.fbind("portrait", self.vm.setter("narrow"))
         self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form))
+        self._foot = SaveFoot(form=self.ids.form.__self__)
+        place_foot = Clock.create_trigger(self._place_foot)
+        for widget, names in ((self._page, ("scroll_y", "size", "do_scroll_y")), (self.ids.column, ("size",)),
+                              (self.ids.form, ("view", "pos", "size"))):
+            for name in names:
+                widget.fbind(name, place_foot)
         self._choose_parts()
+
+    def _place_foot(self, _dt: float) -> None:
+        """What saves is in sight as soon as there is something to save."""
+        page, save = self._page, self.ids.form.ids.save
+        is_shown = page.parent is not None and page.do_scroll_y and self._lower.parent is not None
+        is_below = save.to_window(*save.pos)[1] < page.to_window(*page.pos)[1] - 1
+        wanted = is_shown and is_below and not self.ids.form.view.save_off
+        if wanted != (self._foot.parent is not None):
+            self.add_widget(self._foot) if wanted else self.remove_widget(self._foot)
 
     def _show_form(self, _dt: float) -> None:
         """Where the page scrolls, it may be out of sight."""
