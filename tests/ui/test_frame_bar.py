@@ -5,8 +5,10 @@ import pytest
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets import load_kv
-from app.widgets.frame import TopBar
+from app.widgets.buttons import CommandButton
+from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.text import Ico
+from app.widgets.tokens import tk
 
 
 @pytest.fixture
@@ -31,3 +33,25 @@ def test_the_bell_keeps_its_place_whatever_is_counted_and_said_beside_it(bar, ui
         ui.advance()
         assert count in ui.texts(bar.ids.bell)
         assert (places(bar, ui), tuple(bar.ids.bell.size)) == (before, size)
+
+
+@pytest.mark.parametrize("theme", ["dark", "contrast", "light"])
+def test_the_number_can_be_read_in_every_theme(bar, ui, theme):
+    bar.bell_count = "7"
+    tk.theme = theme
+    ui.advance()
+    number = ui.find(bar.ids.bell_count.__class__, bar.ids.bell, text="7")
+    assert tuple(number.color) == tuple(tk.snack_ink) != tuple(number.parent.md_bg_color) == tuple(tk.snack)
+
+
+def test_what_was_acknowledged_is_no_red_block_any_more(ui):
+    load_kv("widgets/frame")
+    banner = AlarmBanner(tone="fault", icon="alert-octagon", text="Aino is stopped", note="Since 14:31", action="Show Aino")
+    ui.show(BoxLayout(), (1280, 200)).add_widget(banner)
+    ui.advance()
+    button, icon = ui.find(CommandButton, banner), ui.find(Ico, banner, icon="alert-octagon")
+    assert (tuple(banner.md_bg_color), button.over_solid) == (tuple(tk.fault_solid), True)
+    banner.calm = True
+    ui.advance()
+    assert (tuple(banner.md_bg_color), button.over_solid) == (tuple(tk.surface), False)
+    assert tuple(banner.line_color) == tuple(icon.color) == tuple(tk.fault)
