@@ -51,6 +51,7 @@ class StartRow:
 class Steps:
     """A number that is asked for. ``chips``: key and word of the common values; those that are no numbers themselves are in ``meant``."""
     title: str
+    label: str                           # of the number itself
     help: str
     minimum: int
     maximum: int
@@ -265,18 +266,20 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
 
 
 def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
-    """How a number of the draft is asked for, by its field."""
+    """How a number of the draft is asked for, by its field. What Settings say has no chip of its own, unless it is chosen."""
+    label = _("Or any other")
     if name == "minimum_battery_percent":
         inherited = rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0
-        return Steps(_("Start only if the battery is at least"), _("0 to 100 %; 0 means no minimum"), 0, 100, 5, "%", (
-            (None, _("As in Settings: {minimum}").format(minimum=formats.percent(inherited) if inherited else _("none"))),
-            (0, _("No minimum")), *((value, formats.percent(value)) for value in BATTERIES)), {None: inherited})
+        common = [(value, battery_text(value)) for value in (0, *BATTERIES) if value != inherited or value == draft.minimum_battery_percent]
+        return Steps(_("Start only if the battery is at least"), label, _("0 to 100 %"), 0, 100, 5, "%", (
+            (None, _("As in Settings: {minimum}").format(minimum=formats.percent(inherited) if inherited else _("none"))), *common),
+            {None: inherited})
     if name == "start_window_minutes":
         minutes = facts.settings.start_window_minutes
-        return Steps(_("How late it may start"), _("0 to 1440 min; 0 means one minute at most"), 0, 1440, 5, _("min"), (
-            (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), (0, _("Not at all")),
-            *((value, window_text(value)) for value in WINDOWS)), {None: minutes})
-    return Steps(_("Day of the month"), _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (
+        common = [(value, window_text(value)) for value in (0, *WINDOWS) if value != minutes or value == draft.start_window_minutes]
+        return Steps(_("How late it may start"), label, _("1 to 1440 min"), 1, 1440, 5, _("min"), (
+            (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), *common), {None: max(1, minutes), 0: 1})
+    return Steps(_("Day of the month"), label, _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (
         (1, "1"), (15, "15"), (LAST, month_day_text(LAST))), {LAST: 31})
 
 

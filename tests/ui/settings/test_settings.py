@@ -134,7 +134,7 @@ def test_idle_automation_without_missions_says_where_they_come_from(site, app, u
 NUMBERS = {                              # label: (setting, what is accepted at its ends, what is not)
     "Ask the robots every (s)": ("poll_interval_seconds", ("1", "3600"), ("0", "3601")),
     "Retries when a robot can't be reached": ("retry_limit", ("0", "20"), ("21",)),
-    "A mission may start late by (min)": ("start_window_minutes", ("0", "1440"), ("1441",)),
+    "A mission may start late by (min)": ("start_window_minutes", ("1", "1440"), ("0", "1441")),
     "Wait after an unknown outcome (s)": ("unknown_outcome_quiet_seconds", ("5", "600"), ("4", "601")),
     "Otherwise keep the last (runs)": ("history_limit", ("1", "5000"), ("0",)),
 }

@@ -569,9 +569,25 @@ def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
 def test_numbers_are_stepped_to_and_the_setting_is_the_first_chip():
     windows, battery, days = (form_view.steps(facts(), draft(), name) for name in (
         "start_window_minutes", "minimum_battery_percent", "month_day"))
-    assert windows.chips[:3] == ((None, "As in Settings: 15 min"), (0, "Not at all"), (5, "5 min"))
-    assert battery.chips[:3] == ((None, "As in Settings: 30 %"), (0, "No minimum"), (10, "10 %"))
+    assert [word for _key, word in windows.chips] == ["As in Settings: 15 min", "1 min", "5 min", "30 min", "1 h", "2 h"]
+    assert [word for _key, word in battery.chips] == ["As in Settings: 30 %", "No minimum", "10 %", "20 %", "50 %"]
     assert days.chips == ((1, "1"), (15, "15"), (-1, "the last day"))
     assert [(one.number(None), one.number(37)) for one in (windows, battery)] == [(15, 37), (30, 37)]
     assert (days.number(-1), days.number(17)) == (31, 17)
+    assert {(one.label, one.unit) for one in (windows, battery, days)} == {
+        ("Or any other", "min"), ("Or any other", "%"), ("Or any other", "")}
+    assert (windows.help, windows.minimum, windows.number(0)) == ("1 to 1440 min", 1, 1)      # that is what 0 min are taken for
+    assert battery.help == "0 to 100 %"
+
+
+def test_what_is_chosen_has_its_chip_though_settings_say_the_same():
+    windows, battery = (form_view.steps(facts(), draft(start_window_minutes=15, minimum_battery_percent=30), name) for name in (
+        "start_window_minutes", "minimum_battery_percent"))
+    assert (15, "15 min") in windows.chips
+    assert (30, "30 %") in battery.chips
+    none = form_view.steps(facts(settings=replace(facts().settings, minimum_battery_percent=None)), draft(), "minimum_battery_percent")
+    assert [word for _key, word in none.chips][:2] == ["As in Settings: none", "10 %"]
+
+
+def test_other_times_of_the_day_are_whole_hours():
     assert [row.key for row in form_view.also_options(draft())] == [hour for hour in range(24) if hour != 6]
