@@ -9,6 +9,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
+from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty
 from kivy.uix.widget import Widget
 
@@ -331,6 +332,7 @@ class SchedulerScreen(ScreenBase):
     Services = SchedulerServices
     room = BooleanProperty(False)
     lower_height = NumericProperty(0)    # least, of the form and the schedules
+    foot_height = NumericProperty(0)     # px that the page leaves below it
 
     def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("widgets/flow", "widgets/slots", "scheduler/screen", "scheduler/form", "scheduler/hold")
@@ -347,7 +349,7 @@ class SchedulerScreen(ScreenBase):
         self._foot = SaveFoot(form=self.ids.form.__self__)
         place_foot = Clock.create_trigger(self._place_foot)
         for widget, names in ((self._page, ("scroll_y", "size", "do_scroll_y")), (self.ids.column, ("size",)),
-                              (self.ids.form, ("view", "pos", "size"))):
+                              (self.ids.form, ("view", "pos", "size")), (self._foot, ("height",))):
             for name in names:
                 widget.fbind(name, place_foot)
         self._choose_parts()
@@ -360,6 +362,7 @@ class SchedulerScreen(ScreenBase):
         wanted = is_shown and is_below and not self.ids.form.view.save_off
         if wanted != (self._foot.parent is not None):
             self.add_widget(self._foot) if wanted else self.remove_widget(self._foot)
+        self.foot_height = self._foot.height + dp(8) if wanted else 0
 
     def _show_form(self, _dt: float) -> None:
         """Where the page scrolls, it may be out of sight."""

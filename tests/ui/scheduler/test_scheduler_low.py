@@ -8,6 +8,7 @@ from app.screens.scheduler.screen import SchedulerScreen
 from app.widgets.buttons import CommandButton
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
+from tests.ui import checks
 from tests.ui.planner import KITS, named, schedules, settle
 
 BANNER = (976, 352)                      # what a banner leaves of 1024 × 600
@@ -52,6 +53,7 @@ def test_where_the_page_scrolls_what_saves_stays_at_its_foot_until_the_form_show
     settle(screen, ui)
     before = len(schedules(container))
     foot, = saves(ui, low)
+    assert checks.problems(low) == []                        # it lies on nothing that could be pressed
     low.ids.page.scroll_y = 0
     ui.advance(.3)
     own, = saves(ui, low)
