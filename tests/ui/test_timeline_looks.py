@@ -176,11 +176,11 @@ def test_the_day_that_begins_near_now_is_named_beside_the_time(ui, now):
 
 
 def test_a_block_too_narrow_for_its_words_says_its_number(ui):
-    crowd = [Bar(n, n, n + .1) for n in range(10)]
+    crowd = [Bar(n, 6 + n / 50, 6 + n / 50 + .5) for n in range(200)]
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 3.2, "39 runs", short="39"), Bar("b", 3.3, 4)))], hours=24), (800, 100))
     assert [texture for _x, texture in words_of(chart)] == [glyphs("39", sp(14), "Roboto")]
     chart.lanes = [Lane(f"R{n}", bars=(Bar("a", 2, 6, "39 runs", short="39"), *crowd)) for n in range(20)]
     chart.height = 28 + 20 * 44
     ui.advance(.2)
-    assert chart._drawing.is_crowded
+    assert all(chart._drawing.is_together(lane) for lane in range(20))
     assert {texture for _x, texture in words_of(chart)} == {glyphs("39 runs", sp(14), "Roboto")}

@@ -244,14 +244,21 @@ def test_the_form_says_how_long_it_takes_and_who_says_so(usual, words):
 
 def test_bars_too_thin_to_be_told_apart_become_one_that_a_tap_zooms_into():
     runs = tuple(planned(10 * n, 60.0) for n in range(1, 40))
-    seen = timeline(facts(planned=runs), NOW, Window(None, 24)).lanes[0].bars
-    assert len(seen) == 39                                             # 10 min apart are distinguished on 24 h
+    seen = timeline(facts(planned=runs), NOW, Window(None, 12)).lanes[0].bars
+    assert len(seen) == 39                                             # 10 min apart are distinguished on 12 h
     block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
     assert block.label == "39 runs"
     assert block.key == ("zoom", pytest.approx((block.start + block.end) / 2), pytest.approx(380 / 60 + 1 / 60))
     overlapping = tuple(planned(n, 120.0) for n in range(1, 6))
     block, = timeline(facts(planned=overlapping), NOW, Window(None, 168)).lanes[0].bars
     assert block.end - block.start == pytest.approx(6 / 60)
+
+
+@pytest.mark.parametrize("usual_s", [None, 300.0, 40.0, 2.0])
+def test_runs_every_ten_minutes_are_one_block_however_short_they_are_known_to_be(usual_s):
+    every_ten = tuple(planned(minutes, usual_s) for minutes in range(30, 330, 10))
+    lane = timeline(facts(planned=every_ten), NOW).lanes[0]
+    assert [(bar.label, bar.short) for bar in lane.bars] == [("30 runs", "30")]
 
 
 def test_bars_of_two_days_do_not_become_one():
