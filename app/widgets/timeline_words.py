@@ -14,7 +14,7 @@ from app.widgets.timeline_bars import Placed
 from app.widgets.timeline_painting import Frame, Span
 from app.widgets.tokens import tk
 
-LEGIBLE = 20             # dp of the height of a bar that has words
+LEGIBLE = 20             # dp of the height of a bar, for each line of words in it
 LEAST = 24               # dp of room, below which no name is tried
 
 
@@ -82,11 +82,21 @@ def _named_inside(frame: Frame, one: Placed, above: Sequence[Placed], y: float, 
     left, right = (max(one.x, seen[0]), min(one.right, seen[1])) if one.x < seen[1] and one.right > seen[0] else (one.x, one.right)
     left, right = _not_covered(left, right, above)
     hand = dp(14) if one.bar.state == "held" else 0
+    room, ink = right - left - dp(16) - hand, frame.colours[one.look].ink
     for words in filter(None, (one.bar.label, one.bar.short)):
-        if width_of(words) + dp(16) + hand <= right - left:
-            text(words, left + dp(10) + hand, y - one.inset / 2, frame.colours[one.look].ink)
+        lines = [words] if width_of(words) <= room else _two_lines(words)
+        if len(lines) * dp(LEGIBLE) <= frame.bar_height - one.inset and max(map(width_of, lines)) <= room:
+            for n, line in enumerate(lines):
+                text(line, left + dp(10) + hand, y - one.inset / 2 + sp(17) * ((len(lines) - 1) / 2 - n), ink)
             return True
     return False
+
+
+def _two_lines(words: str) -> list[str]:
+    """As narrow as they can be; one, where there is no space."""
+    parts = words.split(" ")
+    halves = [[" ".join(parts[:n]), " ".join(parts[n:])] for n in range(1, len(parts))]
+    return min(halves, key=lambda lines: max(map(width_of, lines)), default=[words])
 
 
 def _not_covered(left: float, right: float, above: Iterable[Placed]) -> Span:

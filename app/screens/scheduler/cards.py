@@ -11,15 +11,33 @@ from app.screens.scheduler.form_view import FormView
 from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import Listing
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
+from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadge
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowPage
-from app.widgets.surfaces import Surface, Tap
+from app.widgets.surfaces import Tap
+
+
+class PlanExport(CommandButton):
+    """Writes the plan as a calendar file."""
+    vm = ObjectProperty(None, allownone=True, rebind=True)
+
+
+class PlanHold(CommandButton):
+    """Holds everything, or one robot; releases everything."""
+    vm = ObjectProperty(None, allownone=True, rebind=True)
+
+
+class PartsLine(BoxLayout):
+    """In a low window: which part of the Scheduler is shown."""
+    screen = ObjectProperty(None, allownone=True, rebind=True)
+    pages = ListProperty()               # what there is beside the plan
 
 
 class UpcomingCard(SectionCard):
     """The plan: bars for each robot, or the starts of 7 days."""
+    paged = BooleanProperty(False)       # its head is the line of parts
     mode = OptionProperty("hours", options=("hours", "days"))
     timeline = ObjectProperty(TimelineView(), rebind=True)
     days = ListProperty()
@@ -31,6 +49,11 @@ class UpcomingCard(SectionCard):
     wanted = NumericProperty(0)          # height at which all robots up to four are seen
     least = NumericProperty(0)           # up to three
     fewest = NumericProperty(0)          # one of them: enough where that leaves the form its room
+
+
+class UpcomingHead(BoxLayout):
+    """What the card is called, and what can be done with the plan."""
+    card = ObjectProperty(None, rebind=True)
 
 
 class TimeControls(BoxLayout):
@@ -85,11 +108,6 @@ class FormCard(SectionCard):
         said = next((widget for widget in self.ids.fields.walk(restrict=True) if getattr(widget, "faulty", False) and widget.height), None)
         if said is not None and self.ids.fields.content_height > self.ids.fields.height:
             self.ids.fields.scroll_to(said, animate=False)
-
-
-class SaveFoot(Surface):
-    """The form's button at the foot of the page, while its own is out of sight."""
-    form = ObjectProperty(None, rebind=True)
 
 
 class StartChip(StatusBadge):

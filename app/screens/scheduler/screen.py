@@ -9,8 +9,8 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
-from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty
+from kivy.properties import AliasProperty, BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty
+from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
 from app.domain.models import Schedule
@@ -22,7 +22,7 @@ from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.scheduler import bar_card, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
-from app.screens.scheduler.cards import SaveFoot, SchedulerEmpty
+from app.screens.scheduler.cards import SchedulerEmpty
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.form import FormModel
@@ -46,6 +46,8 @@ Reading = tuple[Window | None, SchedulerFacts, TimelineView | list[DayRow]]     
 class SchedulerViewModel(ViewModel):
     """What kv reads. ``mode``: the timeline, or the list of 7 days."""
     mode = OptionProperty("hours", options=("hours", "days"))
+    paged = BooleanProperty(False)       # plan, form and schedules are shown one at a time
+    part = OptionProperty("plan", options=("plan", "form", "schedules"))     # which of them
     timeline = ObjectProperty(TimelineView(), rebind=True)
     follows = BooleanProperty(True)      # the timeline moves with the time
     touched = BooleanProperty(False)     # by fingers that move it: it must not change under them
@@ -63,7 +65,7 @@ class SchedulerViewModel(ViewModel):
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
                                        done=self._refresher.request)
-        self.form = FormModel(services, shell, saved=self._refresher.request, skip=self.actions.skip)
+        self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip)
         self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows
@@ -79,6 +81,7 @@ class SchedulerViewModel(ViewModel):
         if mission_id is not None:
             self.form.begin()
             self.form.set(mission_id=mission_id)
+            self.part = "form"
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._started.open())
         self.every(1, self._tick)
@@ -143,6 +146,25 @@ class SchedulerViewModel(ViewModel):
 
     def _show_schedules(self) -> None:
         self.listed.show(self._facts, self.form.editing)
+
+    def _get_shown_part(self) -> str:
+        part: str = self.mode if self.part == "plan" else self.part
+        return part
+
+    shown_part = AliasProperty(_get_shown_part, bind=("mode", "part"))       # one of all that there is to choose where it is paged
+
+    def choose_part(self, part: str) -> None:
+        if part in ("hours", "days"):
+            self.part = "plan"
+            if part != self.mode:
+                self.choose_mode(part)
+        else:
+            self.part = part
+
+    def _saved(self) -> None:
+        """A schedule was: where it is shown."""
+        self.part = "plan"
+        self._refresher.request()
 
     def choose_mode(self, mode: str) -> None:
         self.mode = mode
@@ -264,7 +286,7 @@ class SchedulerViewModel(ViewModel):
         return False
 
     def open_day(self, key: tuple[str, int, Any]) -> None:
-        if not self.beside:
+        if not self.beside and not self.paged:
             self.choose_mode("hours")
         self.edit(key[1])
 
@@ -328,45 +350,32 @@ class SchedulerViewModel(ViewModel):
 
 class SchedulerScreen(ScreenBase):
     """Upcoming across the top, below it the form and the schedules; the list of days has the form beside it, or where that has no ``room``
-    the whole screen."""
+    the whole screen. In a low window each of them is a page of its own (``paged``)."""
     Services = SchedulerServices
     room = BooleanProperty(False)
+    paged = BooleanProperty(False)
     lower_height = NumericProperty(0)    # least, of the form and the schedules
-    foot_height = NumericProperty(0)     # px that the page leaves below it
 
     def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("widgets/flow", "widgets/slots", "scheduler/screen", "scheduler/form", "scheduler/hold")
         super().__init__(vm=SchedulerViewModel(services, shell), **kwargs)
-        self._page, self._lower = self.ids.page.__self__, self.ids.lower.__self__
-        self._schedules = self.ids.schedules.__self__
+        self._page = self.ids.page.__self__
+        self._parts = {name: self.ids[name].__self__ for name in ("parts", "upcoming", "lower", "form", "schedules")}
         self._empty = SchedulerEmpty()
         self._empty.bind(on_release=lambda _empty: self.vm.add_robot())
-        for name in ("mode", "has_robots"):
+        for name in ("mode", "part", "has_robots"):
             self.vm.fbind(name, self._choose_parts)
-        self.fbind("room", self._choose_parts)
+        for name in ("room", "paged"):
+            self.fbind(name, self._choose_parts)
         self.fbind("portrait", self.vm.setter("narrow"))
         self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form))
-        self._foot = SaveFoot(form=self.ids.form.__self__)
-        place_foot = Clock.create_trigger(self._place_foot)
-        for widget, names in ((self._page, ("scroll_y", "size", "do_scroll_y")), (self.ids.column, ("size",)),
-                              (self.ids.form, ("view", "pos", "size")), (self._foot, ("height",))):
-            for name in names:
-                widget.fbind(name, place_foot)
         self._choose_parts()
 
-    def _place_foot(self, _dt: float) -> None:
-        """What saves is in sight as soon as there is something to save."""
-        page, save = self._page, self.ids.form.ids.save
-        is_shown = page.parent is not None and page.do_scroll_y and self._lower.parent is not None
-        is_below = save.to_window(*save.pos)[1] < page.to_window(*page.pos)[1] - 1
-        wanted = is_shown and is_below and not self.ids.form.view.save_off
-        if wanted != (self._foot.parent is not None):
-            self.add_widget(self._foot) if wanted else self.remove_widget(self._foot)
-        self.foot_height = self._foot.height + dp(8) if wanted else 0
-
     def _show_form(self, _dt: float) -> None:
-        """Where the page scrolls, it may be out of sight."""
-        if self._page.do_scroll_y and self._lower.parent is not None:
+        """It may be out of sight: on another page, or where the page scrolls."""
+        if self.paged:
+            self.vm.part = "form"
+        elif self._page.do_scroll_y and self._parts["lower"].parent is not None:
             self._page.scroll_to(self.ids.form, padding=0, animate=False)
 
     def _choose_parts(self, *_: Any) -> None:
@@ -374,8 +383,20 @@ class SchedulerScreen(ScreenBase):
         if wanted not in self.children:
             self.clear_widgets()
             self.add_widget(wanted)
-        in_hours = self.vm.mode == "hours"
+        in_hours, self.vm.paged = self.vm.mode == "hours", self.paged
         self.vm.beside = self.room and not in_hours
-        for box, part, is_shown in ((self._lower, self._schedules, in_hours), (self.ids.column, self._lower, in_hours or self.room)):
-            if is_shown != (part.parent is not None):
-                box.add_widget(part) if is_shown else box.remove_widget(part)
+        if self.paged:
+            plan = self.vm.part == "plan"
+            self._arrange(self.ids.lower, *(() if plan else (self.vm.part,)))
+            self._arrange(self.ids.column, "parts", "upcoming" if plan else "lower")
+        else:
+            self._arrange(self.ids.lower, "form", *(("schedules",) if in_hours else ()))
+            self._arrange(self.ids.column, "upcoming", *(("lower",) if in_hours or self.room else ()))
+
+    def _arrange(self, box: BoxLayout, *names: str) -> None:
+        """Exactly these parts, in that order."""
+        wanted = [self._parts[name] for name in names]
+        if box.children[::-1] != wanted:
+            box.clear_widgets()
+            for part in wanted:
+                box.add_widget(part)

@@ -1,77 +1,94 @@
-"""The form in low windows, and with the banner of an alarm above it: what saves is in sight as soon as there is something to save."""
+"""The Scheduler in a low window: going between plan, form and schedules, which are shown one at a time."""
 from __future__ import annotations
 
 import pytest
 
 from app.screens.common.shell import pick
+from app.screens.scheduler.cards import FormCard, SchedulesCard, UpcomingCard
 from app.screens.scheduler.screen import SchedulerScreen
-from app.widgets.buttons import CommandButton
-from app.widgets.snackbar import Snackbar
+from app.widgets.buttons import CommandButton, Segment, Toggle
+from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.timeline import Timeline
+from tests.support import month
 from tests.ui import checks
-from tests.ui.planner import KITS, named, schedules, settle
-
-BANNER = (976, 352)                      # what a banner leaves of 1024 × 600
-LOW = (976, 440)                         # 1024 × 600
-WIDE_BANNER = (1232, 552)                # 1280 × 800 with a banner
+from tests.ui.planner import KITS, choose, kind, named, save, settle
 
 
 @pytest.fixture
-def low(request, screen, container, ui):
-    """The screen alone, as large as the test says."""
+def low(screen, container, ui):
+    """The screen of the app in a low window."""
     screen.shell.go("home")
-    low = ui.show(SchedulerScreen(pick(SchedulerScreen.Services, container), screen.shell), request.param)
+    low = ui.show(SchedulerScreen(pick(SchedulerScreen.Services, container), screen.shell), (976, 440))
     low.shown()
-    settle(screen, ui)
     yield low
     low.hidden()
     ui.show(screen.root)
 
 
-def saves(ui, low) -> list[CommandButton]:
-    """The buttons that can save and are wholly on the page."""
-    bottom = low.to_window(*low.pos)[1]
-    found = [(button, button.to_window(*button.pos)[1]) for button in ui.find_all(CommandButton)
-             if button.text in ("Save schedule", "Save changes") and not button.disabled]
-    return [button for button, y in found if bottom <= y and y + button.height <= bottom + low.height]
-
-
-@pytest.mark.parametrize("low", [WIDE_BANNER], indirect=True)
-def test_a_banner_takes_lanes_of_the_timeline_and_nothing_of_the_form(low, screen, ui):
-    assert not low.ids.page.do_scroll_y
-    low.vm.edit(low.vm.listed.rows[0].key)
+def test_a_start_of_the_list_is_edited_and_saving_leads_back(low, screen, ui):
     settle(screen, ui)
-    assert saves(ui, low) == [low.ids.form.ids.save.__self__]
-    assert ui.find(Timeline).parent.height >= 60
-
-
-@pytest.mark.parametrize("low", [LOW, BANNER], indirect=True)
-def test_where_the_page_scrolls_what_saves_stays_at_its_foot_until_the_form_shows_it(low, screen, container, ui):
-    assert low.ids.page.do_scroll_y
-    assert not saves(ui, low)                                # there is nothing to save
-    low.vm.form.set(mission_id=named(container, KITS, "Aino").mission_id)
+    kind(screen, ui, "List")
+    assert not ui.find_all(FormCard)
+    start = next(line for line in ui.find_all(DayLine) if line.mission)
+    ui.tap(start)
     settle(screen, ui)
-    before = len(schedules(container))
-    foot, = saves(ui, low)
-    assert checks.problems(low) == []                        # it lies on nothing that could be pressed
-    low.ids.page.scroll_y = 0
-    ui.advance(.3)
-    own, = saves(ui, low)
-    assert own is not foot
-    low.ids.page.scroll_y = 1
-    ui.advance(.3)
-    ui.tap(saves(ui, low)[0])
+    assert ui.find(FormCard).view.mission == start.mission
+    save(screen, ui)
+    assert not ui.find_all(FormCard)
+    assert ui.find_all(DayLine)
+
+
+def test_fields_and_lists_of_a_low_window_take_taps(low, screen, container, ui):
     settle(screen, ui)
-    assert len(schedules(container)) == before + 1
-    assert ui.find(Snackbar).text == f"{KITS} on Aino is planned"
-    assert not saves(ui, low)
+    ui.tap(ui.find(Segment, text="New schedule"))
+    choose(screen, ui, "Mission", KITS)
+    kind(screen, ui, "Daily")
+    assert low.vm.form.draft.kind == "daily"
+    ui.tap(ui.find(Segment, text="Schedules"))
+    settle(screen, ui)
+    line = ui.find_all(ScheduleLine)[0]
+    number = line.key
+    ui.tap(ui.find(Toggle, line))
+    settle(screen, ui)
+    assert not container.repositories.schedules.get(container.db.read(), number).enabled
+    first = low.vm.listed.rows[0].key
+    assert first != number                                    # what is off goes to the end
+    line = ui.find(ScheduleLine, key=first)
+    ui.tap_at(*line.to_window(line.center_x - 40, line.center_y))
+    settle(screen, ui)
+    assert low.vm.form.editing == first
+    assert ui.find(FormCard).view.title == "Edit schedule"
 
 
-@pytest.mark.parametrize("low", [BANNER], indirect=True)
-def test_it_is_there_for_a_schedule_that_is_edited_and_goes_with_it(low, screen, container, ui):
+def test_a_window_that_becomes_high_has_all_of_it_again(low, screen, ui):
+    settle(screen, ui)
+    kind(screen, ui, "Schedules")
+    low.size = 1232, 640
+    settle(screen, ui)
+    assert [bool(ui.find_all(part)) for part in (UpcomingCard, FormCard, SchedulesCard)] == [True] * 3
+    low.size = 976, 440
+    settle(screen, ui)
+    assert [bool(ui.find_all(part)) for part in (UpcomingCard, FormCard, SchedulesCard)] == [False, False, True]
+
+
+def test_a_mission_brought_from_elsewhere_is_in_the_form(low, screen, container, ui):
+    settle(screen, ui)
+    mission = next(mission for mission in container.catalogue.missions() if mission.name == month.HABITS[0].mission)
+    low.hidden()
+    low.shown(mission_id=mission.id)
+    settle(screen, ui)
+    assert ui.find(FormCard).view.mission == mission.name
+
+
+@pytest.mark.parametrize("size", [(1232, 552), (976, 440), (976, 352)], ids=["1280×800 with a banner", "1024×600", "and with a banner"])
+def test_what_saves_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, container, ui, size):
+    low.size = size
+    settle(screen, ui)
     low.vm.edit(named(container, KITS, "Aino").id)
     settle(screen, ui)
-    assert [button.text for button in saves(ui, low)] == ["Save changes"]
-    low.vm.form.begin()
-    settle(screen, ui)
-    assert not saves(ui, low)
+    saves, = (button for button in ui.find_all(CommandButton) if button.text == "Save changes")
+    bottom, y = low.to_window(*low.pos)[1], saves.to_window(*saves.pos)[1]
+    assert bottom <= y and y + saves.height <= bottom + low.height
+    assert not low.ids.page.do_scroll_y
+    assert checks.problems(low) == []
+    assert not ui.find_all(Timeline) or ui.find(Timeline).parent.height >= 60       # a lane of it
