@@ -127,7 +127,9 @@ def test_the_controls_are_seen_at_once(ui, small, issues):
 
 @pytest.mark.parametrize("small", [pytest.param(((1024, 600), "large"), id="1024x600-large")], indirect=True)
 def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
-    Stand(small, "scheduler")
+    stand = Stand(small, "scheduler")
+    stand.vm.choose_part("schedules")
+    stand.settle()
     heading = next(label for label in ui.find_all(Title) if label.text == _("Schedules"))
     assert heading.lines == 1
 
