@@ -1,6 +1,7 @@
 """The bars of a timeline's lane: where each is drawn, and how, on the open canvas."""
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
@@ -175,16 +176,15 @@ def _steps(start: float, end: float, step: float) -> Iterator[float]:
     return (start + step * n for n in range(max(0, int((end - start) / step))))
 
 
-def paint_overlaps(frame: Frame, lane: int, together: bool) -> None:
+def paint_overlaps(frame: Frame, lane: int, most: int) -> None:
     """What two bars share, hatched along their lower edge, so that they and their words stay legible; narrow ones as plain marks, and all
-    where bars are drawn ``together``."""
+    where there are more than ``most`` others."""
     height, bottom = dp(OVERLAP), frame.middle(lane) - frame.bar_height / 2
+    spans = [(frame.at(start), frame.at(end)) for start, end in frame.lanes[lane].overlaps if frame.is_drawn(start, end)]
+    least = dp(NARROW) if sum(x2 - x >= dp(NARROW) for x, x2 in spans) <= most else math.inf
     marks: list[Span] = []
-    for start, end in frame.lanes[lane].overlaps:
-        if not frame.is_drawn(start, end):
-            continue
-        x, x2 = frame.at(start), frame.at(end)
-        if together or x2 - x < dp(NARROW):
+    for x, x2 in spans:
+        if x2 - x < least:
             join(marks, x, max(x2, x + 2))
         else:
             box(x, bottom, x2 - x, height, tk.attention_bg)

@@ -20,7 +20,7 @@ from app.widgets.timeline_painting import AXIS, Frame, paint_background, paint_n
 from app.widgets.timeline_words import Cluster, clusters, paint_words
 from app.widgets.tokens import tk
 
-DETAILED = 160           # bars in sight with border and whisker, shared by the lanes: a lane that has more is drawn together, but no other
+DETAILED = 160           # bars in sight with border and whisker, shared by the lanes: of more, a lane's are drawn together, but no other's
 LEAST = 8                # of them that a lane may have, however many lanes there are
 NEARLY = 1e-9            # hours: sums of floats
 
@@ -166,7 +166,7 @@ class Drawing:
             bars = Canvas()
         with bars:
             (paint_bars_together if together else paint_bars)(frame, self.placed_of(lane), frame.middle(lane))
-            paint_overlaps(frame, lane, together)
+            paint_overlaps(frame, lane, 0 if together else self._most)
         with self._words:
             words = Canvas()
         self._word_lane(lane, words)

@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import UnionType
 
 import pytest
-from kivy.graphics import BorderImage, Color, Rectangle
+from kivy.graphics import BorderImage, Color, Mesh, Rectangle
 from kivy.metrics import sp
 
 from app.screens.scheduler.timeline import Bar, Lane
@@ -15,16 +16,16 @@ from app.widgets.tokens import tk
 MIDNIGHT = (10, "Sat 21 Nov", True)
 
 
-def drawn(group) -> Iterator[tuple[object, object]]:
-    """What is drawn, and in which colour."""
+def drawn(group, kind: type | UnionType = Rectangle | BorderImage) -> Iterator[tuple[object, object]]:
+    """What of that kind is drawn, and in which colour."""
     colour = None
     for one in group.children:
         if isinstance(one, Color):
             colour = tuple(one.rgba)
-        elif isinstance(one, Rectangle | BorderImage):
+        elif isinstance(one, kind):
             yield one, colour
         elif hasattr(one, "children"):
-            yield from drawn(one)
+            yield from drawn(one, kind)
 
 
 def names(chart, *words: str) -> dict[str, Rectangle]:
@@ -108,3 +109,11 @@ def test_midnight_does_not_run_through_a_name(ui):
 def test_a_name_that_crosses_nothing_needs_nothing_behind_it(ui):
     chart = shown(ui, Lane("Aino", bars=(Bar("a", 7.4, 7.6, "Kits"),)), first=7, ticks=[MIDNIGHT])
     assert [colour for _one, colour in drawn(chart._drawing._words)] == [tuple(tk.ink2)]
+
+
+def test_overlaps_of_a_crowd_are_few_drawings(ui):
+    bars = tuple(Bar(n, n / 20, n / 20 + .1, "Kits", "running") for n in range(180))
+    chart = shown(ui, Lane("Aino", bars=bars, overlaps=tuple((n / 5, n / 5 + .12) for n in range(45))))
+    assert len([*drawn(chart._drawing._bars)]) <= 4
+    [(mark, colour)] = [(one, colour) for one, colour in drawn(chart._drawing._bars, Mesh) if colour == tuple(tk.overlap)]
+    assert len(mark.indices) == 45 * 6                            # each of them is marked
