@@ -115,5 +115,5 @@ def test_overlaps_of_a_crowd_are_few_drawings(ui):
     bars = tuple(Bar(n, n / 20, n / 20 + .1, "Kits", "running") for n in range(180))
     chart = shown(ui, Lane("Aino", bars=bars, overlaps=tuple((n / 5, n / 5 + .12) for n in range(45))))
     assert len([*drawn(chart._drawing._bars)]) <= 4
-    [(mark, colour)] = [(one, colour) for one, colour in drawn(chart._drawing._bars, Mesh) if colour == tuple(tk.overlap)]
+    [(mark, _colour)] = [(one, colour) for one, colour in drawn(chart._drawing._bars, Mesh) if colour == tuple(tk.overlap)]
     assert len(mark.indices) == 45 * 6                            # each of them is marked
