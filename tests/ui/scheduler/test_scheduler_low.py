@@ -88,7 +88,8 @@ def test_what_saves_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, con
     settle(screen, ui)
     saves, = (button for button in ui.find_all(CommandButton) if button.text == "Save changes")
     bottom, y = low.to_window(*low.pos)[1], saves.to_window(*saves.pos)[1]
-    assert bottom <= y and y + saves.height <= bottom + low.height
+    assert bottom <= y
+    assert y + saves.height <= bottom + low.height
     assert not low.ids.page.do_scroll_y
     assert checks.problems(low) == []
     assert not ui.find_all(Timeline) or ui.find(Timeline).parent.height >= 60       # a lane of it
