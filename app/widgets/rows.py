@@ -24,7 +24,7 @@ class RobotChip(Row, TonedTap):
     icon_fg = late_color((0, 0, 0, 1))
     selected = BooleanProperty(False)
     small = BooleanProperty(False)       # where three have little room
-    least = ListProperty([0, 0, 0])      # width, and what is beside the name and the word, px
+    least = ListProperty([0, 0, 0, 0])   # px: width, and what is beside the name, the word and the battery
 
     def retone(self, *_):
         super().retone()
