@@ -291,7 +291,7 @@ class ExecutionRepository:
         return found
 
     def last_ended(self, c: sqlite3.Connection, count: int) -> list[Execution]:
-        """The newest that ended, of all robots, newest first."""
+        """The newest that ended, of all robots, newest first; not those that were skipped before their time."""
         return self._list(c, """WHERE ended_at IS NOT NULL AND NOT (state = 'skipped' AND ended_at < planned_at)
                                 ORDER BY ended_at DESC, id DESC LIMIT ?""", count)
 

@@ -5,7 +5,6 @@ new drawing of crowded lanes is made a few lanes a frame, and takes the place of
 """
 import math
 from collections.abc import Iterator
-from itertools import islice
 
 from kivy.clock import Clock
 from kivy.metrics import dp
@@ -213,7 +212,8 @@ class Timeline(Chart):
         folds = [("on_fold", start, (self.left_of(start), self.left_of(end))) for start, end, _, kind in self.bands if kind == "folded"]
         for n in sorted(drawing.lanes):
             lane, bottom = frame.lanes[n], frame.middle(n) - frame.bar_height / 2
-            bars = [("on_bar", key, (left, right)) for left, _bottom, right, _top, key in islice(drawing.boxes(n), MOST_SEATS)]
+            seen = sorted((box for box in drawing.boxes(n) if box[2] > frame.left and box[0] < frame.right), key=lambda box: box[0])
+            bars = [("on_bar", key, (left, right)) for left, _bottom, right, _top, key in seen[:MOST_SEATS]]
             found = [("on_lane", lane.key, (frame.x, frame.right))] if lane.line else bars + folds
             ahead = self.left_of(self.now)
             for event, key, (left, right) in found:

@@ -45,8 +45,9 @@ class ScheduleActions:
     def take_again(self, schedule: Schedule, at: datetime) -> None:
         """What was skipped is started after all."""
         text = _("The start of {name} is planned again: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
-        self._act(schedule.id, lambda: self._services.pausing.take_again(schedule.id, at), lambda _none: self._shell.offer_undo(
-            text, lambda: self._services.pausing.skip(schedule.id, at), self._done))
+        pausing = self._services.pausing
+        self._act(schedule.id, lambda: pausing.take_again(schedule.id, at, must_run=True), lambda _none: self._shell.offer_undo(
+            text, lambda: pausing.skip(schedule.id, at), self._done))
 
     def pause(self, schedule: Schedule) -> None:
         """Ask until which day its starts are skipped."""

@@ -117,6 +117,11 @@ class SchedulerFacts:
         """Whether it is a start to come that a person has left out."""
         return execution.planned_at > now and (execution.schedule_id, execution.planned_at) in self.skips
 
+    def may_start_after_all(self, execution: Execution, now: datetime) -> bool:
+        """Whether it is such a start, and would run if it were not skipped."""
+        schedule, at = self.schedule(execution.schedule_id), execution.planned_at
+        return self.is_skipped(execution, now) and schedule is not None and schedule.enabled and not schedule.is_paused(at)
+
     def name(self, schedule: Schedule | None) -> str:
         """The name that a person has given it; empty where it is made of mission and robot."""
         if schedule is None:

@@ -276,7 +276,8 @@ def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
             {None: inherited})
     if name == "start_window_minutes":
         minutes = facts.settings.start_window_minutes
-        common = [(value, window_text(value)) for value in (0, *WINDOWS) if value != minutes or value == draft.start_window_minutes]
+        common = [(value, window_text(value)) for value in (0, *WINDOWS)
+                  if max(1, value) != max(1, minutes) or value == draft.start_window_minutes]
         return Steps(_("How late it may start"), label, _("1 to 1440 min"), 1, 1440, 5, _("min"), (
             (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), *common), {None: max(1, minutes), 0: 1})
     return Steps(_("Day of the month"), label, _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (

@@ -365,8 +365,8 @@ class SchedulerScreen(ScreenBase):
         self._empty.bind(on_release=lambda _empty: self.vm.add_robot())
         for name in ("mode", "part", "has_robots"):
             self.vm.fbind(name, self._choose_parts)
-        for name in ("room", "paged"):
-            self.fbind(name, self._choose_parts)
+        self.fbind("room", self._choose_parts)
+        self.fbind("paged", self._turn_pages)
         self.fbind("portrait", self.vm.setter("narrow"))
         self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form))
         self._choose_parts()
@@ -377,6 +377,12 @@ class SchedulerScreen(ScreenBase):
             self.vm.part = "form"
         elif self._page.do_scroll_y and self._parts["lower"].parent is not None:
             self._page.scroll_to(self.ids.form, padding=0, animate=False)
+
+    def _turn_pages(self, *_: Any) -> None:
+        """The banner of an alarm, or a smaller window, takes no form away that somebody fills in."""
+        if self.paged and self.vm.form.is_in_use:
+            self.vm.part = "form"
+        self._choose_parts()
 
     def _choose_parts(self, *_: Any) -> None:
         wanted = self._page if self.vm.has_robots else self._empty

@@ -65,6 +65,10 @@ class MissionsPage(SettingsPage):
         vm.has_missions = bool(facts.missions)
         self.show_one(self._list if vm.has_missions else self._empty, (self._list, self._empty))
 
+    @property
+    def is_busy(self) -> bool:
+        return bool(self.vm.fetching)
+
     def reached(self, **intent: Any) -> None:
         self.vm.outcome = NoticeView()
         if intent.get("add"):

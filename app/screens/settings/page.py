@@ -105,6 +105,11 @@ class SettingsPage(BoxLayout):
         """Show the facts of the context; called once a second and after every change."""
         raise NotImplementedError
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether something is under way whose end it has to show."""
+        return False
+
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
 

@@ -195,7 +195,9 @@ class SettingsScreen(ScreenBase):
         return page
 
     def _keep_newest(self, pages: int) -> None:
-        self._pages = dict(list(self._pages.items())[-pages:])
+        """And those that have something under way."""
+        newest = list(self._pages)[-pages:]
+        self._pages = {section: page for section, page in self._pages.items() if section in newest or page.is_busy}
 
     def _show_page(self, *_args: Any) -> None:
         place, page = self._content.ids.place.__self__, self.page

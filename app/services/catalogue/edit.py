@@ -213,7 +213,7 @@ class Edit(Transaction):
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
-                          schedules=schedules, skips=self._skips(schedules),
+                          schedules=schedules, made_names=self._with_made_names(schedules), skips=self._skips(schedules),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
                           holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting)
         self._clear_alarms(robot_id)
@@ -279,7 +279,8 @@ class Edit(Transaction):
         schedules = self.schedules.for_mission(self.c, mission_id)
         waiting = [row.id for schedule in schedules for row in self._take_back(schedule)]
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
-        removed = Removed(missions=[mission], schedules=schedules, skips=self._skips(schedules), idle=idle, waiting=waiting)
+        removed = Removed(missions=[mission], schedules=schedules, made_names=self._with_made_names(schedules),
+                          skips=self._skips(schedules), idle=idle, waiting=waiting)
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed
@@ -363,11 +364,16 @@ class Edit(Transaction):
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
-        removed = Removed(schedules=[schedule], skips=self._skips([schedule]), waiting=[row.id for row in self._take_back(schedule)])
+        removed = Removed(schedules=[schedule], made_names=self._with_made_names([schedule]), skips=self._skips([schedule]),
+                          waiting=[row.id for row in self._take_back(schedule)])
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)
         return removed
+
+    def _with_made_names(self, schedules: Sequence[Schedule]) -> set[int]:
+        return {schedule.id for schedule in schedules if names.is_of_schedule(
+            schedule.name, self.the_mission(schedule.mission_id).name, self.the_robot(schedule.robot_id).name)}
 
     def _skips(self, schedules: Sequence[Schedule]) -> set[Skip]:
         return self.schedules.skips(self.c, [schedule.id for schedule in schedules])

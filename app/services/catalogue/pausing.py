@@ -62,12 +62,19 @@ class Pausing:
             return self._skip(c, schedule, instant)
         return _told_skipped(*self._write(work))
 
-    def take_again(self, schedule_id: int, instant: datetime) -> None:
-        """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed."""
+    def take_again(self, schedule_id: int, instant: datetime, *, must_run: bool = False) -> None:
+        """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed, and where it ``must_run`` also when it would not
+        all the same: the schedule is off, paused till then or has another rule by now."""
         def work(c: sqlite3.Connection) -> Schedule:
             now, schedule, settings = self._clock.now(), self._the_schedule(c, schedule_id), self._settings.load(c)
             if instant <= now or (schedule.planned_through is not None and instant <= schedule.planned_through):
                 raise InvalidInput("schedule", "the time of this start has passed")
+            if must_run and not schedule.enabled:
+                raise InvalidInput("schedule", "this schedule is switched off: switch it on first")
+            if must_run and schedule.is_paused(instant):
+                raise InvalidInput("schedule", "this schedule is paused beyond that start: resume it first")
+            if must_run and next_occurrence(schedule, instant - MOMENT, self._calendar(c)) != instant:
+                raise InvalidInput("schedule", "this schedule has no such start any more")
             self._schedules.take_again(c, schedule_id, instant)
             self._executions.drop_skipped(c, schedule_id, instant)
             if schedule.next_at is None or instant < schedule.next_at:       # else what is due just now would be passed over

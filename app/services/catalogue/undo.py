@@ -25,6 +25,7 @@ class Removed:
     idle_queue_id: int | None = None                     # of that robot
     missions: Sequence[Mission] = ()
     schedules: Sequence[Schedule] = ()
+    made_names: Collection[int] = ()                     # ids of those schedules whose names say what they do where
     skips: Collection[Skip] = ()
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
@@ -65,8 +66,8 @@ def restore(edit: Edit, removed: Removed) -> None:
     calendar = edit.calendar
     for schedule in removed.schedules:
         robot, mission = edit.the_robot(schedule.robot_id), edit.the_mission(schedule.mission_id)
-        is_made = names.is_of_schedule(schedule.name, mission.name, robot.name)
-        if is_made and edit.schedules.by_name(edit.c, schedule.name):
+        is_made = schedule.id in removed.made_names
+        if is_made and (edit.schedules.by_name(edit.c, schedule.name) or not names.is_of_schedule(schedule.name, mission.name, robot.name)):
             schedule = replace(schedule, name=edit.free_schedule_name(mission.name, robot.name))
         if edit.schedules.by_name(edit.c, schedule.name):
             raise InvalidInput("name", "there is another schedule {name} by now: give that one another name, then undo again",

@@ -11,7 +11,7 @@ from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.timeline import Timeline
 from tests.support import month
 from tests.ui import checks
-from tests.ui.planner import KITS, choose, kind, named, save, settle
+from tests.ui.planner import KITS, choose, kind, named, save, schedules, settle
 
 
 @pytest.fixture
@@ -93,3 +93,32 @@ def test_what_saves_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, con
     assert not low.ids.page.do_scroll_y
     assert checks.problems(low) == []
     assert not ui.find_all(Timeline) or ui.find(Timeline).parent.height >= 60       # a lane of it
+
+
+def test_an_alarm_that_makes_the_window_low_takes_no_form_away_that_somebody_fills_in(low, screen, container, ui):
+    low.size = 1232, 640
+    settle(screen, ui)
+    low.size = 976, 440                                       # nothing is in the form: the plan is what there is to see
+    settle(screen, ui)
+    assert ui.find_all(UpcomingCard)
+    low.size = 1232, 640
+    settle(screen, ui)
+    low.vm.form.set(mission_id=named(container, KITS, "Aino").mission_id)
+    settle(screen, ui)
+    low.size = 976, 440
+    settle(screen, ui)
+    assert ui.find(FormCard).view.mission == KITS
+
+
+def test_a_schedule_that_is_opened_while_another_is_being_saved_stays_in_the_form(low, screen, container, ui):
+    settle(screen, ui)
+    first, second = schedules(container)[:2]
+    low.vm.edit(first.id)
+    low.vm.form.set(priority=first.priority + 1)
+    settle(screen, ui)
+    low.vm.form.save()
+    low.vm.edit(second.id)
+    settle(screen, ui)
+    assert container.repositories.schedules.get(container.db.read(), first.id).priority == first.priority + 1
+    assert low.vm.form.editing == second.id
+    assert ui.find_all(FormCard)

@@ -84,6 +84,23 @@ def test_a_made_name_that_is_taken_by_now_holds_up_no_undo(screen, container, ui
     assert next(one for one in schedules(container) if one.id == second.id).name == f"{SHOWN} 3"
 
 
+def test_a_made_name_that_comes_back_follows_what_was_renamed_meanwhile(screen, container, ui, second):
+    removed = container.catalogue.remove_schedule(second.id)
+    mission = next(mission for mission in container.catalogue.missions() if mission.id == second.mission_id)
+    container.catalogue.save_mission(replace(mission, name="Bring kits"))
+    container.catalogue.restore(removed)
+    assert next(one for one in schedules(container) if one.id == second.id).name.startswith("Bring kits on Aino")
+
+
+def test_a_form_in_which_nothing_was_changed_follows_a_name_that_is_given_elsewhere(screen, container, ui, second):
+    screen.plan.edit(second.id)
+    settle(screen, ui)
+    container.catalogue.save_schedule(replace(second, name="Night kits"))
+    settle(screen, ui)
+    assert screen.plan.form.draft.name == "Night kits"
+    assert screen.plan.form.view.skip_why == ""
+
+
 def test_a_start_taken_from_the_plan_is_called_so_as_well(screen, container, ui, second):
     tap_bar(ui, ("schedule", second.id))
     card_of(ui)

@@ -76,6 +76,21 @@ def test_the_section_before_is_at_hand_and_on_another_screen_none_but_the_open_o
     ui.wait(lambda: ui.find_all(AddPanel))
 
 
+def test_a_section_with_something_under_way_is_kept_until_that_has_ended(site, app, ui):
+    go(ui, "data")
+    data = page(app)
+    data.vm.backing_up = True
+    for section in ("robots", "display"):
+        go(ui, section)
+    app.shell.go("home")
+    go(ui, "data")
+    assert page(app) is data
+    data.vm.backing_up = False
+    for section in ("robots", "display", "data"):
+        go(ui, section)
+    assert page(app) is not data
+
+
 def test_working_days_but_never_none(site, app, ui):
     go(ui, "constraints")
     for day in ("Mon", "Tue", "Wed", "Thu"):

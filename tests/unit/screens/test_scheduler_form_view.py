@@ -148,6 +148,12 @@ def test_what_is_chosen_has_its_chip_though_settings_say_the_same():
     assert [word for _key, word in none.chips][:2] == ["As in Settings: none", "10 %"]
 
 
+@pytest.mark.parametrize("minutes", [0, 1])
+def test_one_minute_has_one_chip_where_settings_say_it_too(minutes):
+    found = form_view.steps(facts(settings=replace(facts().settings, start_window_minutes=minutes)), draft(), "start_window_minutes")
+    assert [word for _key, word in found.chips][:2] == ["As in Settings: 1 min", "5 min"]
+
+
 def test_other_times_of_the_day_are_whole_hours():
     assert [row.key for row in form_view.also_options(draft())] == [hour for hour in range(24) if hour != 6]
 
