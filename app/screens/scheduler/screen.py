@@ -75,9 +75,11 @@ class SchedulerViewModel(ViewModel):
         self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
-    def opened(self, schedule_id: int | None = None, mission_id: int | None = None) -> None:
-        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission."""
+    def opened(self, schedule_id: int | None = None, mission_id: int | None = None, draft: Draft | None = None) -> None:
+        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission; ``draft`` was in it."""
         self._wanted = schedule_id
+        if draft is not None:
+            self.form.begin(draft)
         if mission_id is not None:
             self.form.begin()
             self.form.set(mission_id=mission_id)
@@ -370,6 +372,10 @@ class SchedulerScreen(ScreenBase):
         self.fbind("portrait", self.vm.setter("narrow"))
         self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form))
         self._choose_parts()
+
+    def place(self) -> dict[str, Any]:
+        """With what somebody was filling in."""
+        return {"draft": self.vm.form.draft} if self.vm.form.is_in_use else {}
 
     def _show_form(self, _dt: float) -> None:
         """It may be out of sight: on another page, or where the page scrolls."""
